@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the fits find on the plant without defects, whose tread is made of bristles: another model
-than the fitted ones, with a truth of its own.
+"""Accuracy of the fits on the simulated plant without defects, whose brush-model tire differs from
+the fitted models.
 
-Wanted: r_e, C_z, a within 1 %; C_Fk within 3 %; c_cx, sigma_x within 7 %, the model's own bias
-stated beside them.
+Limits: r_e, C_z, a within 1 %; C_Fk within 3 %; c_cx, sigma_x within 7 %, with the stated bias of
+the model.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ class Row(NamedTuple):
     true: float
     found: float
     limit: float
-    """wanted [-]"""
+    """limit of the relative error [-]"""
     stated: float = 0.0
-    """the model's own bias, as the fit states it [-]"""
+    """bias of the model, as stated by the fit [-]"""
 
     @property
     def error(self) -> float:
@@ -44,12 +44,12 @@ class Row(NamedTuple):
 
     @property
     def corrected(self) -> float:
-        """Relative error without the stated bias [-]."""
+        """Relative error, corrected by the stated bias [-]."""
         return (1.0 + self.error) / (1.0 + self.stated) - 1.0
 
 
 def measure(loads: tuple[float, ...] = LOADS, seed: int = 0) -> list[Row]:
-    """All quantities over the loads, nine slips x three starts each."""
+    """All quantities at each load, from nine slips x three starts."""
     config = PlantConfig.load()
     bar = config.tire.nominal_pressure_bar
     truths = [truth_row(config, fz, bar) for fz in loads]
@@ -76,7 +76,7 @@ def _point(truth: TruthRow, config: PlantConfig, seed: int) -> Iterator[Row]:
 
 
 def _stiffness(config: PlantConfig) -> float:
-    """C_z from heights and forces of a loading on the standing plank."""
+    """C_z from heights and forces of a loading on the resting plank."""
     made = [simulate_point(fz=fz, slips=(0.0,), starts=(1,))[0].table for fz in LOADS]
     height = np.array([t["loaded_radius"][:5].mean() for t in made])
     force = np.array([t["fz"][:5].mean() for t in made])
@@ -88,7 +88,7 @@ def _stiffness(config: PlantConfig) -> float:
 
 
 def _half_length(truth: TruthRow, config: PlantConfig) -> float:
-    """a at a load, by (7.20) through the footprints of three loads."""
+    """Half contact length a at a load, by (7.20) fitted to the footprints of three loads."""
     rows = [truth_row(config, fz, truth.pressure) for fz in LOADS]
     stiffness = np.full(len(rows), truth.vertical_stiffness)
     radius = config.tire.free_radius

@@ -49,7 +49,7 @@ SOURCES: dict[str, str] = {
     "contact_patch.grid.SPEED": "machine: fast speed of the plank",
     "contact_patch.kernel.LAW_LEVELS": "slips of the thesis's campaigns and of the blind kit",
 }
-"""what a value rests on, where that is known"""
+"""constant -> source of its value, where known"""
 FACTS = (
     "contact_patch.denoising.ORDERS", "contact_patch.data.PINION_TURN", "contact_patch.grid.SPEED",
     "contact_patch.grid.SAMPLE", "contact_patch.kernel.ROWS", "contact_patch.kernel.WIDE",
@@ -57,12 +57,12 @@ FACTS = (
     "proposal.picture.WIDEST", "proposal.scan.BAND",
     "proposal.scan.POINTS", "proposal.writing.WIDTH",
 )  # fmt: skip
-"""not varied: the machine's, or of no consequence for a result"""
+"""constants that are not varied: properties of the machine, or without effect on a result"""
 MATHEMATICS = ("contact_patch.compiling",)
-"""modules whose numbers could not be others"""
+"""modules whose numbers are mathematics, not tuning"""
 ABOUT = {"discovery.invariants.AT_FLOOR": 1.0}
-"""number from which a distance is halved and doubled, where it is not 0; shares above one half
-are taken by their distance from 1"""
+"""constant -> reference, from which the distance is halved and doubled; 0 by default, and 1 for
+shares above one half"""
 
 Value = int | float | tuple[float, ...]
 Found = Mapping[str, Mapping[float, Sequence[dict[str, Any]]]]
@@ -70,7 +70,7 @@ Found = Mapping[str, Mapping[float, Sequence[dict[str, Any]]]]
 
 @dataclass(frozen=True)
 class Constant:
-    """One number, or some, at the top of a module."""
+    """A number or several numbers at the top of a module."""
 
     module: str
     name: str
@@ -79,16 +79,16 @@ class Constant:
 
     @property
     def key(self) -> str:
-        """Module and name."""
+        """Module and name, as key."""
         return f"{self.module}.{self.name}"
 
     @property
     def source(self) -> str:
-        """What it rests on."""
+        """Source of the value."""
         return SOURCES.get(self.key, CHOSEN)
 
     def times(self, factor: float) -> Value:
-        """Halved or doubled, in its own way."""
+        """The value halved or doubled, relative to its reference."""
         many = self.value if isinstance(self.value, tuple) else (self.value,)
         out = tuple(self._one(v, factor) for v in many)
         return out if isinstance(self.value, tuple) else out[0]
@@ -100,7 +100,7 @@ class Constant:
 
 
 def constants() -> Iterator[Constant]:
-    """All of them, in the order of the files."""
+    """All constants, in the order of the files."""
     for folder in FOLDERS:
         for path in sorted((SOURCE / folder).glob("*.py")):
             module = f"{folder}.{path.stem}"
@@ -115,7 +115,7 @@ def constants() -> Iterator[Constant]:
 
 
 def _names(node: ast.AST) -> list[str]:
-    """Names that a statement gives to numbers written there."""
+    """Names to which a statement assigns literal numbers."""
     if not isinstance(node, (ast.Assign, ast.AnnAssign)) or node.value is None:
         return []
     if any(isinstance(part, (ast.Call, ast.Constant)) and not _plain(part)
@@ -141,7 +141,7 @@ def _note(node: ast.AST | None) -> str:
 
 
 def page(found: Found) -> str:
-    """The table; `found` are results of a study, by constant and factor (1: as it is)."""
+    """The table as Markdown; `found`: results of a study by constant and factor (1: unchanged)."""
     seen = [len(e) for key, by_factor in found.items() if key for e in by_factor.values()]
     lines = [
         "# Tuning constants of the search",
@@ -192,7 +192,7 @@ def _changed(found, constant: Constant, factor: float) -> str:
 
 
 def _campaign(entry: Mapping[str, Any]) -> tuple[str, str]:
-    """The campaign, and the search that looked at it."""
+    """Identity of a campaign, with the search that diagnosed it."""
     return entry["key"], entry["code"]
 
 
@@ -201,7 +201,7 @@ def _told(entry: Mapping[str, Any]) -> tuple[Any, ...]:
 
 
 def read(journal: Path) -> list[dict[str, Any]]:
-    """All lines of a journal; none where there is no such file."""
+    """All lines of a journal; none when the file does not exist."""
     if not journal.exists():
         return []
     packed = journal.suffix == ".gz"
@@ -210,14 +210,14 @@ def read(journal: Path) -> list[dict[str, Any]]:
 
 
 def publish(entries: Sequence[Mapping[str, Any]], journal: Path) -> None:
-    """A journal in one small file, the same bytes for the same lines."""
+    """Write a journal to one compressed file, reproducible byte for byte."""
     lines = sorted({json.dumps(entry, sort_keys=True) for entry in entries})
     with journal.open("wb") as raw, gzip.GzipFile("", "wb", 9, raw, 0) as stream:
         stream.write(("\n".join(lines) + "\n").encode())
 
 
 def sorted_out(entries: Sequence[dict[str, Any]]) -> Found:
-    """Results by constant and factor, every campaign once."""
+    """Results by constant and factor, with every campaign once."""
     once = {json.dumps(e, sort_keys=True): e for e in entries}
     out: dict[str, dict[float, list[dict[str, Any]]]] = {}
     for entry in once.values():
@@ -226,7 +226,7 @@ def sorted_out(entries: Sequence[dict[str, Any]]) -> Found:
 
 
 class Varied(importlib.abc.MetaPathFinder, importlib.abc.Loader):
-    """Lets one module begin with another number; whoever imports it from there gets that."""
+    """Import hook that changes one number of a module at its import."""
 
     def __init__(self, constant: Constant, value: Value) -> None:
         self.name, self.constant, self.value = f"{PACKAGE}.{constant.module}", constant, value
@@ -253,7 +253,7 @@ class Varied(importlib.abc.MetaPathFinder, importlib.abc.Loader):
 
 
 def vary(key: str, factor: float) -> Value:
-    """From now on this process has another number there; the one that it had."""
+    """Change a number in this process; returns the old value."""
     (constant,) = (c for c in constants() if c.key == key)
     for name in [n for n in sys.modules if n.split(".")[0] == PACKAGE]:
         del sys.modules[name]
@@ -262,7 +262,7 @@ def vary(key: str, factor: float) -> Value:
 
 
 def work(key: str, factor: float, count: int, journal: Path) -> None:
-    """The campaigns of one constant and factor that the journal does not have yet."""
+    """Make the campaigns of one constant and factor that the journal lacks."""
     value = vary(key, factor) if key else None
     from flatplank_validation.blind.journal import code_version, solve
     from flatplank_validation.blind.lists import full
@@ -293,7 +293,7 @@ def work(key: str, factor: float, count: int, journal: Path) -> None:
 
 
 def study(only: str, count: int, journal: Path) -> None:
-    """Every constant, halved and doubled, each in a process of its own."""
+    """Study every constant, halved and doubled, each in a separate process."""
     journal.parent.mkdir(parents=True, exist_ok=True)
     wanted = [c for c in constants() if c.key not in FACTS and fnmatch.fnmatch(c.key, only)]
     jobs = [("", 1.0), *((c.key, factor) for c in wanted for factor in FACTORS)]
@@ -303,7 +303,7 @@ def study(only: str, count: int, journal: Path) -> None:
         )
         words = [sys.executable, __file__, "--one", key, "--factor", str(factor)]
         words += ["--count", str(count), "--journal", str(journal)]
-        # compiled code holds the numbers of its own module
+        # compiled code contains the numbers of its module
         with tempfile.TemporaryDirectory() as cache:
             own = {"NUMBA_CACHE_DIR": cache} if key.startswith("contact_patch.kernel.") else {}
             subprocess.run(words, env=os.environ | own, check=True)

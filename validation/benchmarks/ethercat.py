@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The whole graph on real EtherCAT frames, the emulated bus strictly by the clock.
+"""Runs the whole graph on real EtherCAT frames, with an emulated bus strictly by the clock.
 
-Nothing waits for a node here: a command older than 44 ms stops the wheel, as on a machine.
-Arguments: seconds, busy processes of ordinary priority beside it (0).
+The bus does not wait for nodes: a command older than 44 ms stops the wheel, as on the machine.
+Arguments: seconds, number of busy processes of ordinary priority beside it (0).
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ COUNTS = ("sent", "received", "lost", "missed", "stale", "wrong_counter", "unrea
 
 @contextmanager
 def busy(count: int) -> Iterator[None]:
-    """So many processes that want a core each, in sessions of their own as others' work is."""
+    """Start `count` processes that each use a core, in separate sessions like the work of other
+    users."""
     words = [sys.executable, "-c", "while True: pass"]
     burners = [subprocess.Popen(words, start_new_session=True) for _ in range(count)]
     try:
@@ -43,7 +44,7 @@ def busy(count: int) -> Iterator[None]:
 
 
 def main(seconds: float = 60.0, burners: int = 0) -> None:
-    """Rolls in slip control and records [s]."""
+    """Roll in slip control and record for `seconds` [s]."""
     os.environ.update(loopback(), ROS_DOMAIN_ID=str(60 + os.getpid() % 40))
     seen: dict[str, str] = {}
     oldest: list[int] = []

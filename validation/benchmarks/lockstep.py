@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The lock-stepped bench against the same graph with nothing in it, in one run: cycles per second
+"""Compares the bench in lockstep with the same graph without cores, in one run: cycles per second
 and ratio.
 """
 

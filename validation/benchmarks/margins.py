@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The free-rolling loop: the thesis's continuous numbers, and discrete margins with the real
-delay.
-"""
+"""Margins of the free-rolling loop: continuous as in the thesis, discrete with the real delay."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Three open pages beside the graph at 250 Hz: lost cycles, update rate, memory.
+"""Measures three open pages beside the graph at 250 Hz: lost cycles, update rate, memory.
 
-`./flatplank bench-speed panel --minutes 120` goes on for two hours; else for two minutes.
+`./flatplank bench-speed panel --minutes 120` runs for two hours; the default is two minutes.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ PANEL = "import sys; from flatplank_panel.cli.panel import main; sys.exit(main(s
 
 
 def tree(pid: int) -> list[int]:
-    """A process and all below it."""
+    """A process and all its descendants."""
     found = [pid]
     for thread in Path(f"/proc/{pid}/task").glob("*/children"):
         for child in thread.read_text().split():
@@ -41,7 +41,7 @@ def tree(pid: int) -> list[int]:
 
 
 def memory(pids: list[int]) -> float:
-    """Proportional share of the memory [MiB]."""
+    """Memory as proportional set size [MiB]."""
     total = 0
     for pid in pids:
         for line in Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines():
@@ -51,7 +51,7 @@ def memory(pids: list[int]) -> float:
 
 
 def browsers(parent: int) -> list[int]:
-    """All processes of the browser that this process has started."""
+    """All browser processes that this process has started."""
     names = {pid: Path(f"/proc/{pid}/comm").read_text().strip() for pid in tree(parent)}
     return [pid for pid, name in names.items() if name.startswith("chrom")]
 
@@ -63,7 +63,7 @@ def start_bench(page: Page) -> None:
 
 
 def ticks(pages: list[Page]) -> list[int]:
-    """Updates of every page since it was loaded; 0 while it loads itself anew."""
+    """Number of updates of each page since it was loaded; 0 while it reloads."""
     return [page.evaluate("globalThis.fp ? fp.ticks : 0") for page in pages]
 
 
@@ -132,7 +132,7 @@ def watch(server: int, address: str, minutes: float) -> None:
 
 
 def compared(minutes: list[tuple[float, float, float]]) -> str:
-    """Slowest page, server and browser in the first minute and in the last."""
+    """Compare the first and last minute: slowest page, memory of server and browser."""
     (rate, server, browser), (last, server_last, browser_last) = minutes[0], minutes[-1]
     return (
         f"updates/s {rate:.2f} -> {last:.2f} (wanted: at least {WANTED_HZ}), server "
@@ -141,7 +141,7 @@ def compared(minutes: list[tuple[float, float, float]]) -> str:
 
 
 def reach(page: Page, address: str) -> None:
-    """Open the page as soon as the server is there."""
+    """Open the page as soon as the server answers."""
     end = time.monotonic() + 60.0
     port = int(address.rsplit(":", 1)[1].strip("/"))
     while True:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One operating point of the fast plant, analysed: what the benchmarks of plant and fits share."""
+"""Simulates and analyses one operating point with the fast plant, for several benchmarks."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ STEP = 1.5
 
 @dataclass(frozen=True)
 class MadeRun:
-    """A simulated run that reads like one of a campaign folder."""
+    """A simulated run with the interface of a run in a campaign folder."""
 
     table: MeasurementTable
 
@@ -46,7 +46,8 @@ def simulate_point(
     radius_scale: float = 1.0,
     seed: int = 0,
 ) -> list[MadeRun]:
-    """Slip steps of one operating point; `radius_scale` on the slip control's rolling radius."""
+    """Slip steps of one operating point; `radius_scale` scales the rolling radius of the slip
+    control."""
     config = PlantConfig.load(preset=preset, overrides={"defects": dict(defects or {})})
     plant = Campaign(config)
     radius = radius_scale * plant.true_radius(fz, config.tire.vertical_stiffness)

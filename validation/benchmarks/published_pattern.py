@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Does the machine of the thesis, simulated, show what the thesis published? Relaxation lengths of
-Figure 7.3, and how the errors of Table 7.3 change when the play of the road is cut to 0.05 mm.
+"""Compares the simulated machine of the thesis with published results: relaxation lengths of
+Figure 7.3, and the change of the errors of Table 7.3 when the play of the road is reduced to 0.05
+mm.
 
 The thesis explains the two errors that rise (-1 and -2 %) by the constant part after the step,
 "present to a greater extent" in the later runs. Both readings are printed: with the lost motion
@@ -21,30 +22,31 @@ from plant_points import SLIPS, analyse_runs, simulate_point
 PRESET = "thesis2023"
 TABLE_7_3 = (171, 139, 51, 38, 43, 108, 129, 78, 80)
 TABLE_7_3_CUT = (134, 81, 64, 79, 37, 67, 47, 64, 66)
-"""RMSE of the nonlinear model [N] over SLIPS, before and after the play was cut"""
+"""RMSE of the nonlinear model over SLIPS, before and after the play was reduced [N]"""
 RADIUS_SCALE = 0.9983
-"""r_e told by the controller at +50 N is so much shorter than at Fx = 0: 50 N and more over C_Fk,
-and the preset's road runs 0.13 % faster than its encoder"""
+"""ratio of r_e from the controller at +50 N to r_e at Fx = 0 [-]: 50 N and more over C_Fk, and the
+road of the preset runs 0.13 % faster than its encoder"""
 CUT = {"road_play": {"gap": 0.05e-3}}
 LARGER_PLATEAU = {
     "rack_backlash": {"gap": 1.3e-3, "friction": 20.0},
     "wheel_backlash": {"half_angle": math.radians(150.0)},
 }
-"""lost motion of 1.3 mm at the rack and 1.1 mm at the road in the drive, 0.64 and 0.11 before"""
+"""lost motion of 1.3 mm at the rack and 1.1 mm in the wheel drive (at the road), instead of 0.64
+and 0.11 mm"""
 
 
 @dataclass(frozen=True)
 class Pattern:
-    """What is compared with the thesis; arrays over SLIPS."""
+    """Quantities compared with the thesis; arrays over SLIPS."""
 
     sigma: np.ndarray
-    """[m], before"""
+    """relaxation length before the play is reduced [m]"""
     before: np.ndarray
-    """RMSE of the nonlinear model [N]"""
+    """RMSE of the nonlinear model before the play is reduced [N]"""
     cut: np.ndarray
-    """[N], play cut, lost motion as it was"""
+    """RMSE with reduced play and unchanged lost motion [N]"""
     larger: np.ndarray
-    """[N], play cut, lost motion larger"""
+    """RMSE with reduced play and larger lost motion [N]"""
 
     def signs(self, after: np.ndarray) -> np.ndarray:
         """True where the error changes in the direction of Table 7.3."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The graph against the wall clock: lost cycles, and how late the drive's command is."""
+"""Measures the graph in real time: lost cycles, and the delay of the drive's command."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ CASES = ((250, 1, 60.0), (1000, 4, 30.0))
 
 
 def run(rate_hz: int, batch: int, seconds: float) -> None:
-    """Rolls in slip control and records for a while, and prints what came of it."""
+    """Roll in slip control, record, and print the results."""
     seen: dict[str, str] = {}
 
     def note(message: DiagnosticArray) -> None:
@@ -60,7 +60,7 @@ def run(rate_hz: int, batch: int, seconds: float) -> None:
 
 
 def roll(c: BenchClient) -> None:
-    """Load the tire, drive on in slip control over a moving road, and record."""
+    """Load the tire, enable the drive in slip control on a moving road, and record."""
     c.call(SetValue, "/simulated_plant/load_to", value=3700.0)
     wait(c, 12.0)
     c.call(

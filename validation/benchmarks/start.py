@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What each node takes from its start until it is connected, with warm and with cold caches.
+"""Measures the start of each node until it is connected, with warm and with cold caches.
 
-`--write` puts the table into docs/start.md.
+`--write` writes the table to docs/start.md.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ PAGE = Path(__file__).resolve().parents[2] / "docs" / "start.md"
 MIB = 1024.0
 """[kB]"""
 Row = tuple[float, float, float]
-"""seconds until connected, seconds of processor, memory [MiB]"""
+"""time until connected [s], processor time [s], memory [MiB]"""
 
 
 def memory(pid: int) -> float:
@@ -33,7 +33,8 @@ def memory(pid: int) -> float:
 
 
 def start(environment: dict[str, str]) -> dict[str, Row]:
-    """Start a bench with these variables on top, and end it; its nodes' numbers."""
+    """Start a bench with these environment variables added, and end it; returns the numbers of its
+    nodes."""
     with tempfile.TemporaryDirectory() as folder, BenchClient() as client:
         setup, log = BenchSetup(pace="hold", data=folder), Path(folder) / "nodes.log"
         begin = time.monotonic()
@@ -47,7 +48,7 @@ def start(environment: dict[str, str]) -> dict[str, Row]:
 
 
 def table(warm: dict[str, Row], cold: dict[str, Row]) -> list[str]:
-    """Lines of a Markdown table; the last row has the slowest node, and the sums."""
+    """Lines of a Markdown table; the last row has the slowest node and the sums."""
     head = "connected after [s] | processor [s] | memory [MiB]"
     lines = [f"| node | warm: {head} | cold: {head} |", "|---|--:|--:|--:|--:|--:|--:|"]
     for name in warm:
@@ -67,7 +68,7 @@ def total(rows: dict[str, Row]) -> Row:
 
 def main() -> int:
     os.environ.update(loopback())
-    start({})  # whatever was cold until now
+    start({})  # a first start warms all caches
     warm = start({})
     with tempfile.TemporaryDirectory() as folder:
         files = forget_files()

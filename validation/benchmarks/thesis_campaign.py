@@ -30,11 +30,11 @@ ANGLES = (0.0, 1.0, 5.0, 10.0)
 CAMBERS = (0.0, 5.0)
 STARTS = (1, 2, 3)
 HEIGHTS = (0.32, 0.28)
-"""loaded radius of a vertical stiffness run, from and to [m]"""
+"""range of the loaded radius in a vertical stiffness run, from and to [m]"""
 
 
 def conditions() -> list[tuple[float, float, float, float]]:
-    """Load, pressure, side slip, camber of the slip steps, each once."""
+    """Conditions of the slip steps: load, pressure, side slip, camber."""
     straight = [(fz, p, 0.0, 0.0) for p in PRESSURES for fz in LOADS]
     turned = [(3700.0, 2.5, a, g) for g in CAMBERS for a in ANGLES]
     return list(dict.fromkeys(straight + turned))
@@ -68,7 +68,7 @@ def _info(
 
 
 def rolling(config: PlantConfig) -> Iterator[MeasurementTable]:
-    """Every run that rolls."""
+    """Make all rolling runs."""
     plant = Campaign(config)
     for info in facts():
         run, radius = _run(plant, info)
@@ -98,7 +98,7 @@ def _run(plant: Campaign, info: RunRecord) -> tuple[CampaignRun, float]:
 
 
 def at_rest(config: PlantConfig) -> Iterator[MeasurementTable]:
-    """Vertical stiffness, footprints, a turn of the unloaded wheel: from the plant's truth."""
+    """Make vertical stiffness, footprints and an unloaded turn from the plant's truth."""
     down = np.linspace(*HEIGHTS, 400)
     height = np.concatenate([down, down[::-1]])
     rows = {p: [truth_row(config, fz, p) for fz in LOADS] for p in PRESSURES}

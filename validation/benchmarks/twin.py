@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The twin against the clock: bench time per second of one core, with tables and with bags."""
+"""Measures the speed of the twin: bench time per second on one core, with tables and with bags."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ WANTED = {"tables": 60, "bags": 20}
 
 
 def rate(kind: str, m: Measurement) -> float:
-    """Bench time over processor time of one whole measurement."""
+    """Bench time over processor time of one measurement."""
     with tempfile.TemporaryDirectory() as folder:
         log = {"tables": TableLog, "bags": BagLog}[kind](Path(folder))
         bench = TwinBench(Twin(BenchSetup(pace="hold")), log)
@@ -28,7 +28,7 @@ def rate(kind: str, m: Measurement) -> float:
 
 
 def main() -> None:
-    rate("tables", Measurement(step_position=0.01, end_position=0.02))  # compiles
+    rate("tables", Measurement(step_position=0.01, end_position=0.02))  # compiles the kernels
     print("twin at 250 Hz, one whole slip measurement, per core (processor time):")
     for kind, wanted in WANTED.items():
         best = max(rate(kind, Measurement(kappa=0.05)) for _ in range(2))

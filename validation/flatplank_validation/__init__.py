@@ -1,2 +1,3 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the software is tested and measured with. Not installed; nothing installed imports it."""
+"""Test equipment: kits, benchmarks and studies. It is not installed, and no installed package
+imports it."""

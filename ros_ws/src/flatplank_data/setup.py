@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# What is in the package stands in setup.cfg.
+# setup.cfg describes the package.
 from setuptools import setup
 
 setup()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `colcon test` runs here: the tests of the repository that are those of this package."""
+"""Let `colcon test` run the tests of the repository that belong to this package."""
 
 import sys
 from pathlib import Path

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The bench's graph with nothing in it: same processes, topics, messages and fan-out, empty
+"""The graph of the bench without cores: same processes, topics, messages and fan-out, empty
 callbacks.
 
-What rclpy and the middleware cost by themselves. `python bare_graph.py ROLE` is one process of it.
+It measures the cost of rclpy and the middleware alone. `python bare_graph.py ROLE` starts one
+process.
 """
 
 import contextlib
@@ -46,7 +47,7 @@ TOPICS = {
 
 
 def filled(topic):
-    """A message as long as the real one."""
+    """A message with the size of the real one."""
     message = TOPICS[topic]()
     if isinstance(message, BusInputs):
         message.header.frame_id = "bus"
@@ -69,7 +70,7 @@ def filled(topic):
 
 
 class Role(Node):
-    """Speaks `out` once every one of `when` has arrived; hears `also` without a word."""
+    """Node that publishes `out` once each of `when` has arrived; it also subscribes to `also`."""
 
     def __init__(self, name, when, out, also=(), raw=False):
         super().__init__(name)
@@ -89,7 +90,7 @@ class Role(Node):
 
 
 class Bus(Role):
-    """Starts the round again for every answer and counts."""
+    """Bus node that starts the next round at each answer, and counts the rounds."""
 
     def __init__(self, rounds):
         super().__init__("bus", ["/bus/outputs"], ["/bus/inputs"])
@@ -155,7 +156,7 @@ def main(role, executor, rounds=0):
     if role == "bus":
         while not node.ready():
             spinner.spin_once(timeout_sec=0.05)
-        time.sleep(1.0)  # the middleware matches readers a little after it knows of them
+        time.sleep(1.0)  # the middleware connects readers shortly after it discovers them
         node.out[0][0](node.out[0][1])
     with contextlib.suppress(ExternalShutdownException, KeyboardInterrupt):
         spinner.spin()

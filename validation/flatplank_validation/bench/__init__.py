@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Controllers and start of the bench against the truth of the simulated plant."""
+"""Tests controllers and start of the bench against the truth of the simulated plant."""

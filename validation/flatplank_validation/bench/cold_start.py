@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes the start of a bench as hard as on a new computer: nothing cached, others at work."""
+"""Reproduces the start of a bench on a new computer: without caches, with other work running."""
 
 from __future__ import annotations
 
@@ -18,9 +18,7 @@ BUSY = "while True: pass"
 
 
 def without_byte_code(folder: Path) -> dict[str, str]:
-    """Environment in which no module has byte code and no kernel machine code; both go to
-    `folder`.
-    """
+    """Environment without cached byte code and compiled kernels; both go to `folder`."""
     return {
         "PYTHONPYCACHEPREFIX": str(folder / "byte_code"),
         "NUMBA_CACHE_DIR": str(folder / "kernels"),
@@ -28,9 +26,9 @@ def without_byte_code(folder: Path) -> dict[str, str]:
 
 
 def forget_files() -> int:
-    """Have the system read the files of the environment and of our packages from disk again.
+    """Drop the files of the environment and our packages from the page cache.
 
-    Returns how many files there are; those that a running process has mapped stay in memory.
+    Returns the number of files; those that a running process has mapped stay in memory.
     """
     packages = [flatplank_analysis, flatplank_control, flatplank_hw]
     roots = [Path(sys.prefix, "lib"), *(Path(package.__path__[0]) for package in packages)]
@@ -47,7 +45,7 @@ def forget_files() -> int:
 
 @contextmanager
 def busy(processes: int) -> Iterator[None]:
-    """So many processes that only calculate."""
+    """Start `processes` processes that only compute."""
     running = [subprocess.Popen([sys.executable, "-S", "-c", BUSY]) for _ in range(processes)]
     try:
         yield

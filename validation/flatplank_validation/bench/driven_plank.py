@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The start with plank and wheel both driven, without plans: the plank's drive ramps up, and the
-wheel follows the plank's encoder from its first counts on."""
+"""Start with driven plank and wheel, without plans: the plank's drive ramps up, and the wheel
+follows the plank's encoder from its first counts on."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from flatplank_validation.bench.start_bench import StartBench
 
 
 class DrivenPlank(StartBench):
-    """The plank's axis has a drive instead of the switch."""
+    """Bench whose plank has a drive instead of the switch."""
 
     def __init__(self, tire: str = "toyo", **options) -> None:
         super().__init__(tire, overrides={"driven_axes": ["wheel", "plank"]}, **options)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Load and steering angle with and without their controllers on the same plant."""
+"""Compares load and steering angle with and without their controllers on the same plant."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ UNDULATION = {
     "load_change": {"brake": 0.0097, "drive": 0.0040},
     "run_out": {"amplitude": 1.0e-4},
 }  # fmt: skip
-"""bearings under the plank, a load that changes under Fx, a wheel that runs out"""
+"""defects that change the load: support bearings of the plank, load change with Fx, run-out"""
 PLAY: dict[str, dict[str, float]] = {"steering_play": {}}
 FZ, PRESSURE = 3700.0, 2.5
 
 
 class HoldBench(StartBench):
-    """With one more driven axis and its controller, which may be off."""
+    """Bench with one more driven axis and its controller, which may be off."""
 
     def __init__(
         self,
@@ -49,14 +49,14 @@ class HoldBench(StartBench):
         return (self.axis.step(inputs, encoders, hub),)
 
     def take(self) -> None:
-        """The controller has the axis, when it is on."""
+        """Give the axis to its controller, if that is on."""
         if self.on:
             self.axis.follow(True)
             self.until(lambda: self.axis.enabled, 2.0)
 
 
 def load_over_the_road(on: bool, kappa: float, distance: float = 2.2) -> dict[str, float]:
-    """Largest error of the true Fz [%] over bearings and braking, and of its mean."""
+    """Largest error of the true Fz over bearings and while braking, and error of its mean [%]."""
     bench = HoldBench("vertical", on, UNDULATION)
     radius = truth_row(bench.config, FZ, PRESSURE).effective_rolling_radius
     bench.sequencer.set_slip_step(kappa, 0.5, radius)
@@ -73,7 +73,7 @@ def load_over_the_road(on: bool, kappa: float, distance: float = 2.2) -> dict[st
 
 
 def load_step(first: float, second: float, tire: str = "toyo") -> dict[str, float]:
-    """Overshoot [%] and error at the end [%] of a new set-point [N], the tire at rest."""
+    """Overshoot and final error [%] after a new set-point [N], with the tire at rest."""
     bench = HoldBench("vertical", True, {}, tire=tire)
     operator = bench.plant.operator
     operator.load_to(first)
@@ -94,7 +94,7 @@ def load_step(first: float, second: float, tire: str = "toyo") -> dict[str, floa
 
 
 def steering(way: str, alpha_deg: float = 5.0, distance: float = 1.5) -> dict[str, float]:
-    """Error of the true slip angle [deg] while the tire pulls the hub through its play."""
+    """Error of the true slip angle [deg] while the tire moves the hub through its play."""
     on = way != "free"
     controller = {"play": math.radians(0.2)} if way == "by_moment" else {}
     overrides = {"encoders.steer_on_hub": True} if way == "by_hub_encoder" else {}

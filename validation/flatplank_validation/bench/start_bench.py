@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The twin without plans: load, switch, roll, and what the plant's hidden truth says of it."""
+"""Bench without plans, on the cores of the twin: load, switch, roll, with the true values of the
+plant."""
 
 from __future__ import annotations
 
@@ -21,8 +22,8 @@ from flatplank_sim.plant.truth import truth_row
 
 
 class StartBench:
-    """For benchmarks of the loop: rows of road position [m], true Fx [N], true slip, road
-    velocity [m/s]."""
+    """Bench for benchmarks of the loop. Its rows are road position [m], true Fx [N], true slip
+    [-], road velocity [m/s]."""
 
     def __init__(
         self,
@@ -54,7 +55,7 @@ class StartBench:
         return self.sample.stop_reason
 
     def cycle(self) -> None:
-        """One bus cycle in the order of the graph."""
+        """Make one bus cycle in the order of the graph."""
         inputs = self.plant.step(self._commands)
         hub, encoders = self.hub.step(inputs), self.encoders.step(inputs)
         self.hub_sample, self.encoder_sample = hub, encoders
@@ -71,7 +72,7 @@ class StartBench:
         return ()
 
     def until(self, condition: Callable[[], bool], seconds: float = 100.0) -> None:
-        """Cycles until a condition holds; TimeoutError when it never does."""
+        """Make cycles until a condition holds; TimeoutError after `seconds`."""
         for _ in range(round(seconds * self.rate_hz)):
             self.cycle()
             if condition():
@@ -79,7 +80,7 @@ class StartBench:
         raise TimeoutError("the bench waited in vain")
 
     def ready(self, fz: float, mode: str) -> None:
-        """Tire loaded [N], drive on."""
+        """Load the tire to `fz` [N] and enable the drive."""
         operator = self.plant.operator
         operator.load_to(fz)
         self.until(lambda: operator.view.load_reached)
@@ -90,7 +91,7 @@ class StartBench:
         self.until(lambda: self.sample.state == State.OPERATION_ENABLED, 2.0)
 
     def travel(self, distance: float) -> np.ndarray:
-        """Plank forward over so many metres; a row per cycle."""
+        """Move the plank forward by `distance` [m]; returns a row per cycle."""
         self.move_plank()
         rows: list[tuple[float, ...]] = []
         while not rows or rows[-1][0] < distance:
@@ -100,16 +101,16 @@ class StartBench:
         return np.array(rows)
 
     def move_plank(self) -> None:
-        """Forward at the plank's usual speed."""
+        """Start the plank forward at its usual speed."""
         self.plant.operator.plank(1, fast=True)
 
     def free_rolling(self, fz: float, distance: float) -> np.ndarray:
-        """A controller run from rest."""
+        """Make a run of the free-rolling controller from rest."""
         self.ready(fz, "free_rolling")
         return self.travel(distance)
 
     def slip(self, fz: float, kappa: float, at: float, distance: float) -> np.ndarray:
-        """A slip step from rest with the true r_e of the plant."""
+        """Make a slip step from rest with the true r_e of the plant."""
         pressure = self.config.tire.nominal_pressure_bar
         radius = truth_row(self.config, fz, pressure).effective_rolling_radius
         self.sequencer.set_slip_step(kappa, at, radius)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cases of the start benchmark: tires made to measure, and true slip against the road."""
+"""Cases of the start benchmark: tires with given C_x and sigma, and true slip against the road."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from flatplank_sim.plant.truth import truth_row
 from flatplank_validation.bench.start_bench import StartBench
 
 TOYO = 203_000.0
-"""C_x [N/m]"""
+"""C_x of the Toyo [N/m]"""
 HALF_LENGTH = 0.0708
 FZ, PRESSURE, RADIUS = 3700.0, 2.5, 0.05
 PINION_TURN = 2.0 * math.pi * RADIUS
@@ -24,27 +24,27 @@ ROAD_DEFECTS = {
     "speed_droop": {"per_kn": 0.0008},
     "mesh_ripple": {"tooth": 20e-6, "turn": 40e-6},
 }
-"""an encoder that reads wrong, a road that is slower under load, a mesh that ripples"""
+"""defects of the road's speed: encoder error, droop under load, mesh ripple"""
 
 
 class Made(NamedTuple):
-    """A tire and a loop."""
+    """A tire and a loop delay."""
 
     share: float
-    """C_x over the Toyo's"""
+    """C_x over that of the Toyo [-]"""
     sigma: float
-    """[m]"""
+    """relaxation length [m]"""
     rate: int
-    """[Hz]"""
+    """bus rate [Hz]"""
     cycles: int
-    """of delay"""
+    """delay [cycles]"""
 
 
 FURTHER = (
     Made(0.5, 1.0, 250, 2), Made(0.5, 0.15, 250, 3), Made(2.0, 0.3, 250, 1),
     Made(3.0, 0.12, 500, 2), Made(5.0, 0.08, 250, 2),
 )  # fmt: skip
-"""delays of 5 to 14 ms with the hold"""
+"""further cases, with delays of 5 to 14 ms including the hold"""
 
 
 def like(stiffness: float, sigma: float) -> dict[str, float]:
@@ -57,7 +57,7 @@ def like(stiffness: float, sigma: float) -> dict[str, float]:
 
 
 def further(made: Made, controller: Mapping[str, Any]) -> dict[str, float]:
-    """Margin with the gains that the start has found, and the swing of the true force."""
+    """Phase margin with the gains estimated at the start, and variation of the true force."""
     bench = StartBench(
         "toyo",
         rate_hz=made.rate,
@@ -77,10 +77,7 @@ def further(made: Made, controller: Mapping[str, Any]) -> dict[str, float]:
 def driven(
     kappa: float, distance: float, wrong: float = 1.0, road_encoder: bool = False, **sequencer: Any
 ) -> tuple[Run, np.ndarray]:
-    """Measured samples, and true slip averaged over turns of the pinion against the true road.
-
-    `wrong`: r_e that was measured over the true one.
-    """
+    """Measured samples, and true slip against the true road, averaged over turns of the pinion."""
     fitted = {"encoders.road_encoder_fitted": True} if road_encoder else {}
     bench = StartBench(
         "toyo",
@@ -110,7 +107,8 @@ def driven(
 
 
 def slip_errors(kappa: float) -> dict[str, float]:
-    """Largest error of the slip over a turn of the pinion [%], the thesis's way and ours."""
+    """Largest error of the mean slip over a turn of the pinion [%], by the thesis's method and
+    ours."""
     truth = truth_row(StartBench("toyo").config, FZ, PRESSURE)
     run, _ = driven(0.0, 3.2, follow_until=100.0)
     road = learn([run], truth.standstill_stiffness_x, truth.relaxation_length_x)

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Blind test of the discovery: campaigns whose answer is known, made without any analysis code."""
+"""Blind test of the diagnosis: campaigns with known answers, made without any analysis code."""

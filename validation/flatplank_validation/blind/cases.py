@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How a blind campaign is made from its name and a seed."""
+"""Makes a blind campaign from its name and a seed."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ from flatplank_validation.blind.worlds import PRESENT, WORLDS, Scatter
 
 """what a factor multiplies, by the letter in the name of a campaign"""
 PAIR = 3.0
-"""times the larger of the two for each effect of a pair"""
+"""size of an effect of a pair over its detectable size, or its size of no consequence if larger"""
 
 
 @dataclass(frozen=True)
 class Case:
-    """One campaign to be: a name says everything, with the seed of the kit."""
+    """Definition of one campaign: with the seed of the kit, its name determines everything."""
 
     group: str
     """none, single, pair, outside, combined"""
@@ -43,11 +43,11 @@ class Case:
     design: str = "plain"
     number: int = 0
     rung: str = "x"
-    """what the factor multiplies: x: the detectable size, c: the one that is of no consequence"""
+    """base of the factor: x: the detectable size, c: the size of no consequence"""
 
     @property
     def key(self) -> str:
-        """Its name in the journal."""
+        """Key in the journal."""
         what = "+".join(self.hidden) or "nothing"
         return (
             f"{self.group}/{self.world}/{what}/{self.rung}{self.factor:g}/{self.noise}/"
@@ -56,13 +56,13 @@ class Case:
 
 
 def least_of(case: Case, name: str) -> float:
-    """Detectable size in the noise and scatter of this campaign."""
+    """Detectable size of an effect with the noise and scatter of this campaign."""
     return detectable(case.world, name, case.noise, case.scatter, case.design)
 
 
 def size_of(case: Case, name: str) -> float:
-    """Size of what is hidden; infinite when it is not asked: the runs cannot show it, or the size
-    of no consequence is below the detectable one.
+    """Size of a hidden effect; infinite when the campaign is not scored, because the runs cannot
+    show the effect, or because the size of no consequence is below the detectable one.
     """
     item, least = MENU[name], least_of(case, name)
     if not math.isfinite(least) or least > item.most:
@@ -78,7 +78,7 @@ def size_of(case: Case, name: str) -> float:
 
 
 def make(case: Case, seed: int) -> tuple[list[MeasurementTable], dict[str, Any]] | None:
-    """Tables of a campaign and its answer; None when it is not asked."""
+    """Tables of a campaign and its answer; None when it is not scored."""
     names = () if case.group in ("none", "outside") else case.hidden
     sizes = {name: size_of(case, name) for name in names}
     if not all(math.isfinite(s) for s in sizes.values()):
@@ -90,8 +90,8 @@ def make(case: Case, seed: int) -> tuple[list[MeasurementTable], dict[str, Any]]
     columns = world.run(runs, sizes, random, scatter)
     answer: dict[str, Any] = {"effects": [_answer(case, n, s) for n, s in sizes.items()]}
     answer["outside"] = None
-    # a steering angle that nobody sees is enough to show combined slip, and loads that differ are
-    # to show the rolling resistance
+    # an unmeasured steering angle is enough to show combined slip, and different loads are
+    # enough to show rolling resistance
     answer["present"] = list(PRESENT.get(case.world, ()))
     if case.group == "outside":
         draw = int(random.integers(2**32))
@@ -113,8 +113,8 @@ def make(case: Case, seed: int) -> tuple[list[MeasurementTable], dict[str, Any]]
 
 
 def _sizes_of_force(case: Case, unit: Force) -> dict[str, float]:
-    """Size of a force in no library, its detectable size, and the one that is of no consequence;
-    infinite when it is not asked.
+    """Size of a force outside the library, its detectable size, and the size of no consequence;
+    the size is infinite when it is not scored.
     """
     around = case.world, unit, case.noise, case.scatter, case.design
     least, slight = detectable_force(*around), consequence_of_force(*around)
@@ -133,7 +133,7 @@ def _answer(case: Case, name: str, size: float) -> dict[str, Any]:
 
 
 def measured_table(c: Columns, run: Run, radius: float) -> MeasurementTable:
-    """A run of a world as it is given to the analysis."""
+    """Measurement table of a run, as given to the analysis."""
     names = ("time", "plank_position", "wheel_angle", *RELATIVE)
     s = run.setting
     info = RunRecord(

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The size of an effect that can be found with 80 % power at a family-wise level of 5 %.
+"""Computes the size of an effect that can be found with 80 % power at a family-wise level of 5 %.
 
-Computed by the generator from its own noise and its own tire, never by what diagnoses: the change
-of all forces by the effect, what a fit of the tire can imitate taken out, weighed with the
-covariance of the noise and of the tire's scatter from run to run. No least size is put in.
+It uses the noise and the tire of the generator, never code of the diagnosis. The strength of an
+effect is the change of all forces, without the part that a fit of the tire can imitate, weighted
+with the covariance of the noise and of the tire's scatter from run to run.
 """
 
 from __future__ import annotations
@@ -28,30 +28,31 @@ from flatplank_validation.blind.plan import runs_of
 from flatplank_validation.blind.worlds import WORLDS, Scatter
 
 COLUMNS = 100
-"""effects that are looked at: the level is divided by it"""
+"""number of tested effects, by which the significance level is divided"""
 NEEDED = float((norm.isf(0.05 / COLUMNS / 2.0) + norm.isf(0.2)) ** 2)
 PLACES = np.arange(0.02, 4.1, 0.04)
 CHANNELS = ("fx", "fy", "fz")
 ROUNDS, CLOSE = 12, 0.02
-"""steps towards the size whose strength is the needed one, and how near is near enough"""
+"""largest number of iterations for the detectable size, and their relative tolerance"""
 VISIBLE, SHIFTS = 0.03, 2
-"""share of the change, but for a constant pull, that must be left beside a fit of the tire; how
-many forces may have a constant pull"""
+"""smallest part of the change (without a constant force) that a fit of the tire must not imitate;
+number of forces that may have a constant offset"""
 REST, CREST, SHARES, CREST_PLACES = 0.3, 1.0, (0.0012, 0.002), 5
-"""a force in no library is of consequence from so many floors, in its mean over all runs or at its
-crest, and from these shares of the largest force, as docs/discovery.md has it; places of a
-crest"""
+"""a force outside the library is of consequence above these multiples of the noise floor, for its
+mean over all runs and for its peak, and above these shares of the largest force
+(docs/discovery.md); grid points of a peak"""
 NO_PART = (
     "page.py", "tables.py", "points.py", "journal.py", "rivals.py", "rival_scores.py",
     "markdown.py", "nulls.py",
 )  # fmt: skip
-"""files of the kit that the campaigns do not depend on"""
+"""files of the kit that do not affect the campaigns"""
 SHARED = tuple(Path(str(m.__file__)) for m in (conditions, menu))
-"""what sealed challenges have in common with the kit"""
+"""modules of sealed challenges that the kit uses"""
 
 
 def _blocks(runs: list[Columns]) -> np.ndarray:
-    """Forces at places of the plank (runs, channels, places); the load without its run mean."""
+    """Forces at plank positions, shape (runs, channels, positions); the load without its mean per
+    run."""
     out = []
     for c in runs:
         rows = [np.interp(PLACES, c["plank_position"], c[name]) for name in CHANNELS]
@@ -60,8 +61,9 @@ def _blocks(runs: list[Columns]) -> np.ndarray:
     return np.array(out)
 
 
-class _Lot:
-    """A world and a design without noise, with what a fit of its tire can imitate."""
+class _NoiseFree:
+    """Noise-free campaign of a world and a design, with the changes that a fit of its tire can
+    imitate."""
 
     def __init__(self, world: str, design: str) -> None:
         self.world, self.runs = WORLDS[world](None), runs_of(design, np.random.default_rng(5))
@@ -78,11 +80,11 @@ class _Lot:
         return (world or self.world).run(self.runs, sizes, np.random.default_rng(11), scatter)
 
     def change(self, name: str, size: float) -> np.ndarray:
-        """By the effect alone: what stands around it is there without it, too."""
+        """Change of the forces by the effect alone; the reference has its side conditions, too."""
         return _blocks(self.run({name: size})) - _blocks(self.run({name: 0.0}))
 
     def pushed(self, force: Force) -> np.ndarray:
-        """By a force in the direction of travel."""
+        """Change by an added longitudinal force."""
         moved = [
             c | {"fx": c["fx"] + force(c, run)}
             for c, run in zip(self.columns, self.runs, strict=True)
@@ -90,13 +92,13 @@ class _Lot:
         return _blocks(moved) - self.plain
 
     def scattered(self) -> np.ndarray:
-        """By one per cent of grip and tread in every run."""
+        """Change by one per cent of grip and tread stiffness in every run."""
         gain = Scatter.none(len(self.runs))
         more = Scatter(gain.gain + 0.01, gain.delay, gain.bumps)
         return _blocks(self.run({}, scatter=more)) - self.plain
 
     def _shifts(self) -> list[np.ndarray]:
-        """A constant pull in each force."""
+        """A constant offset in each force."""
         out = []
         for channel in range(SHIFTS):
             one = np.zeros_like(self.plain)
@@ -105,8 +107,8 @@ class _Lot:
         return out
 
     def _laws(self) -> list[np.ndarray]:
-        """Another force at one size of slip, the same in both directions: a force law may be of
-        any symmetric form."""
+        """A change of the force at one amount of slip, the same for driving and braking, since a
+        force law may have any symmetric form."""
         out = []
         after = PLACES > STEP
         sizes = np.array([abs(run.setting.kappa) for run in self.runs])
@@ -118,16 +120,16 @@ class _Lot:
 
 
 @lru_cache(maxsize=16)
-def _lot(world: str, design: str) -> _Lot:
-    return _Lot(world, design)
+def _noise_free(world: str, design: str) -> _NoiseFree:
+    return _NoiseFree(world, design)
 
 
 @lru_cache(maxsize=64)
 def _factors(world: str, design: str, noise: str, scatter: float) -> list[list]:
-    """Cholesky factors of the covariance, by run and channel."""
+    """Cholesky factors of the covariance, per run and channel."""
     spacing = float(PLACES[1] - PLACES[0]) / 0.0309
     noises = covariance(NOISES[noise], PLACES / 0.0309, spacing)
-    loose = _lot(world, design).scattered() * scatter / 0.01
+    loose = _noise_free(world, design).scattered() * scatter / 0.01
     return [
         [
             cho_factor(RELATIVE[name] ** 2 * noises + np.outer(g, g))
@@ -138,7 +140,7 @@ def _factors(world: str, design: str, noise: str, scatter: float) -> list[list]:
 
 
 def strength(change: np.ndarray, base: np.ndarray, factors: list[list]) -> float:
-    """Noncentrality of a change once the tire's fit has taken its part."""
+    """Noncentrality of a change, without the part that the fit of the tire takes."""
     columns = np.concatenate([base, change[None]])
     m = len(columns)
     products = np.zeros((m, m))
@@ -148,14 +150,14 @@ def strength(change: np.ndarray, base: np.ndarray, factors: list[list]) -> float
             products += s @ cho_solve(factor, s.T)
     scale = np.sqrt(np.maximum(np.diag(products), 1e-30))
     work = products / np.outer(scale, scale)
-    # a constant pull is known to be free; of the rest a part must be left beside the tire
+    # a constant offset is free; of the rest, a part must remain beside the fit of the tire
     rest = _left(work[-SHIFTS - 1 :, -SHIFTS - 1 :])
     left = _left(work)
     return left * scale[-1] ** 2 if left > VISIBLE * rest else 0.0
 
 
 def _left(products: np.ndarray) -> float:
-    """What is left of the last column beside the others, of 1."""
+    """Part of the last column that is independent of the others, 0 .. 1."""
     inner = products[:-1, :-1] + 1e-9 * np.eye(len(products) - 1)
     taken = np.linalg.solve(inner, products[:-1, -1])
     return float(products[-1, -1] - products[-1, :-1] @ taken)
@@ -164,30 +166,30 @@ def _left(products: np.ndarray) -> float:
 def strength_of(
     world: str, name: str, size: float, noise: str, scatter: float, design: str
 ) -> float:
-    """Noncentrality of an effect of this size."""
-    lot = _lot(world, design)
-    change = lot.change(name, size)
-    return strength(change, lot.base, _factors(world, design, noise, scatter))
+    """Noncentrality of an effect with this size."""
+    clean = _noise_free(world, design)
+    change = clean.change(name, size)
+    return strength(change, clean.base, _factors(world, design, noise, scatter))
 
 
 def detectable_force(
     world: str, force: Force, noise: str, scatter: float, design: str = "plain"
 ) -> float:
-    """Factor with which a force of any form can be found."""
-    lot = _lot(world, design)
-    found = strength(lot.pushed(force), lot.base, _factors(world, design, noise, scatter))
+    """Factor by which a force of any form must be scaled to be detectable."""
+    clean = _noise_free(world, design)
+    found = strength(clean.pushed(force), clean.base, _factors(world, design, noise, scatter))
     return math.sqrt(NEEDED / found) if found > 0.0 else math.inf
 
 
 def consequence_of_force(
     world: str, force: Force, noise: str, scatter: float, design: str = "plain"
 ) -> float:
-    """Factor from which on a force counts, beside the floor that noise and scatter make."""
-    lot = _lot(world, design)
-    pushed, own = lot.pushed(force)[:, 0], lot.plain[:, 0]
-    slips = np.array([run.setting.kappa for run in lot.runs])
+    """Factor above which a force is of consequence, relative to the floor of noise and scatter."""
+    clean = _noise_free(world, design)
+    pushed, own = clean.pushed(force)[:, 0], clean.plain[:, 0]
+    slips = np.array([run.setting.kappa for run in clean.runs])
     level = covariance(NOISES[noise], PLACES[:1], float(PLACES[1] - PLACES[0]) / 0.0309)[0, 0]
-    loose = lot.scattered()[:, 0] * scatter / 0.01
+    loose = clean.scattered()[:, 0] * scatter / 0.01
     floor = math.sqrt(RELATIVE["fx"] ** 2 * level + float(np.mean(loose**2)))
     largest = float(np.abs(own).max())
     smooth = np.ones(CREST_PLACES) / CREST_PLACES
@@ -205,7 +207,7 @@ def detectable(
 ) -> float:
     """Detectable size of an effect; infinite when these runs cannot show it.
 
-    Kept in a file beside the journals: it takes seconds each.
+    The results are cached in a file beside the journals, since each takes seconds.
     """
     design = design or MENU[name].design
     key = f"{world}/{name}/{noise}/{scatter:g}/{design}"
@@ -222,13 +224,13 @@ def detectable(
 
 
 def cache() -> Path:
-    """Folder of the journals and of what takes long to compute."""
+    """Folder of the journals and of cached results."""
     return Path(os.environ.get("FLATPLANK_ROOT", ".")) / ".cache" / "blind"
 
 
 @lru_cache(maxsize=1)
 def kit_version() -> str:
-    """Fingerprint of what makes the campaigns and their sizes."""
+    """Fingerprint of the code that makes the campaigns and their sizes."""
     digest = hashlib.sha256()
     for part in (Path(__file__).parent, Path(flatplank_sim.plant.__file__).parent, *SHARED):
         for source in sorted(part.rglob("*.py")) or [part]:
@@ -247,7 +249,7 @@ def _computed(world: str, name: str, noise: str, scatter: float, design: str) ->
         found = strength_of(world, name, size, noise, scatter, design)
         if found <= 0.0:
             return math.inf
-        # plays and gaps do not grow in proportion: approach in steps
+        # the effect of plays is not proportional to their size: iterate
         step = math.sqrt(NEEDED / found)
         if abs(step - 1.0) < CLOSE:
             break

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Campaigns of the second tire on a machine whose faults have other forms (forms_kernel.py).
 
-Machine and sensors were written without a look at the library of effects. The sizes mean what
-the menu says in the first order: a gap is the way from stop to stop, a drift what it comes to, a
+Machine and sensors were written independently of the library of effects. To first order the sizes
+mean the same as in the menu: a gap is the travel from stop to stop, a drift its final value, a
 wave its first harmonic.
 """
 
@@ -29,45 +29,45 @@ from flatplank_validation.blind.second import (
 from flatplank_validation.blind.second_kernel import AT, OUT, SAMPLE
 
 LEVELS = {"fx": 2500.0, "fy": 1500.0, "fz": 120.0, "mx": 8.0, "mz": 12.0}
-"""of a channel at which its crosstalk bends [N, N m]"""
+"""level of a channel at which its crosstalk saturates [N, N m]"""
 BEND = 3.0
-"""how far what saturates over the runs has come to its end with the last"""
+"""number of time constants over all runs, for changes that saturate"""
 
 
 @dataclass(frozen=True)
 class FormsMachine:
-    """What is wrong: numbers of the kernel by name, and what only the sensors do."""
+    """Faults of the machine: parameters of the kernel by name, and faults of the sensors."""
 
     kernel: Mapping[str, float] = field(default_factory=dict)
     load_power: float = 0.0
-    """exponent of the carcass over load"""
+    """exponent of the carcass stiffness over load"""
     pressure_share: float = 0.0
-    """change of the carcass per relative change of pressure, levelling off"""
+    """change of the carcass stiffness per relative change of pressure; it saturates"""
     wear: float = 0.0
     """grip lost from the first to the last run, most of it in the first third"""
     patch: tuple[float, float, float] | None = None
-    """(middle [m], width [m], loss of grip), without edges"""
+    """(centre [m], width [m], loss of grip), with a smooth profile"""
     parasitic: float = 0.0
-    """[N] in Fx and, four fifths of it, Fz: a shaft that rubs on one side"""
+    """force of a shaft that rubs on one side [N]: in Fx, and 0.8 of it in Fz"""
     uneven: float = 0.0
-    """[N] in Fx, once per turn, with a sharp crest"""
+    """once-per-turn force in Fx with a sharp peak [N]"""
     mix: Mapping[tuple[str, str], float] = field(default_factory=dict)
-    """share of the first channel in the second at a small change of it"""
+    """(source, target) -> crosstalk for a small change of the source"""
     drift: float = 0.0
-    """[N/s] of Fx from the begin to the end of a run; it fades"""
+    """mean drift of Fx over a run, with falling slope [N/s]"""
     drift_runs: float = 0.0
-    """[N] of Fx from the first to the last run; it fades"""
+    """change of Fx from the first to the last run, with falling slope [N]"""
     lag: float = 0.0
-    """[s], half of it in each of two filters"""
+    """total lag of two equal filters [s]"""
     skew: float = 0.0
-    """[s] in the middle of a run; the clock runs off by a tenth of it"""
+    """time skew in the middle of a run [s]; it changes by 10 % towards either end"""
     rolling_share: float = 0.0
     load_waves: float = 0.0
-    """[N] more of the undulation of the load over the plank; the hub sees it"""
+    """additional load undulation over the plank, which the hub measures [N]"""
 
 
 def fading(share: np.ndarray | float, bend: float = BEND) -> Any:
-    """From 0 to 1 with a slope that falls."""
+    """Saturating curve from 0 to 1."""
     return np.expm1(-bend * share) / math.expm1(-bend)
 
 
@@ -80,7 +80,7 @@ def measure(
     delay: float,
     bumps: np.ndarray,
 ) -> Columns:
-    """One run without noise; `count` runs make the campaign."""
+    """Make one run without noise; the campaign has `count` runs."""
     share, s = run.index / max(count - 1, 1), run.setting
     friction = np.full(ROAD_CELLS, 1.0 - machine.wear * fading(share))
     if machine.patch:
@@ -138,7 +138,7 @@ def _sensors(c: Columns, tire: SecondTire, machine: FormsMachine, run: Run, shar
 
 
 def _rubbing(angle: np.ndarray) -> np.ndarray:
-    """A wave that levels off; its first harmonic is 1."""
+    """A saturated cosine; its first harmonic is 1."""
     return np.tanh(1.5 * np.cos(angle)) / 1.01087
 
 
@@ -182,7 +182,7 @@ MENU_OF_FORMS: dict[str, Form] = {
     "runout_1": _kernel("out_1"),
     "runout_2": _kernel("out_2"),
     "drive_brake_asymmetry": _kernel("brake_grip"),
-    # what is added at 4 kN
+    # so that the added deflection at 4 kN is the same
     "carcass_softening": lambda s, r: {"kernel": {"softening": s / 0.79810}},
     "carcass_creep": _kernel("creep"),
     "carcass_load": _field("load_power"),
@@ -202,11 +202,11 @@ MENU_OF_FORMS: dict[str, Form] = {
     "time_skew": _field("skew"),
     "rolling_resistance": _field("rolling_share"),
 }
-"""fields of FormsMachine for an effect of a size"""
+"""effect -> function from its size to fields of FormsMachine"""
 
 
 def machine_of(sizes: Mapping[str, float], random: Random) -> FormsMachine:
-    """The machine with effects of these sizes."""
+    """Machine with effects of these sizes."""
     fields: dict[str, Any] = {}
     for name, size in sizes.items():
         for key, value in MENU_OF_FORMS[name](size, random).items():
@@ -218,7 +218,7 @@ def machine_of(sizes: Mapping[str, float], random: Random) -> FormsMachine:
 def runs_of_forms(
     tire: SecondTire, runs: Sequence[Run], machine: FormsMachine, scatter
 ) -> list[Columns]:
-    """All runs without noise."""
+    """Make all runs without noise."""
     return [
         measure(
             tire, machine, run, len(runs), float(scatter.gain[run.index]),

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A machine whose faults have other forms than a textbook's, under the cells of the second tire.
+"""A machine with unusual forms of faults, with the tire of cells of the second kit.
 
-Every fault is written from its physics: a clearance has a Hertz contact at its stop, an oil film
-in between and friction that holds; oil drags a gear across its gap; wear, grip and crosstalk
-saturate; drifts have a time constant; a slide lets go of its load with hysteresis; rubber creeps
-with two times. All is quasi-static in the masses.
+Each fault follows its physics. A clearance has Hertz contact at its stops, an oil film in between,
+and dry friction. Oil drags a gear across its gap. Wear, grip and crosstalk saturate, drifts have a
+time constant. A slide unloads with hysteresis, rubber creeps with two time constants. Masses are
+neglected.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from flatplank_validation.blind.second_kernel import (
     tire_step,
 )
 
-#: numbers of the machine, in the order in which the kernel gets them
+#: parameters of the machine, in the order in which the kernel gets them
 FORMS = (
     "road_gap", "side_gap", "sink_gap", "drive_gap", "rack_gap",
     "ripple", "ripple_period", "ripple_phase", "droop",
@@ -44,31 +44,31 @@ FORM_AT = {name: i for i, name in enumerate(FORMS)}
 ) = range(18)  # fmt: skip
 
 FILM = 4.0e5
-"""of the oil in a clearance [N s/m]"""
+"""damping of the oil film in a clearance [N s/m]"""
 HOLD = 15.0
-"""[N] of friction without force, and its share of the force"""
+"""dry friction without force [N]; HOLD_SHARE adds a part of the force"""
 HOLD_SHARE = 0.01
 HERTZ = 2.0e10
-"""of a stop [N/m^1.5]: 3 kN press it in by 0.03 mm"""
+"""Hertz stiffness of a stop [N/m^1.5]: 3 kN deflect it by 0.03 mm"""
 OIL = 0.12
-"""share of the motion of a gear that its oil carries across the gap"""
+"""part of a gear's motion that its oil transmits across the gap [-]"""
 FLANK_TIME = 0.15
-"""[s] in which a flank settles on the other"""
+"""time for one flank to settle on the other [s]"""
 GUIDE = 35.0
-"""friction of the guides that keeps the plank on one flank of its rack [N]"""
+"""friction of the guides, which holds the plank on one flank of its rack [N]"""
 VERTICAL = 1.06e5
-"""of the tire [N/m]"""
+"""vertical stiffness of the tire [N/m]"""
 
 
 @njit(cache=True, nogil=True)
 def pressed(force):
-    """How far a stop gives way under a force [m]."""
+    """Deflection of a stop under a force [m]."""
     return (abs(force) / HERTZ) ** (2.0 / 3.0)
 
 
 @njit(cache=True, nogil=True)
 def in_clearance(at, gap, force, h):
-    """Place of a part with friction and an oil film in a clearance, after a step of time."""
+    """Position of a part with friction and an oil film in a clearance, after a time step `h`."""
     hold = HOLD + HOLD_SHARE * abs(force)
     push = 0.0
     if abs(force) > hold:
@@ -77,7 +77,7 @@ def in_clearance(at, gap, force, h):
     new = at + push / FILM * h
     if push == 0.0:
         return min(max(at, -limit), limit)
-    # near the stop the film is squeezed out: the part slows down
+    # near the stop the film is squeezed out and slows the part down
     room = limit - math.copysign(1.0, push) * at
     slow = room / (room + 0.1 * gap + 1e-9) if room > 0.0 else 0.0
     new = at + push / FILM * h * slow
@@ -86,26 +86,26 @@ def in_clearance(at, gap, force, h):
 
 @njit(cache=True, nogil=True)
 def triangle(u):
-    """A wave with rounded corners and straight flanks; u in turns, its first harmonic is 1."""
+    """A rounded triangle wave over u [turns]; its first harmonic is 1."""
     return math.asin(0.96 * math.sin(2.0 * math.pi * u)) / 1.16104
 
 
 @njit(cache=True, nogil=True)
 def lobed(angle, order):
-    """A wave with a sharp crest and a flat trough; its first harmonic is 1."""
+    """A wave with sharp peaks and flat troughs; its first harmonic is 1."""
     return math.cos(order * angle) + 0.25 * math.cos(2.0 * order * angle)
 
 
 @njit(cache=True, nogil=True)
 def run_forms(p, q, friction, bumps, out):
-    """One run from standstill; out (6, samples); returns the number of samples."""
+    """Simulate one run from standstill; out: shape (6, samples); returns the number of samples."""
     h = SAMPLE / SUB
     bend, trial = np.zeros((2, CELLS)), np.zeros((2, CELLS))
     carcass = np.zeros(5)
     own = p.copy()
     pinion = wheel = speed = last_ripple = 0.0
     plate = side_at = sunk = slide = late = 0.0
-    # rolling resistance leaves the gear nearer to its braking side
+    # rolling resistance leaves the gear closer to its braking flank
     flank = -0.3 * q[DRIVE_GAP]
     rack = -0.5 * q[RACK_GAP]
     short = long = 0.0
@@ -117,12 +117,12 @@ def run_forms(p, q, friction, bumps, out):
         pinion += travel
         wheel += turned
         angle = wheel / p[RADIUS] + p[START]
-        # the belt or gear of the road: pitch error, and it gives way with a delay
+        # belt or gear of the road: pitch error, and delayed elasticity
         wave = q[RIPPLE] * triangle(pinion / q[RIPPLE_PERIOD] + q[RIPPLE_PHASE])
         late += (fx - late) * h / 1.5
         road = travel * (1.0 + q[DROOP] * late) + wave - last_ripple
         last_ripple = wave
-        # gear of the wheel: in the gap only the oil takes the follower along
+        # gear of the wheel: in the gap only the oil drags the follower
         before = flank
         limit = q[DRIVE_GAP] + pressed(fx)
         moved = (1.0 - OIL) * (turned - free)
@@ -130,19 +130,19 @@ def run_forms(p, q, friction, bumps, out):
         flank += moved * room / (room + 0.15 * q[DRIVE_GAP] + 1e-9)
         flank = min(max(flank, -limit), limit)
         lost = flank - before
-        # rack of the plank: it lies on one flank until the tire pulls harder than the guides
+        # rack of the plank: it stays on one flank until the tire force exceeds the guide friction
         before = rack
         aim = 0.5 * q[RACK_GAP] if fx > GUIDE else -0.5 * q[RACK_GAP]
         if abs(fx - GUIDE) > 0.3 * GUIDE:
             rack += (aim - rack) * h / (FLANK_TIME + 100.0 / (abs(fx - GUIDE) + 50.0))
         road += rack - before
-        # load: what the hub sees, and a part that it does not see
+        # load: one part that the hub measures, and one that it does not
         load = p[NOMINAL] + bumps[0] * math.sin(pinion / 0.207 + bumps[1])
         load += bumps[2] * math.cos(pinion / 0.0796 + bumps[3])
         radial = q[OUT_1] * lobed(angle - 0.7, 1.0) + q[OUT_2] * lobed(angle - 0.2, 2.0)
         load += VERTICAL * radial * (1.0 + radial / 0.02)
         brake = min(fx, 0.0)
-        # the slide sticks by 150 N before it lets go of the load; its lever grows
+        # the slide sticks up to 150 N before it unloads; its lever grows
         slide = min(max(slide, brake - 150.0), brake + 150.0)
         lever = (1.0 - min(slide, 0.0) / 2000.0) / 2.0
         load *= 1.0 + q[LOSS] * lever * min(slide, 0.0) / p[NOMINAL]
@@ -159,7 +159,7 @@ def run_forms(p, q, friction, bumps, out):
         side = (p[CAMBER_SLIP] - math.tan(p[ALPHA])) * road - (side_at - before)
         k = min(int(max(pinion, 0.0) * 500.0), friction.shape[0] - 1)
         grip = friction[k] * (1.0 - q[BRAKE_GRIP] * (1.0 - math.exp(brake / 1200.0)))
-        # the carcass gives way towards a limit, and creeps with two times
+        # the carcass softens towards a limit, and creeps with two time constants
         own[CARCASS_X] = p[CARCASS_X] / (1.0 + q[SOFTENING] * (1.0 - math.exp(-abs(fx) / 2500.0)))
         short += (0.6 * q[CREEP] * fx / p[CARCASS_X] - short) * h / 3.0
         long += (0.4 * q[CREEP] * fx / p[CARCASS_X] - long) * h / 20.0

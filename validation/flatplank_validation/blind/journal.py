@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs blind cases in processes and keeps every result at once: stop it and start it again."""
+"""Runs blind cases in processes and writes every result at once, so that it can be stopped and
+resumed."""
 
 from __future__ import annotations
 
@@ -31,7 +32,7 @@ OF_EFFECT = ("name", "kind", "size", "unit", "interval", "class", "p_value")
 
 @lru_cache
 def code_version(folders: tuple[str, ...] = JUDGED) -> str:
-    """Fingerprint of the code that diagnoses: results of other code are not mixed in."""
+    """Fingerprint of the diagnosis code, which keeps results of different code apart."""
     root = Path(flatplank_analysis.__file__).parent
     digest = hashlib.sha256()
     for folder in folders:
@@ -43,7 +44,7 @@ def code_version(folders: tuple[str, ...] = JUDGED) -> str:
 
 @lru_cache(maxsize=1)
 def commit() -> str:
-    """Of the files that run; with + when some differ from it."""
+    """Git commit of the running files, with + when some differ from it."""
     asked = ["git", "-C", str(Path(__file__).parent), "describe", "--always", "--dirty=+"]
     try:
         done = subprocess.run(asked, capture_output=True, text=True, timeout=20)
@@ -53,14 +54,14 @@ def commit() -> str:
 
 
 def diagnose(tables: list) -> dict[str, Any]:
-    """The diagnosis of tables; it sees nothing else."""
+    """Diagnose tables, with no other information."""
     result = Session.of_tables(tables).diagnose().to_dict()
     short = {k: result[k] for k in KEPT}
     return short | {"effects": [{k: e[k] for k in OF_EFFECT} for e in result["effects"]]}
 
 
 def solve(case: Case, seed: int) -> dict[str, Any]:
-    """One line of the journal."""
+    """Make and diagnose a case; returns one line of the journal."""
     entry = {"key": case.key, "seed": seed, "code": code_version(), "kit": kit_version()}
     entry |= {"commit": commit(), "case": asdict(case)}
     made = make(case, seed)
@@ -71,7 +72,7 @@ def solve(case: Case, seed: int) -> dict[str, Any]:
 
 
 def read(path: Path) -> list[dict[str, Any]]:
-    """All whole lines of a journal; a line that was cut off is left out."""
+    """All complete lines of a journal; a truncated line is ignored."""
     out = []
     if path.is_file():
         for line in path.read_text(encoding="utf-8").splitlines():
@@ -85,9 +86,9 @@ def read(path: Path) -> list[dict[str, Any]]:
 def of_this_code(
     entries: Iterable[dict[str, Any]], seed: int, any_code: bool = False
 ) -> dict[str, dict[str, Any]]:
-    """Entries of this seed that the present code made from the present kit, by key.
+    """Entries of this seed, made by the present code from the present kit, by key.
 
-    any_code: those of older code too, where the present has none.
+    any_code: also entries of other code, where the present code has none.
     """
     here = [e for e in entries if (e["seed"], e.get("kit")) == (seed, kit_version())]
     old = {e["key"]: e for e in here} if any_code else {}
@@ -95,14 +96,14 @@ def of_this_code(
 
 
 def publish(path: Path, header: dict[str, Any], entries: Iterable[dict[str, Any]]) -> None:
-    """A journal for the docs: what a page is made of, in one small file; the same bytes again."""
+    """Write a journal for the docs to one compressed file, reproducible byte for byte."""
     lines = [json.dumps(one, sort_keys=True) for one in (header, *entries)]
     with path.open("wb") as raw, gzip.GzipFile("", "wb", 9, raw, 0) as stream:
         stream.write(("\n".join(lines) + "\n").encode())
 
 
 def published(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """Header and entries of a journal in the docs."""
+    """Read header and entries of a journal in the docs."""
     header, *entries = map(json.loads, gzip.decompress(path.read_bytes()).splitlines())
     return header, entries
 
@@ -114,7 +115,7 @@ def run(
     jobs: int = 1,
     progress: Progress = lambda _done, _all, _key: None,
 ) -> list[dict[str, Any]]:
-    """Solve what is not in the journal yet; returns the entries of all these cases."""
+    """Solve the cases that the journal lacks; returns the entries of all cases."""
     path.parent.mkdir(parents=True, exist_ok=True)
     known = of_this_code(read(path), seed)
     missing = [c for c in cases if c.key not in known]
@@ -132,7 +133,7 @@ def run(
 def solved(
     work: Callable[[Any], dict[str, Any]], cases: Sequence[Any], jobs: int
 ) -> Iterator[dict[str, Any]]:
-    """Entries as they are ready: of `jobs` processes, or of this one."""
+    """Yield entries as they are ready, from `jobs` processes or from this one."""
     if jobs <= 1:
         yield from map(work, cases)
         return

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The list of blind campaigns.
 
-It belongs to a seed: another seed is another list, with other noise and scatter for every effect
-and another order, so that a list can be held out as a tire can.
+The list depends on the seed: another seed gives other noise and scatter for every effect, and
+another order. So a list can be held out, like a tire.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from flatplank_validation.blind.third_world import HIDES
 from flatplank_validation.blind.worlds import COMBINED, WORLDS
 
 SCATTERS = (0.0, 0.01, 0.02, 0.03)
-"""of grip and tread from run to run, on every class of campaign"""
+"""scatter of grip and tread stiffness from run to run, in every class of campaign [-]"""
 PLAIN = tuple(world for world in WORLDS if world not in COMBINED)
 WIDE = ("combined", "wide_loads")
-"""designs with side slip, and with loads from half to one and a half"""
+"""designs with side slip, and with loads from 0.5 to 1.5 of nominal"""
 USUAL = ("usual", "quiet", "coloured", "trending", "loud", "measured")
-"""noises of campaigns with something hidden"""
+"""noises of campaigns with a hidden effect"""
 NULLS, TIMES = 6, (("x", 1.0, 2), ("x", 2.0, 2), ("x", 4.0, 1), ("c", 1.5, 1), ("c", 3.0, 1))
-"""nulls of each noise and world; what is hidden: of what, factor, how often"""
+"""number of null campaigns per noise and world; sizes of hidden effects: (base, factor, number)"""
 
 
 def full(seed: int, small: bool = False) -> list[Case]:
-    """All cases of a seed; the order mixes the groups, so that any beginning is a fair sample."""
+    """All cases of a seed, in mixed order, so that any first part is a representative sample."""
     if small:
         return list(_small())
     draw = np.random.default_rng((seed, 0))
@@ -39,7 +39,7 @@ def full(seed: int, small: bool = False) -> list[Case]:
     lists = [list(group) for group in groups]
     for cases in lists:
         draw.shuffle(cases)
-    # each list is spread evenly over the whole
+    # spread each list evenly over the whole
     places = [(i + 0.5) / len(cases) for cases in lists for i in range(len(cases))]
     everything = [c for cases in lists for c in cases]
     return [everything[i] for i in np.argsort(places, kind="stable")]
@@ -69,7 +69,7 @@ def _none(draw: np.random.Generator) -> Iterator[Case]:
 def _singles(draw: np.random.Generator) -> Iterator[Case]:
     for name, item in MENU.items():
         for world in _worlds(name):
-            # what is there or not has one size only
+            # effects that are present or absent have one size only
             for rung, factor, count in TIMES if item.least < item.most else TIMES[1:2]:
                 for number in range(count):
                     kind, scatter = _circumstances(draw)

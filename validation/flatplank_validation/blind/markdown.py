@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tables of the page."""
+"""Markdown tables for the page."""
 
 from __future__ import annotations
 

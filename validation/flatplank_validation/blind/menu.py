@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the blind kit can hide: per effect a size and how it is switched on in the worlds. Nothing
-of the analysis is known here but the names.
+"""Effects that the blind kit can hide: their sizes, and how each is switched on in the worlds.
+Only the names come from the analysis.
 """
 
 from __future__ import annotations
@@ -21,15 +21,16 @@ class Item:
 
     unit: str
     typical: float
-    """size with which the search for the detectable size begins"""
+    """start value for the search of the detectable size"""
     least: float
-    """sizes below are of no consequence, whatever the noise"""
+    """size of no consequence: smaller effects do not matter, whatever the noise"""
     most: float
     plant: Plant | None = None
     second: Second | None = None
     design: str = "plain"
     sized: bool = True
-    """False: it is there or not, or its number is not that of the effect"""
+    """False: the effect is present or absent, or its number is not comparable with that of the
+    effect"""
 
 
 def _kernel(*names: str, **fixed: float) -> Second:
@@ -66,8 +67,8 @@ def _defect(name: str, key: str, factor: float = 1.0, **fixed: Any) -> Plant:
     return lambda s, r: {name: {key: factor * s} | fixed}
 
 
-# No item: a gap between motor and wheel encoder. The encoder sees what the wheel does, the model
-# is driven by it, and nothing is left to be found.
+# No item for a gap between motor and wheel encoder: the encoder measures the wheel, which is
+# the input of the model, so the gap has no effect.
 MENU: dict[str, Item] = {
     "road_play": Item(
         "m", 5e-4, 1e-4, 2.5e-3,
@@ -109,7 +110,7 @@ MENU: dict[str, Item] = {
     ),
     "runout_1": Item(
         "m", 2e-4, 5e-5, 3e-3,
-        # a tenth of the deflection comes off the rolling radius again
+        # a tenth of the deflection reduces the rolling radius
         lambda s, r: {"run_out": {"amplitude": s / 0.2, "rolling_share": 0.3}},
         _kernel("out_1", out_load=1.2e5),
     ),
@@ -252,7 +253,7 @@ KIN: dict[str, tuple[str, ...]] = {
     "carcass_creep": ("carcass_softening", "speed_droop"),
     "conicity": ("ply_steer", "steering_zero"),
 }
-"""effects that look like a hidden one: told beside the score, never right"""
+"""hidden effect -> similar effects; they are reported beside the score, never counted as right"""
 
 PAIRS: tuple[tuple[str, str], ...] = (
     ("drive_backlash", "drive_brake_asymmetry"), ("road_play", "parasitic_force"),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The noise that lies on a blind campaign, and its covariance as the generator reckons with it."""
+"""Noise of the blind campaigns, and its covariance for the detectable sizes."""
 
 from __future__ import annotations
 
@@ -10,20 +10,22 @@ import numpy as np
 from scipy.signal import lfilter
 
 OCTAVES = (0.1, 0.4, 1.6, 6.4, 25.6, 102.4)
-"""times of the parts that make 1/f noise together [s]"""
+"""correlation times of the parts that sum to 1/f noise [s]"""
 MAINS = ((50.02, 1.0), (100.04, 0.4), (150.06, 0.2))
-"""[Hz] and relative amplitude: sampled without a filter before it, they come back as slow waves"""
+"""mains frequencies [Hz] and relative amplitudes; sampled without a filter they alias to slow
+waves"""
 WARM_UP = 60.0
-"""[s]"""
+"""time constant of the warm-up [s]"""
 SPIKE = (50.0, 150.0)
-"""[N]"""
+"""range of the height of spikes [N]"""
 STUCK = (10, 30)
-"""samples"""
+"""range of the length of stuck stretches [samples]"""
 
 
 @dataclass(frozen=True)
 class Noise:
-    """Noise of the forces: white part of a sample of 0.05 s, and slow parts [N], [s]."""
+    """Noise of the forces: white part per sample of 0.05 s [N], slow parts [N] and their times
+    [s]."""
 
     white: float = 10.0
     slow: float = 8.0
@@ -35,15 +37,15 @@ class Noise:
     pink: float = 0.0
     """1/f noise: level of each of its parts [N]"""
     hum: float = 0.0
-    """amplitude of the mains frequency [N], with harmonics"""
+    """amplitude of the mains hum, with harmonics [N]"""
     warm: float = 0.0
     """random drift of every run while it warms up [N]"""
     spikes: float = 0.0
-    """share of samples that are far off"""
+    """share of samples that are outliers [-]"""
     step: float = 0.0
-    """of the converter [N]"""
+    """step of the converter [N]"""
     stuck: float = 0.0
-    """share of runs in which a channel stands still for a second"""
+    """share of runs in which a channel is stuck for about a second [-]"""
 
     def parts(self) -> tuple[tuple[float, float], ...]:
         """Level [N] and correlation time [s] of the slow parts."""
@@ -62,9 +64,10 @@ NOISES = {
         8.0, 0.0, pink=4.0, hum=3.0, warm=6.0, spikes=5e-4, step=2.0, stuck=0.1
     ),
 }  # fmt: skip
-"""the first four are of the family that a whitener with few terms takes; `measured` is not"""
+"""name -> noise; the first four belong to the family of a whitener with few terms, `measured` does
+not"""
 RELATIVE = {"fx": 1.0, "fy": 0.8, "fz": 0.9, "mx": 0.3, "mz": 0.2}
-"""noise of a channel relative to that of Fx (moments per metre)"""
+"""noise of a channel relative to that of Fx (moments in N m per N)"""
 
 
 def noise(
@@ -91,7 +94,7 @@ def noise(
 def shown(
     kind: Noise, values: np.ndarray, dt: float, random: np.random.Generator, size: float = 1.0
 ) -> np.ndarray:
-    """A channel of one run as it is recorded: with noise, in steps, now and then stuck."""
+    """A channel of one run as recorded: with noise, quantisation, outliers and stuck stretches."""
     out = values + noise(kind, len(values), dt, random, size)
     if kind.stuck > 0.0 and random.random() < kind.stuck:
         first, count = int(random.integers(len(out) - STUCK[1])), int(random.integers(*STUCK))
@@ -110,7 +113,7 @@ def _red(level: float, time: float, samples: int, dt: float, random) -> np.ndarr
 def covariance(kind: Noise, times: np.ndarray, spacing: float) -> np.ndarray:
     """Covariance of block means of the noise `spacing` seconds long at `times` [N^2].
 
-    Without what is stuck, which is rare.
+    Stuck stretches, which are rare, are neglected.
     """
     lag = np.abs(times[:, None] - times[None, :])
     far = (SPIKE[0] ** 2 + SPIKE[0] * SPIKE[1] + SPIKE[1] ** 2) / 3.0
@@ -128,7 +131,7 @@ def covariance(kind: Noise, times: np.ndarray, spacing: float) -> np.ndarray:
 
 
 def _mean_of_red(lag: np.ndarray, time: float, spacing: float) -> np.ndarray:
-    """Covariance of the block means of noise of unit variance that fades over `time`."""
+    """Covariance of block means of noise with unit variance and correlation time `time`."""
     a = time / spacing
     apart = np.exp(-np.maximum(lag - spacing, 0.0) / time) - 2.0 * np.exp(-lag / time)
     apart = a * a * (apart + np.exp(-(lag + spacing) / time))

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Campaigns in which nothing is hidden: how many are said to be at the floor at every noise, and
-how far the form of the base is off tires of other form."""
+"""Campaigns without a hidden effect: how many diagnoses are at the noise floor at each noise
+level, and how far the base model differs from tires of another form."""
 
 from __future__ import annotations
 
@@ -21,39 +21,39 @@ from flatplank_validation.blind.plan import runs_of, runs_once
 from flatplank_validation.blind.worlds import COMBINED, WORLDS, Scatter
 
 LEVELS = (1.0, 3.0, 7.5, 15.0, 30.0)
-"""[N] standard deviation of the noise of Fx"""
+"""standard deviation of the noise of Fx [N]"""
 SCATTERS = (0.0, 0.01)
-"""of the tire from run to run, in turn"""
+"""scatter of the tire from run to run, used in turn [-]"""
 QUIET = 1.0
-"""[N] noise beside which the form of the base shows"""
+"""noise at which the form error of the base model is visible [N]"""
 
 
 RESTING = tuple(world for world in WORLDS if world != "plant")
-"""whose records begin at rest: their noise there is a floor without repeats"""
+"""worlds whose records begin at rest; their noise at rest gives a floor without repeats"""
 SIDEWAYS = tuple((world, design) for design in ("combined", "angles") for world in
                  ("plant", *COMBINED))  # fmt: skip
-"""campaigns with side slip, of tires that share their friction between both directions"""
+"""campaigns with side slip, of tires with one friction limit for both directions"""
 
 
 @dataclass(frozen=True)
 class FormError:
-    """How far the base is off a tire in which nothing is wrong, in shares of the largest force."""
+    """Error of the base model for a tire without effects, relative to the largest force."""
 
     world: str
     seed: int
     mean: float
     """root mean square of the mean residual"""
     stretch: float
-    """the largest within 5 cm"""
+    """largest mean residual within 5 cm"""
     pattern: str
-    """a bump or a wave beyond the band, in words"""
+    """text about a bump or a wave beyond the band"""
 
 
 def nothing_hidden(
     world: str, seed: int, level: float, scatter: float = 0.0, design: str = "plain",
     once: bool = False,
 ) -> list[MeasurementTable]:  # fmt: skip
-    """A campaign of a drawn tire, the noise of its Fx `level` [N]; once: without repeats."""
+    """Make a campaign of a drawn tire with noise `level` [N] of Fx; once: without repeats."""
     random = np.random.default_rng(seed)
     tire = WORLDS[world](random)
     runs = (runs_once if once else runs_of)(design, random)
@@ -70,7 +70,8 @@ def nothing_hidden(
 def diagnosed(
     count: int, seed: int = 1, worlds: Sequence[str] = ("plant",), once: bool = False
 ) -> Iterator[tuple[float, Diagnosis]]:
-    """`count` campaigns at every noise level, the worlds in turn: the level and the answer."""
+    """Diagnose `count` campaigns at each noise level, the worlds in turn; yields level and
+    diagnosis."""
     for level in LEVELS:
         for number in range(count):
             scatter = SCATTERS[number % len(SCATTERS)]
@@ -80,7 +81,7 @@ def diagnosed(
 
 
 def form_errors(count: int, seed: int = 1) -> Iterator[FormError]:
-    """`count` tires of every world, next to no noise."""
+    """Form errors of `count` tires of each world, with little noise."""
     for world in WORLDS:
         for number in range(seed, seed + count):
             state = Session.of_tables(nothing_hidden(world, number, QUIET)).fit(None).state
@@ -94,7 +95,7 @@ def form_errors(count: int, seed: int = 1) -> Iterator[FormError]:
 
 
 def lines_of_nulls(count: int) -> Iterator[str]:
-    """Every answer, and the count at every level."""
+    """Lines with every diagnosis, and counts at each level."""
     good: dict[float, int] = dict.fromkeys(LEVELS, 0)
     for level, result in diagnosed(count):
         good[level] += result.verdict == AT_FLOOR
@@ -105,7 +106,7 @@ def lines_of_nulls(count: int) -> Iterator[str]:
 
 
 def lines_of_unrepeated(count: int) -> Iterator[str]:
-    """Every answer on campaigns without repeats, and how often an effect is named."""
+    """Lines with every diagnosis of campaigns without repeats, and the share with an effect."""
     wrong: dict[float, int] = dict.fromkeys(LEVELS, 0)
     for level, result in diagnosed(count, worlds=RESTING, once=True):
         named = [f.decision.term.effect.identifier for f in result.found]
@@ -118,8 +119,8 @@ def lines_of_unrepeated(count: int) -> Iterator[str]:
 
 
 def side_errors(count: int, seed: int = 1) -> Iterator[tuple[str, int, float]]:
-    """The most in a channel other than Fx, in shares of the largest force: world and design,
-    seed, root mean square of the mean residual."""
+    """Largest error in a channel other than Fx, relative to the largest force: (world and design,
+    seed, rms of the mean residual)."""
     for world, design in SIDEWAYS:
         for number in range(seed, seed + count):
             tables = nothing_hidden(world, number, QUIET, design=design)
@@ -130,7 +131,8 @@ def side_errors(count: int, seed: int = 1) -> Iterator[tuple[str, int, float]]:
 
 
 def lines_of_form(count: int) -> Iterator[str]:
-    """Every tire, and the most beside what the decision takes the base to be off by."""
+    """Lines with every tire, and the largest error beside the form error that the decision
+    assumes."""
     found, band = [], TireModel.form
     for one in form_errors(count):
         found.append(one)

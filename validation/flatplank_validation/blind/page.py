@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page docs/discovery-blind.md, written from a journal by one command."""
+"""Writes the page docs/discovery-blind.md from a journal."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ WORLDS = {
 def page(entries: Sequence[Mapping[str, Any]], header: Mapping[str, Any]) -> str:
     """The whole page in Markdown.
 
-    header: command, seed, whole (campaigns of the list), rivals (their entries).
+    header: command, seed, whole (campaigns of the list), rivals (entries of the rivals).
     """
     points = tables.scored(entries)
     not_asked = sorted(
@@ -71,7 +71,7 @@ def page(entries: Sequence[Mapping[str, Any]], header: Mapping[str, Any]) -> str
 
 
 def _invisible(entries: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
-    """Campaigns that were not asked at a multiple of the detectable size."""
+    """Campaigns that were not scored at a multiple of the detectable size."""
     return [e for e in entries if e["diagnosis"] is None and e["case"]["rung"] == "x"]
 
 
@@ -127,7 +127,7 @@ generator's."""
 
 
 def summary(entries: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """The scores for programs."""
+    """The scores as data, for programs."""
     out: dict[str, Any] = {}
     for key, own in tables.rows_of(tables.scored(entries)).items():
         s = share(p["right"] for p in own)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a blind campaign measures."""
+"""Designs of the blind campaigns: their conditions and runs."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ DESIGNS: dict[str, tuple[Setting, ...]] = {
         Setting(k, gamma_deg=g) for g in (-3.0, 0.0, 3.0) for k in (-0.02, 0.0, 0.02)
     ),
 }  # fmt: skip
-"""conditions of a campaign; every one is measured from three wheel angles"""
+"""design -> conditions of a campaign; each is measured from three wheel angles"""
 STARTS = (1, 2, 3)
 
 
 def runs_of(design: str, random: np.random.Generator) -> list[Run]:
-    """All runs in the order in which they are made."""
+    """All runs in random order."""
     return _ordered([(s, start) for s in DESIGNS[design] for start in STARTS], random)
 
 
 def runs_once(design: str, random: np.random.Generator) -> list[Run]:
-    """Every condition once, from the wheel angles in turn, in random order."""
+    """Every condition once, at the wheel angles in turn, in random order."""
     settings = enumerate(DESIGNS[design])
     return _ordered([(s, STARTS[i % len(STARTS)]) for i, s in settings], random)
 

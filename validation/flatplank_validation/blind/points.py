@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Points of one diagnosis against its answer, and the sums over many with Wilson intervals."""
+"""Scores one diagnosis against its answer, and counts many with Wilson intervals."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from flatplank_sim.sealed.score import QUIET, score
 
 
 def points_of(entry: Mapping[str, Any]) -> dict[str, Any]:
-    """What one journal entry is worth, by the rule that `flatplank reveal` has."""
+    """Score of one journal entry, by the rules of `flatplank reveal`."""
     diagnosis, answer = entry["diagnosis"], entry["answer"]
     found = score(diagnosis, answer)
     hidden = answer["effects"]
@@ -60,7 +60,7 @@ class Share:
         return self.hits / self.trials if self.trials else math.nan
 
     def interval(self, z: float = 1.96) -> tuple[float, float]:
-        """Wilson's."""
+        """Wilson interval."""
         n = self.trials
         if not n:
             return math.nan, math.nan
@@ -78,13 +78,13 @@ class Share:
 
 
 def share(flags: Iterable[bool]) -> Share:
-    """Count."""
+    """Share of true flags."""
     listed = [bool(f) for f in flags]
     return Share(sum(listed), len(listed))
 
 
 def confusion(points: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, int]]:
-    """How often each truth was called what."""
+    """Confusion matrix: truth -> name -> count."""
     table: dict[str, dict[str, int]] = {}
     for p in points:
         row = table.setdefault(p["truth"], {})

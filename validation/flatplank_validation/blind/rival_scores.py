@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The table that puts the search beside what one would do today."""
+"""Table that compares the search with the rival methods."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ GROUPS = {"none": "nothing hidden", "single": "one effect", "pair": "two effects
 
 
 def rival_scores(entries: Sequence[Mapping[str, Any]]) -> str:
-    """One row per group, one column per way; strict."""
+    """One row per group, one column per method; strict scores."""
     ways = list(entries[0]["ways"])
     points = {w: [points_of(dict(e, diagnosis=e["ways"][w])) for e in entries] for w in ways}
     hidden = {w: [p for p in points[w] if p["group"] in ("single", "pair")] for w in ways}

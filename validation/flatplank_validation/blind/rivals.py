@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a user would do today, on the same campaigns with the same base and the same candidates.
+"""Rival methods of a typical user, on the same campaigns with the same base model and candidates.
 
-`lmfit + BIC`: forward selection; the candidate whose column takes most of the error is fitted with
-lmfit and kept while BIC falls, with the number of samples that the correlation of what is left
-leaves. `10 % rule`: the same loop, a term is kept when it cuts the RMSE of Fx by a tenth. Both say
-which other candidates have nearly the same column, and compare what is left with the scatter of
-the repeats for their verdict.
+`lmfit + BIC`: forward selection. The candidate whose column explains most of the error is fitted
+with lmfit and kept while BIC falls, for the effective number of samples of the correlated
+residual. `10 % rule`: the same loop, but a term is kept when it reduces the RMSE of Fx by a tenth.
+Both name the other candidates with nearly the same column, and compare the residual with the
+scatter of the repeats for their verdict.
 """
 
 from __future__ import annotations
@@ -39,22 +39,22 @@ from flatplank_validation.blind.cases import Case, make
 from flatplank_validation.blind.lists import full
 
 MOST = 6
-"""terms at most"""
+"""largest number of terms"""
 LEVELS = {"fx": 10.0, "fy": 8.0, "fz": 9.0}
-"""weights of the channels that a user would choose [N]"""
+"""noise levels of the channels that a user would assume as weights [N]"""
 CUT, ALIKE, AT_FLOOR = 0.10, 0.95, 1.2
-"""share of the RMSE, correlation of columns, RMSE over the scatter of the repeats"""
+"""limits: reduction of RMSE, correlation of columns, RMSE over scatter of the repeats [-]"""
 CLASSES = ("none/*", "single/*/c3/*", "outside/*/x4/*", "pair/*")
-"""whose campaigns are judged in turn, for the rivals are slow"""
+"""classes whose campaigns are judged in turn, since the rivals are slow"""
 
 
 @dataclass(frozen=True)
 class Kept:
-    """A model with its terms as a rival sees it."""
+    """A model of a rival with its terms."""
 
     fit: Fit
     spread: dict[int, float]
-    """standard error of the size by term"""
+    """term -> standard error of its size"""
 
 
 Refit = Callable[[Fitter, Fit, Term], Kept]
@@ -62,13 +62,13 @@ Keep = Callable[[TireModel, Fit, Fit], bool]
 
 
 def our_refit(fitter: Fitter, fit: Fit, term: Term) -> Kept:
-    """All numbers jointly, our own Gauss-Newton."""
+    """Fit all parameters jointly with our Gauss-Newton."""
     new = fitter.fit(fit.base, [*fit.terms, term])
     return Kept(new, _spread(fitter, new))
 
 
 def lmfit_refit(fitter: Fitter, fit: Fit, term: Term) -> Kept:
-    """All numbers jointly with lmfit's Levenberg-Marquardt; its own standard errors."""
+    """Fit all parameters jointly with lmfit (Levenberg-Marquardt), with its standard errors."""
     import lmfit
 
     terms = [*fit.terms, term]
@@ -105,13 +105,14 @@ def lmfit_refit(fitter: Fitter, fit: Fit, term: Term) -> Kept:
 
 
 def _error(model: TireModel, fit: Fit) -> float:
-    """Sum of squares in the levels that the user chose."""
+    """Sum of squares, weighted with LEVELS."""
     level = np.array([LEVELS[c] for c in model.runs.channels])[:, None, None]
     return float(np.sum((fit.residual(model.runs.measured) / level) ** 2))
 
 
 def samples_of(residual: np.ndarray) -> float:
-    """Independent samples in residuals (channels, runs, samples), from their neighbours."""
+    """Effective number of samples in residuals (channels, runs, samples), by their
+    autocorrelation."""
     e = residual - residual.mean(axis=-1, keepdims=True)
     alike = float(np.sum(e[..., 1:] * e[..., :-1]) / np.sum(e * e))
     alike = min(max(alike, 0.0), 0.999)
@@ -119,14 +120,14 @@ def samples_of(residual: np.ndarray) -> float:
 
 
 def bic_falls(model: TireModel, old: Fit, new: Fit) -> bool:
-    """BIC with noise of unknown size, as correlated as what is left."""
+    """True when BIC falls, with unknown noise level and the correlation of the residual."""
     n = samples_of(new.residual(model.runs.measured))
     grown = len(new.free) - len(old.free)
     return n * math.log(_error(model, new) / _error(model, old)) + grown * math.log(n) < 0.0
 
 
 def error_falls(model: TireModel, old: Fit, new: Fit) -> bool:
-    """RMSE of Fx falls by a tenth."""
+    """True when the RMSE of Fx falls by a tenth."""
     before = model.runs.rmse(old.residual(model.runs.measured)[0])
     return model.runs.rmse(new.residual(model.runs.measured)[0]) < (1.0 - CUT) * before
 
@@ -138,7 +139,7 @@ RIVALS: dict[str, tuple[Refit, Keep]] = {
 
 
 def forward(model: TireModel, refit: Refit, keep: Keep) -> dict[str, Any]:
-    """What a rival says; its effects in the order in which it kept them."""
+    """Diagnosis of a rival, with its effects in the order of selection."""
     weight = channel_weights(model, [LEVELS[c] for c in model.runs.channels])
     fitter = Fitter(model, weight)
     fit = fitter.fit(start_base(model))
@@ -174,7 +175,7 @@ def _left(model: TireModel, fit: Fit) -> tuple[float, float]:
 
 
 def verdict(named: Sequence[Mapping[str, Any]], left: float, floor: float) -> str:
-    """In the words of `flatplank diagnose`, as far as a rival can say them."""
+    """Verdict in the terms of `flatplank diagnose`, as far as a rival can give one."""
     faults = [n for n in named if n["name"] != LAW]
     if left > AT_FLOOR * floor:
         return "partly" if faults else "none of these"
@@ -197,8 +198,8 @@ def _told(index: int, term: Term, error: float, alike: list[str]) -> dict[str, A
 def _best(
     model: TireModel, fitter: Fitter, fit: Fit, effects: Sequence[type]
 ) -> tuple[Term | None, list[str]]:
-    """The candidate whose columns take most of the squared error, the base moving along, and
-    the effects whose columns are nearly the same."""
+    """The candidate whose columns explain most of the squared error with a free base, and the
+    effects with nearly the same columns."""
     residual = fit.residual(model.runs.measured)
     weight = fitter.weight
     base = (fit.jacobian * weight).reshape(len(fit.jacobian), -1)
@@ -226,7 +227,7 @@ def _best(
 def alike_with(
     direction: np.ndarray, columns: Sequence[tuple[str, np.ndarray]], name: str
 ) -> list[str]:
-    """Other effects whose columns imitate a direction, the nearest first."""
+    """Other effects whose columns correlate with a direction, the nearest first."""
     near: dict[str, float] = {}
     for other, s in columns:
         sizes, _ = solve(s @ s.T, s @ direction)
@@ -251,7 +252,7 @@ def _spread(fitter: Fitter, fit: Fit) -> dict[int, float]:
 
 
 def judge(case: Case, seed: int) -> dict[str, Any] | None:
-    """Ours and both rivals on one campaign."""
+    """Diagnose one campaign with our search and both rivals."""
     made = make(case, seed)
     if made is None:
         return None
@@ -268,7 +269,7 @@ def judge(case: Case, seed: int) -> dict[str, Any] | None:
 
 
 def subset(seed: int) -> list[Case]:
-    """The campaigns on which all are judged, the classes in turn."""
+    """Campaigns for the comparison, the classes in turn."""
     cases = full(seed)
     rows = zip_longest(*([c for c in cases if fnmatch.fnmatch(c.key, p)] for p in CLASSES))
     return [case for row in rows for case in row if case is not None]
@@ -282,7 +283,7 @@ def side_by_side(
     any_code: bool = False,
     progress: journal.Progress = lambda _done, _all, _key: None,
 ) -> list[dict[str, Any]]:
-    """Judge what the journal lacks; all entries."""
+    """Judge the campaigns that the journal lacks; returns all entries."""
     known = journal.of_this_code(journal.read(path), seed, any_code)
     cases = subset(seed)[:limit]
     path.parent.mkdir(parents=True, exist_ok=True)

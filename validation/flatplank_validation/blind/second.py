@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Campaigns of the second tire: truth of tire and machine, and what its sensors show."""
+"""Campaigns of the second tire: true parameters of tire and machine, and the sensors."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ WHEEL_COUNT, PLANK_COUNT = 2.0 * math.pi / 20000, 2.0 * math.pi * 0.05 / 20000
 
 @dataclass(frozen=True)
 class SecondTire:
-    """Truth of the tire at 3700 N and 2.5 bar."""
+    """True parameters of the tire at 3700 N and 2.5 bar."""
 
     tread_x: float = 9.6e6
     """[N/m2]: slip stiffness 2 tread half^2"""
@@ -32,16 +32,16 @@ class SecondTire:
     carcass_x: float = 2.45e5
     carcass_y: float = 1.3e5
     rolling: float = 28.0
-    """[N]"""
+    """rolling resistance [N]"""
     offset: float = -6e-4
-    """slip offset of the rolling radius"""
+    """slip offset of the rolling radius [-]"""
     circle: float = 0.0
-    """1: grip is shared by both directions, cell by cell"""
+    """1: one friction limit for both directions, cell by cell"""
     lean: float = 1e-3
-    """[rad] of the steering, seen by nobody"""
+    """steering angle that no sensor measures [rad]"""
 
     def drawn(self, random: np.random.Generator) -> SecondTire:
-        """Another tire of the same kind."""
+        """A random tire of the same kind."""
         names = ("tread_x", "tread_y", "half", "grip", "carcass_x", "carcass_y")
         change = {n: getattr(self, n) * random.uniform(0.94, 1.06) for n in names}
         return replace(
@@ -55,43 +55,43 @@ class SecondTire:
 
 @dataclass(frozen=True)
 class SecondMachine:
-    """What is wrong: numbers of the kernel by name, and what only the sensors do."""
+    """Faults of the machine: parameters of the kernel by name, and faults of the sensors."""
 
     kernel: Mapping[str, float] = field(default_factory=dict)
     load_stiff: float = 0.0
-    """relative change of the carcass per relative change of load"""
+    """relative change of the carcass stiffness per relative change of load"""
     pressure_stiff: float = 0.0
     wear: float = 0.0
     """grip lost from the first to the last run"""
     patches: Sequence[tuple[float, float, float]] = ()
     """(from [m], to [m], loss of grip)"""
     parasitic: tuple[float, float] = (0.0, 0.0)
-    """[N] in Fx and Fz"""
+    """parasitic force in Fx and Fz [N]"""
     uneven: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """[N] in Fx, orders 1 to 3 of the wheel angle while the tire rolls"""
+    """non-uniformity in Fx while the tire rolls, orders 1 to 3 of the wheel angle [N]"""
     mix: Mapping[tuple[str, str], float] = field(default_factory=dict)
-    """share of the first channel that appears in the second"""
+    """(source, target) -> crosstalk"""
     drift: float = 0.0
-    """[N/s] of Fx in every run"""
+    """drift of Fx in every run [N/s]"""
     drift_runs: float = 0.0
-    """[N] of Fx from the first to the last run"""
+    """change of Fx from the first to the last run [N]"""
     lag: float = 0.0
     skew: float = 0.0
     rolling_share: float = 0.0
-    """rolling resistance per load, beside the constant"""
+    """rolling resistance per load, in addition to the constant"""
     cone: float = 0.0
     """lateral force per load"""
     camber_share: float = 0.0
     steer_zero: float = 0.0
-    """[rad]"""
+    """zero error of the steering [rad]"""
     load_waves: float = 0.0
-    """[N] more of the undulation of the load over the plank; the hub sees it"""
+    """additional load undulation over the plank, which the hub measures [N]"""
 
 
 def numbers_of(
     tire: SecondTire, machine: SecondMachine, run: Run, gain: float, delay: float
 ) -> np.ndarray:
-    """What the kernel gets of a run (len(NAMES),)."""
+    """Parameters of a run for the kernel, shape (len(NAMES),)."""
     s = run.setting
     load, over = s.fz / LOAD, s.pressure / PRESSURE - 1.0
     p = np.zeros(len(NAMES))
@@ -126,13 +126,13 @@ def measure(
     delay: float,
     bumps: np.ndarray,
 ) -> Columns:
-    """One run without noise; `count` runs make the campaign."""
+    """Make one run without noise; the campaign has `count` runs."""
     share = run.index / max(count - 1, 1)
     friction = np.full(ROAD_CELLS, 1.0 - machine.wear * share)
     x = np.arange(ROAD_CELLS) / 500.0
     reach = 2.0 * tire.half
     for start, end, loss in machine.patches:
-        # the share of the patch that stands on it
+        # the part of the contact patch that lies on it
         cover = np.clip(np.minimum(end, x + tire.half) - np.maximum(start, x - tire.half), 0, None)
         friction *= 1.0 - loss * np.minimum(cover / reach, 1.0)
     numbers = numbers_of(tire, machine, run, gain, delay)
@@ -172,7 +172,7 @@ def _sensors(c: Columns, tire: SecondTire, machine: SecondMachine, run: Run, sha
 
 
 def late(values: np.ndarray, time: float) -> np.ndarray:
-    """After a lag of first order [s], exact for straight lines between samples."""
+    """Values after a first-order lag `time` [s], exact for values linear between samples."""
     if time <= 0.0:
         return values
     keep, ratio = math.exp(-SAMPLE / time), SAMPLE / time
@@ -182,7 +182,7 @@ def late(values: np.ndarray, time: float) -> np.ndarray:
 
 
 def counted(columns: Columns) -> Columns:
-    """The same with encoders that count whole steps."""
+    """The columns with quantised encoders."""
     out = dict(columns)
     for name, step in (("plank_position", PLANK_COUNT), ("wheel_angle", WHEEL_COUNT)):
         out[name] = np.floor(columns[name] / step) * step

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A second tire and machine, compiled: cells of rubber that are carried through the patch.
+"""Kernel of the second tire and machine: rubber cells that move through the contact patch.
 
-Shares no formula with the models of the analysis and none with the simulated plant: the pressure
-is flat with steep ends (1 - x^4), the grip falls with the sliding speed, both directions share one
-friction circle cell by cell, the carcass is a spring (softening, with creep) in series.
+It shares no formula with the models of the analysis and the simulated plant. The pressure is flat
+with steep ends (1 - x^4). Grip falls with the sliding speed. Each cell has one friction circle for
+both directions. The carcass is a spring in series, with softening and creep.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import math
 import numpy as np
 from numba import njit
 
-#: numbers of one run, in the order in which the kernel gets them
+#: parameters of one run, in the order in which the kernel gets them
 NAMES = (
     "tread_x", "tread_y", "half", "grip", "grip_lost", "grip_speed", "carcass_x", "carcass_y",
     "softening", "creep", "creep_time", "brake_grip", "brake_tread", "circle", "nominal",
@@ -36,12 +36,12 @@ AT = {name: i for i, name in enumerate(NAMES)}
 CELLS = 56
 OUT = ("pinion", "wheel", "fx", "fy", "load", "shown")
 SAMPLE, SUB = 0.05, 2
-"""[s] of the table, steps in between"""
+"""sampling time of the table [s], steps per sample"""
 
 
 @njit(cache=True, nogil=True)
 def cells_force(p, carried, moved, dx, dy, load, grip, trial):
-    """Forces of all cells that the belt's shift (dx, dy) stretches; stiffness of what sticks."""
+    """Forces of all cells after a shift (dx, dy) of the belt; stiffness of the sticking cells."""
     fx = fy = sx = sy = 0.0
     width = 2.0 * p[HALF] / CELLS
     for j in range(CELLS):
@@ -64,7 +64,7 @@ def cells_force(p, carried, moved, dx, dy, load, grip, trial):
             share_x = limit / abs(tx) if abs(tx) > limit else 1.0
             share_y = limit / abs(ty) if abs(ty) > limit else 1.0
         if p[CIRCLE] > 0.5 and share_x < 1.0:
-            # a sliding cell still holds across its force
+            # a sliding cell keeps its stiffness across its force
             sx += part * kx * share_x * ty * ty / (tx * tx + ty * ty)
             sy += part * ky * share_y * tx * tx / (tx * tx + ty * ty)
         else:
@@ -78,7 +78,7 @@ def cells_force(p, carried, moved, dx, dy, load, grip, trial):
 
 @njit(cache=True, nogil=True)
 def tire_step(p, bend, carcass, rolled, slip, side, load, friction, h, trial):
-    """One step; bend (2, CELLS), carcass = (ux, uy, late ux, fx, fy) are updated."""
+    """One step of the tire; updates bend (2, CELLS) and carcass = (ux, uy, delayed ux, fx, fy)."""
     width = 2.0 * p[HALF] / CELLS
     share = min(max(rolled / width, 0.0), 1.0)
     carried = np.empty_like(bend)
@@ -110,7 +110,7 @@ def tire_step(p, bend, carcass, rolled, slip, side, load, friction, h, trial):
 
 @njit(cache=True, nogil=True)
 def through_gap(at, gap, force, hold, stiffness):
-    """Where a part that rests with friction `hold` in a gap goes under a force."""
+    """Position of a part in a gap under a force, with friction `hold`."""
     if gap <= 0.0:
         return at
     push = 0.0
@@ -123,14 +123,14 @@ def through_gap(at, gap, force, hold, stiffness):
 
 @njit(cache=True, nogil=True)
 def dragged(ahead, follower, gap):
-    """A follower that is dragged at a distance of at most the gap."""
+    """Position of a follower that lags by at most the gap."""
     return min(max(follower, ahead - gap), ahead + gap)
 
 
 @njit(cache=True, nogil=True)
 def driven(p, t, h, pinion, speed, fx):
-    """Drives of plank and wheel over a step: speed and travel of the plank [m/s, m], travel of the
-    wheel without slip and with it [m].
+    """Drives of plank and wheel over a step: speed [m/s] and travel [m] of the plank, travel of
+    the wheel without and with slip [m].
     """
     if t > 0.5:
         speed = min(speed + 0.206 * h, p[SPEED])
@@ -143,7 +143,7 @@ def driven(p, t, h, pinion, speed, fx):
 
 @njit(cache=True, nogil=True)
 def load_of(p, x, angle, fx, bumps):
-    """Load on the tire [N], and what of it comes unseen by the hub."""
+    """Load on the tire [N], and the part of it that the hub does not measure."""
     load = p[NOMINAL] + bumps[0] * math.sin(x / 0.207 + bumps[1])
     load += bumps[2] * math.cos(x / 0.0796 + bumps[3])
     out = p[OUT_1] * math.cos(angle - 0.7) + p[OUT_2] * math.cos(2.0 * angle - 0.4)
@@ -160,7 +160,8 @@ def load_of(p, x, angle, fx, bumps):
 
 @njit(cache=True, nogil=True)
 def run_one(p, friction, bumps, out):
-    """One run from standstill; out (len(OUT), samples); returns the number of samples."""
+    """Simulate one run from standstill; out: shape (len(OUT), samples); returns the number of
+    samples."""
     h = SAMPLE / SUB
     bend, trial = np.zeros((2, CELLS)), np.zeros((2, CELLS))
     carcass = np.zeros(5)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The tables of the page docs/discovery-blind.md."""
+"""Tables of the page docs/discovery-blind.md."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from flatplank_validation.blind.points import Share, confusion, points_of, share
 
 Points = Sequence[Mapping[str, Any]]
 ONE = ("single", "combined")
-"""groups in which one effect is hidden"""
+"""groups with one hidden effect"""
 CLEAR = 1.5
-"""below so many times what is of no consequence nobody is asked to name an effect"""
+"""an effect must be named only above this multiple of its size of no consequence [-]"""
 BINS = (0.9, 1.5, 3.0, 6.0, 20.0, math.inf)
-"""size over detectable size in the power curves"""
+"""bins of size over detectable size in the power curves [-]"""
 POWER = 0.8
 
 
 def scored(entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Points of the campaigns that were asked, with world, ratio and whether it matters."""
+    """Scores of the diagnosed campaigns, with world, size ratio and whether the effect matters."""
     out = []
     for e in entries:
         if e["diagnosis"] is None:
@@ -40,7 +40,7 @@ def scored(entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
             p["ratio"] = h["size"] / h["detectable"]
             p["clear"] = h["size"] >= CLEAR * h["consequence"] * (1.0 - 1e-9)
             p |= {"hidden": h}
-        if outside:  # journals of before have no size of no consequence
+        if outside:  # older journals lack the size of no consequence
             p["ratio"] = outside.get("size", math.nan) / outside.get("detectable", math.nan)
             slight = outside.get("consequence", 0.0)
             p["clear"] = outside.get("size", math.inf) >= CLEAR * slight * (1.0 - 1e-9)
@@ -49,7 +49,7 @@ def scored(entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _said(entry: Mapping[str, Any]) -> str:
-    """The names that were given, or the verdict in brackets."""
+    """The named effects, or the verdict in brackets."""
     names = [
         f"{e['name']} ({', '.join(e['class'])})" if e["class"] else e["name"]
         for e in entry["diagnosis"]["effects"]
@@ -91,12 +91,12 @@ ROWS: dict[str, tuple[str, Callable[[Mapping], bool]]] = {
 
 
 def rows_of(points: Points) -> dict[str, list[Mapping[str, Any]]]:
-    """The points of each row."""
+    """Scores of each row."""
     return {key: [p for p in points if belongs(p)] for key, (_, belongs) in ROWS.items()}
 
 
 def scores(points: Points) -> str:
-    """Strict by world, lenient beside it."""
+    """Table of strict scores by world, with lenient ones beside."""
     worlds = sorted({p["world"] for p in points})
     rows = []
     for key, own in rows_of(points).items():
@@ -107,7 +107,7 @@ def scores(points: Points) -> str:
 
 
 def beside(points: Points) -> str:
-    """What the scores leave open."""
+    """Table of further results beside the scores."""
     strong = [p for p in points if ROWS["x2"][1](p)]
     single = [p for p in points if p["group"] in ONE]
     slight = [p for p in single if not p["clear"]]
@@ -140,7 +140,7 @@ def beside(points: Points) -> str:
 
 
 def sizes(points: Points) -> str:
-    """Coverage with nothing left out, errors of sizes, held-out error."""
+    """Table of interval coverage over all campaigns, size errors and held-out error."""
     worlds = sorted({p["world"] for p in points})
 
     def row(text: str, pick: Callable[[Mapping], bool]) -> list[str]:
@@ -178,7 +178,7 @@ def _errors(points: Points) -> list[list[str]]:
 
 
 def power(points: Points) -> str:
-    """Strictly right over size / detectable size, effect by effect, and all together."""
+    """Table of strictly right diagnoses over size / detectable size, per effect and in total."""
     single = [p for p in points if p["group"] in ONE]
     names = [f"{_ratio(a)} .. {_ratio(b)}" for a, b in zip(BINS[:-1], BINS[1:], strict=True)]
     rows = [["**all**", "", "", *_curve(single)], ["**all of consequence**", "", "",
@@ -210,7 +210,7 @@ def _curve(points: Points) -> list[str]:
 
 
 def reached(shares: Sequence[Share]) -> int | None:
-    """First bin from which on every bin that was asked has the power; None without one."""
+    """First bin from which on every bin with campaigns has the required power, or None."""
     start = None
     for i, s in reversed(list(enumerate(shares))):
         if s.trials and s.value < POWER:
@@ -220,7 +220,7 @@ def reached(shares: Sequence[Share]) -> int | None:
 
 
 def matrix(points: Points) -> str:
-    """What was named first."""
+    """Table of the effect named first, by truth."""
     verdicts = {*QUIET, *SILENT, "not decidable"}
     rows = []
     for truth, row in sorted(confusion(points).items()):
@@ -231,11 +231,11 @@ def matrix(points: Points) -> str:
 
 
 ASKED = ("none", "x2", "pair", "combined", "outside2")
-"""rows with a goal, and what is of consequence outside the library"""
+"""rows with a goal, and the row of forces of consequence outside the library"""
 
 
 def how(point: Mapping[str, Any]) -> str:
-    """In what way a campaign was missed."""
+    """Kind of error of a campaign that was not right."""
     if point["truth"] == "nothing" or (point["all"] and point["false"]):
         return "something false named beside"
     if point["false"]:
@@ -246,8 +246,8 @@ def how(point: Mapping[str, Any]) -> str:
 
 
 def missed(points: Points) -> str:
-    """Every campaign that a goal asks for and that was not right: what was hidden, how loud it
-    was, and what was said."""
+    """Table of all campaigns in rows with a goal that were not right: hidden effect, its size, the
+    diagnosis."""
     rows = [
         [
             p["truth"], p["world"], p["noise"],
@@ -265,7 +265,7 @@ def missed(points: Points) -> str:
 
 
 def ways(points: Points) -> str:
-    """How often each way of missing was met, by row."""
+    """Table of the kinds of error, by row."""
     found = {
         key: Counter(how(p) for p in own if not p["right"])
         for key, own in rows_of(points).items()

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Campaigns of the third tire: truth of tire and machine, and what its sensors show.
+"""Campaigns of the third tire: true parameters of tire and machine, and the sensors.
 
-Shares no formula with the simulated plant, the second tire and the models of the analysis; see
-third_kernel.py for the rubber and third_bench.py for the machine.
+It shares no formula with the simulated plant, the second tire and the models of the analysis.
+third_kernel.py has the rubber, third_bench.py the machine.
 """
 
 from __future__ import annotations
@@ -20,46 +20,46 @@ Columns = dict[str, np.ndarray]
 RADIUS, LENGTH = 0.3121, 4.13
 SAMPLES = 2780
 COUNTS = 2.0 * math.pi / 32768.0
-"""[rad] of the wheel's encoder; that of the plank counts the same on its pinion"""
+"""resolution of the wheel encoder [rad]; that of the plank has the same at its pinion"""
 PINION = 0.05
 DESIGNS: Mapping[str, tuple[Setting, ...]] = {
     **{name: plan.DESIGNS[name] for name in ("plain", "combined", "wide_loads")},
     "angles": tuple(Setting(k, alpha_deg=a) for a in (0.0, 2.0, 5.0) for k in plan.COARSE[::2]),
 }
-"""conditions of a campaign; loads from half to one and a half of the usual one"""
+"""design -> conditions of a campaign; loads from 0.5 to 1.5 of the usual one"""
 
 
 @dataclass(frozen=True)
 class ThirdTire:
-    """Truth of the tire."""
+    """True parameters of the tire."""
 
     vertical: float = 2.1e5
-    """[N/m]"""
+    """vertical stiffness [N/m]"""
     radius: float = 0.33
-    """[m] unloaded"""
+    """unloaded radius [m]"""
     share: float = 0.66
-    """of the chord that the belt touches"""
+    """part of the chord in contact [-]"""
     grip_x: float = 1.08
     grip_y: float = 1.03
     thin: float = 0.08
-    """grip lost per e-fold of the mean pressure"""
+    """loss of grip per e-fold of the mean pressure"""
     width: float = 0.09
-    """[m] half of the contact"""
+    """half width of the contact [m]"""
     thread_x: float = 9.3e6
-    """[N/m2] per length of contact"""
+    """stiffness per length of contact [N/m2]"""
     thread_y: float = 6.6e6
     forward: float = 0.12
-    """how far the pressure leans to the front"""
+    """asymmetry of the pressure towards the front [-]"""
     lost: float = 0.05
-    """grip lost by a sliding foot"""
+    """loss of grip of a sliding foot [-]"""
     slow: float = 2e-3
-    """[m/s] at which most of it is lost"""
+    """sliding speed at which most of it is lost [m/s]"""
     piece: float = 2.4e-3
-    """[m] of belt between threads"""
+    """distance between threads on the belt [m]"""
     carcass_x: float = 2.4e5
     carcass_y: float = 1.25e5
     damper_x: float = 2.5e3
-    """[N s/m]"""
+    """damping of the carcass [N s/m]"""
     damper_y: float = 2.0e3
     rolling: float = 8e-3
     """rolling resistance per load"""
@@ -67,7 +67,7 @@ class ThirdTire:
     """slip offset of the rolling radius"""
 
     def drawn(self, random: np.random.Generator) -> ThirdTire:
-        """Another tire of the same kind."""
+        """A random tire of the same kind."""
         names = ("share", "grip_x", "grip_y", "thread_x", "thread_y", "carcass_x", "carcass_y")
         change = {n: getattr(self, n) * random.uniform(0.94, 1.06) for n in names}
         return replace(
@@ -80,7 +80,7 @@ class ThirdTire:
         )
 
     def numbers(self, load: float, gain: float, stiffer: float) -> np.ndarray:
-        """What the kernel wants, in one run."""
+        """Parameters of one run for the kernel."""
         out = np.array([getattr(self, n) for n in third_kernel.NAMES])
         for name in ("thread_x", "thread_y"):
             out[third_kernel.AT[name]] *= gain
@@ -91,31 +91,31 @@ class ThirdTire:
 
 @dataclass(frozen=True)
 class ThirdMachine:
-    """What is wrong with the machine, and the one thing with the tire (`carcass_load`)."""
+    """Faults of the machine, and one property of the tire (`carcass_load`)."""
 
     road_play: float = 0.0
     """[m]"""
     road_rest: float = 0.0
-    """where in it a run starts, -1 to 1"""
+    """position in the play at the start of a run, -1 to 1"""
     steering_play: float = 0.0
-    """[rad] half of the free angle"""
+    """half of the play [rad]"""
     loss: float = 0.0
-    """load lost per braking force"""
+    """loss of load per braking force"""
     patch: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """from [m], to [m], loss of grip"""
+    """(from [m], to [m], loss of grip)"""
     parasitic: tuple[float, float] = (0.0, 0.0)
-    """[N] in Fx and Fz, once per turn"""
+    """once-per-turn force in Fx and Fz [N]"""
     carcass_load: float = 0.0
-    """power of the load with which the carcass gets stiffer"""
+    """exponent of the carcass stiffness over load"""
 
 
 def measure(
     tire: ThirdTire, machine: ThirdMachine, run: Run, gain: float, delay: float, bumps: np.ndarray
 ) -> Columns:
-    """One run without noise of the sensors.
+    """Make one run without sensor noise.
 
-    gain: of grip and threads; delay: of the wheel at the start [s]; bumps: of the load over the
-    plank, size [N] and phase, twice.
+    gain: factor of grip and thread stiffness; delay: of the wheel at the start [s]; bumps: load
+    undulation over the plank, two pairs of size [N] and phase.
     """
     s = run.setting
     start = math.radians(120.0 * (run.start - 1))

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The bench about the third tire, compiled: motion, load, and what is wrong with the machine.
+"""Kernel of the bench of the third tire: motion, load, and faults of the machine.
 
-Plays have a mass-less part that creeps between two springy stops, the load follows a braking
-force late, a worn place fades in and out. SI.
+In a play a massless part moves between two elastic stops. The load follows a braking force with a
+delay. A worn patch has a smooth profile. SI units.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from numba import njit
 
 from flatplank_validation.blind.third_kernel import MOST, step
 
-#: numbers of one run, in the order in which the kernel gets them
+#: parameters of one run, in the order in which the kernel gets them
 NAMES = (
     "load", "alpha", "kappa", "radius", "start", "delay", "speed", "step_at", "length",
     "road_play", "road_rest", "steering_play", "trail", "loss", "loss_time",
@@ -28,16 +28,16 @@ AT = {name: i for i, name in enumerate(NAMES)}
 ) = range(20)  # fmt: skip
 OUT = ("plank", "wheel", "fx", "fy", "load")
 SAMPLE, SUB = 0.05, 2
-"""[s] of the table, steps in between"""
+"""sampling time of the table [s], steps per sample"""
 STOP, PLATE_DRAG, PLATE_RUB = 1.0e8, 6.0e4, 9.0
-"""[N/m], [N s/m], [N] of the plate on its supports"""
+"""stop stiffness [N/m], damping [N s/m] and friction [N] of the plate on its supports"""
 STEER_STOP, STEER_DRAG, STEER_RUB = 4.0e5, 2.0e3, 2.0
-"""[Nm/rad], [Nm s/rad], [Nm] of the steering"""
+"""stop stiffness [N m/rad], damping [N m s/rad] and friction [N m] of the steering"""
 
 
 @njit(cache=True, nogil=True)
 def between_stops(at, gap, push, rub, drag, stop, h):
-    """Where a part goes that rubs, creeps under a push and is held by springs beyond the gap."""
+    """Position of a part with friction and damping under a force, with springs beyond the gap."""
     if gap <= 0.0:
         return 0.0
     end = 0.5 * gap
@@ -48,13 +48,13 @@ def between_stops(at, gap, push, rub, drag, stop, h):
     drive -= math.copysign(min(rub, abs(drive)), drive)
     stiff = stop if at != inside else 0.0
     new = at + drive / (drag / h + stiff)
-    # no further than where the stop takes the push over
+    # no further than where the stop balances the force
     return min(max(new, -end - abs(push) / stop), end + abs(push) / stop)
 
 
 @njit(cache=True, nogil=True)
 def worn(p, x):
-    """Grip that is left at a place of the plank."""
+    """Remaining grip at a position of the plank."""
     if p[PATCH_DEPTH] == 0.0:
         return 1.0
     rise = 1.0 / (1.0 + math.exp(-(x - p[PATCH_FROM]) / p[PATCH_EDGE]))
@@ -64,7 +64,8 @@ def worn(p, x):
 
 @njit(cache=True, nogil=True)
 def run_one(p, tire, bumps, out):
-    """One run from standstill; out (len(OUT), samples); returns the number of samples."""
+    """Simulate one run from standstill; out: shape (len(OUT), samples); returns the number of
+    samples."""
     h = SAMPLE / SUB
     state, feet, press = np.zeros(7), np.zeros((MOST, 3)), np.zeros(MOST)
     newest = 0
@@ -88,7 +89,7 @@ def run_one(p, tire, bumps, out):
             steer, 2.0 * p[STEERING_PLAY], p[TRAIL] * fy, STEER_RUB, STEER_DRAG, STEER_STOP, h
         )
         road = travel + plate - before
-        # a side force behind the axis of the steering turns the wheel into the road's direction
+        # a side force behind the steering axis turns the wheel into the direction of the road
         side = p[ALPHA] + steer
         lost += (p[LOSS] * min(fx, 0.0) - lost) * (1.0 - math.exp(-h / p[LOSS_TIME]))
         load = p[LOAD] + lost + bumps[0] * math.sin(plank / 0.15 + bumps[1])

@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A third tire, compiled: threads of rubber between belt and road, on a carcass with damping.
+"""Kernel of the third tire: rubber threads between belt and road, on a carcass with damping.
 
-A thread enters at the front of the contact with each piece of belt that comes in, and keeps its
-two ends: the root on the belt, the foot on the road. Its force is anisotropic in the shift between
-them. The foot creeps along the force as soon as that is more than the grip. The pressure is an
-ellipse that leans forwards; the grip depends on the mean pressure and on how fast the foot slides,
-and is not the same along and across. The carcass is a spring with a damper in each direction,
-stepped in time. ISO W axes, SI.
+A thread enters the contact at the front with each piece of belt. Its root is fixed to the belt,
+its foot touches the road. The force is anisotropic in the shift between the two. The foot creeps
+along the force when the force exceeds the grip. The pressure is an ellipse shifted forward. Grip
+depends on the mean pressure and the sliding speed of the foot, and differs along and across. The
+carcass is a spring and damper in each direction, integrated in time. ISO W axes, SI units.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ import math
 
 from numba import njit
 
-#: numbers of the tire, in the order in which the kernel gets them
+#: parameters of the tire, in the order in which the kernel gets them
 NAMES = (
     "vertical", "radius", "share", "grip_x", "grip_y", "thin", "width", "thread_x", "thread_y",
     "forward", "lost", "slow", "piece", "carcass_x", "carcass_y", "damper_x", "damper_y",
@@ -26,18 +25,18 @@ AT = {name: i for i, name in enumerate(NAMES)}
     FORWARD, LOST, SLOW, PIECE, CARCASS_X, CARCASS_Y, DAMPER_X, DAMPER_Y,
 ) = range(17)  # fmt: skip
 MOST = 256
-"""threads kept in a ring"""
+"""number of threads in the ring buffer"""
 REFERENCE = 3.0e5
-"""[Pa] pressure at which the grip is stated"""
+"""reference pressure of the grip [Pa]"""
 TRAILING = 0.25
-"""share of the sliding speed that is new in a step"""
+"""weight of the new sliding speed in a step (low-pass) [-]"""
 
 
 @njit(cache=True, nogil=True)
 def contact_of(load, tire):
     """Half contact length [m], grip along and across, at a load [N]."""
     sink = load / tire[VERTICAL]
-    # chord of a circle that is pressed in; the belt lifts off before the chord ends
+    # chord of a deflected circle; the belt lifts off before the end of the chord
     half = tire[SHARE] * math.sqrt(sink * (2.0 * tire[RIM] - sink))
     pressure = load / (math.pi * half * tire[BREADTH])
     fall = 1.0 - tire[THIN] * math.log(pressure / REFERENCE)
@@ -46,9 +45,9 @@ def contact_of(load, tire):
 
 @njit(cache=True, nogil=True)
 def creep(tx, ty, cx, cy, gx, gy, limit):
-    """How far a foot creeps along the force (tx, ty) until that is no more than the grip [m].
+    """Creep of a foot along the force (tx, ty) until the force equals the grip [m].
 
-    Forces are measured by the grip in their direction, the force falls by the stiffness.
+    Forces are scaled by the grip in their direction; the stiffness reduces the force.
     """
     size = math.sqrt(tx * tx + ty * ty)
     nx, ny = tx / size, ty / size
@@ -57,24 +56,24 @@ def creep(tx, ty, cx, cy, gx, gy, limit):
     a = wx * wx + wy * wy
     b = ux * wx + uy * wy
     root = b * b - a * (ux * ux + uy * uy - limit * limit)
-    # the nearest point when the line passes the ellipse by
+    # the nearest point when the line misses the ellipse
     d = (b - math.sqrt(max(root, 0.0))) / a
     return nx * d, ny * d
 
 
 @njit(cache=True, nogil=True)
 def patch(feet, press, state, newest, half, load, tire, gx, gy, h, move):
-    """Force of all threads [N] and the stiffness of those that hold [N/m].
+    """Force of all threads [N], and stiffness of the sticking ones [N/m].
 
-    feet (MOST, 3): where a thread hangs straight, speed of its foot; with `move` the feet creep.
-    press (MOST): room to work in.
+    feet (MOST, 3): belt shift at zero deflection of a thread, speed of its foot; with `move` the
+    feet creep. press (MOST): work space.
     """
     piece = tire[PIECE]
     cx, cy = tire[THREAD_X] * piece, tire[THREAD_Y] * piece
     count = int(2.0 * half / piece) + 3
     whole = 0.0
     for i in range(count):
-        # a thread counts for the part of its piece that is in the contact
+        # a thread is weighted with the part of its piece that is in contact
         at = half - (state[4] - (newest + 1 - i) * piece)
         part = min(max((half - abs(at)) / piece + 0.5, 0.0), 1.0)
         place = at / half
@@ -97,7 +96,7 @@ def patch(feet, press, state, newest, half, load, tire, gx, gy, h, move):
             dx, dy = creep(tx, ty, cx * part, cy * part, gx, gy, limit)
             tx -= cx * part * dx
             ty -= cy * part * dy
-            # across the force a sliding thread still holds
+            # a sliding thread keeps its stiffness across the force
             size = tx * tx + ty * ty + 1e-12
             sx += cx * part * ty * ty / size
             sy += cy * part * tx * tx / size
@@ -117,16 +116,16 @@ def patch(feet, press, state, newest, half, load, tire, gx, gy, h, move):
 
 @njit(cache=True, nogil=True)
 def enter(feet, before, newest, tire, state, gone_x, gone_y):
-    """Threads that come in at the front, their feet where the belt was then."""
+    """Add threads that enter at the front, with feet at the belt position at that time."""
     piece = tire[PIECE]
-    # one piece ahead of the contact, so that a thread may come in bit by bit
+    # one piece ahead of the contact, so that a thread enters gradually
     while (newest + 1) * piece <= state[4]:
         newest += 1
         part = (state[4] - newest * piece) / max(state[4] - before, 1e-12)
         k = (newest + 1) % MOST
         feet[k, 0], feet[k, 1] = state[2] - part * gone_x, state[3] - part * gone_y
         feet[k, 2] = 0.0
-    # what lies ahead of the contact is not bent yet
+    # threads ahead of the contact have no deflection yet
     k = (newest + 1) % MOST
     share = min(max((state[4] - (newest + 0.5) * piece) / piece, 0.0), 1.0)
     feet[k, 0] += (1.0 - share) * gone_x
@@ -139,7 +138,7 @@ def step(state, feet, press, newest, tire, load, grip, rolled, slip_x, slip_y, h
     """One step of the tire; returns the number of the newest thread.
 
     state: carcass x, y, shift of the belt x, y, its travel [m], force x, y [N]. slip_x, slip_y:
-    how far the rim moves against the road [m].
+    motion of the rim relative to the road [m].
     """
     half, gx, gy = contact_of(load, tire)
     gx, gy = gx * grip, gy * grip
@@ -148,7 +147,7 @@ def step(state, feet, press, newest, tire, load, grip, rolled, slip_x, slip_y, h
     state[2] += slip_x
     state[3] += slip_y
     fx, fy, sx, sy = patch(feet, press, state, newest, half, load, tire, gx, gy, h, False)
-    # the carcass gives way: linearly implicit in the threads that hold
+    # deflection of the carcass: linearly implicit in the sticking threads
     ax = (fx - tire[CARCASS_X] * state[0]) / (sx + tire[CARCASS_X] + tire[DAMPER_X] / h)
     ay = (fy - tire[CARCASS_Y] * state[1]) / (sy + tire[CARCASS_Y] + tire[DAMPER_Y] / h)
     state[0] += ax

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The third tire as a world of the blind kit: what it can hide, and whole campaigns of it."""
+"""The third tire as a world of the blind kit: effects that it can hide, and its campaigns."""
 
 from __future__ import annotations
 
@@ -31,19 +31,19 @@ HIDES: dict[str, Hide] = {
     "parasitic_force": lambda s, r: {"parasitic": (s, 0.7 * s)},
     "carcass_load": lambda s, r: {"carcass_load": s},
 }
-"""name in the library -> fields of the machine at a size"""
+"""effect of the library -> function from its size to fields of the machine"""
 
 
 @dataclass(frozen=True)
 class ThirdWorld:
-    """Threads of rubber; see third_kernel.py."""
+    """World of the third tire; see third_kernel.py."""
 
     tire: ThirdTire = field(default_factory=ThirdTire)
     radius: float = RADIUS
 
     @classmethod
     def drawn(cls, random: np.random.Generator | None = None) -> ThirdWorld:
-        """The tire, or one like it."""
+        """The nominal tire, or a random one like it."""
         return cls() if random is None else cls(ThirdTire().drawn(random))
 
     def has(self, name: str) -> bool:
@@ -56,7 +56,7 @@ class ThirdWorld:
         random: np.random.Generator,
         scatter: Scatter,
     ) -> list[Columns]:
-        """All runs without noise of the sensors, with effects of these sizes."""
+        """Make all runs without sensor noise, with effects of these sizes."""
         fields: dict[str, Any] = {}
         for name, size in sizes.items():
             fields |= HIDES[name](size, random)
@@ -70,7 +70,7 @@ class ThirdWorld:
         ]  # fmt: skip
 
     def nuisances(self) -> tuple[Mapping[str, float], ...]:
-        """Small changes of the tire: what a fit of the tire can take."""
+        """Small changes of the tire that a fit of the tire can absorb."""
         t = self.tire
         part = {n: 0.01 * getattr(t, n) for n in ("thread_x", "thread_y", "share", "grip_x")}
         part |= {n: 0.03 * getattr(t, n) for n in ("carcass_x", "carcass_y", "vertical")}
@@ -79,6 +79,6 @@ class ThirdWorld:
         return tuple({name: step} for name, step in part.items())
 
     def changed(self, change: Mapping[str, float]) -> ThirdWorld:
-        """The same with another tire."""
+        """The same world with a changed tire."""
         new = {name: getattr(self.tire, name) + step for name, step in change.items()}
         return ThirdWorld(replace(self.tire, **new), self.radius)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The worlds in which blind campaigns are made: the bristle plant, the second tire with its
-machine, the same tire on a machine whose faults have other forms, and for combined slip the second
-tire with a circle of grip and the third tire."""
+"""The simulated worlds of the blind campaigns: the plant with its brush-model tire, the second
+tire and machine, the same tire on a machine whose faults have other forms. For combined slip: the
+second tire with a friction circle, and the third tire."""
 
 from __future__ import annotations
 
@@ -26,60 +26,60 @@ KEPT = ("time", "plank_position", "wheel_angle", "fx", "fy", "fz", "mx", "mz")
 
 @dataclass(frozen=True)
 class Scatter:
-    """What differs from run to run in one campaign; arrays (runs,)."""
+    """Scatter from run to run in one campaign; arrays of shape (runs,)."""
 
     gain: np.ndarray
-    """of grip and tread"""
+    """factor of grip and tread stiffness"""
     delay: np.ndarray
-    """of the wheel at the start [s]"""
+    """delay of the wheel at the start [s]"""
     bumps: np.ndarray
-    """of the load over the plank: size, phase, size, phase"""
+    """load undulation over the plank: size, phase, size, phase"""
 
     @classmethod
     def drawn(cls, count: int, level: float, random: np.random.Generator) -> Scatter:
-        """A campaign's own."""
+        """Random scatter of one campaign."""
         bumps = np.array([12.0, 6.28 * random.random(), 8.0, 6.28 * random.random()])
         delay = 0.09 + 0.03 * random.random(count)
         return cls(1.0 + level * random.standard_normal(count), delay, bumps)
 
     @classmethod
     def none(cls, count: int) -> Scatter:
-        """The same in every run."""
+        """No scatter."""
         return cls(np.ones(count), np.full(count, 0.1), np.array([12.0, 0.3, 8.0, 1.1]))
 
 
 class World(Protocol):
-    """Runs without noise; encoders already count."""
+    """Interface of a world: makes runs without noise, with quantised encoders."""
 
     @property
     def radius(self) -> float:
         """Effective rolling radius [m]."""
 
     def has(self, name: str) -> bool:
-        """Whether it can hide this effect."""
+        """True when the world can hide this effect."""
 
     def run(
         self, runs: Sequence[Run], sizes: Sizes, random: np.random.Generator, scatter: Scatter
     ) -> list[Columns]:
-        """All runs with effects of these sizes."""
+        """Make all runs with effects of these sizes."""
 
     def nuisances(self) -> tuple[Mapping[str, float], ...]:
-        """Small changes of the tire, by number: what a fit of the tire can take."""
+        """Small changes of the tire that a fit of the tire can absorb."""
 
     def changed(self, change: Mapping[str, float]) -> World:
-        """The same with another tire."""
+        """The same world with a changed tire."""
 
 
 @dataclass(frozen=True)
 class SecondWorld:
-    """Cells of rubber; see second_kernel.py."""
+    """World of the second tire; see second_kernel.py."""
 
     tire: SecondTire = field(default_factory=SecondTire)
     radius: float = 0.3108
 
     @classmethod
     def drawn(cls, random: np.random.Generator) -> SecondWorld:
-        """Another tire."""
+        """World with a random tire."""
         return cls(SecondTire().drawn(random))
 
     def has(self, name: str) -> bool:
@@ -122,7 +122,7 @@ class SecondWorld:
 
 @dataclass(frozen=True)
 class FormsWorld(SecondWorld):
-    """The tire of cells on the machine of forms.py."""
+    """World of the second tire on the machine of forms.py."""
 
     def has(self, name: str) -> bool:
         return name in forms.MENU_OF_FORMS
@@ -134,21 +134,21 @@ class FormsWorld(SecondWorld):
 
 @dataclass(frozen=True)
 class CircleWorld(SecondWorld):
-    """The tire of cells whose grip is shared by both directions."""
+    """World of the second tire with one friction limit for both directions."""
 
     def has(self, name: str) -> bool:
         return name in HIDES and super().has(name)
 
     @classmethod
     def drawn(cls, random: np.random.Generator | None = None) -> CircleWorld:
-        """Another tire; the usual one without a generator."""
+        """World with a random tire; without a generator, the nominal one."""
         tire = SecondTire() if random is None else SecondTire().drawn(random)
         return cls(replace(tire, circle=1.0))
 
 
 @dataclass(frozen=True)
 class PlantWorld:
-    """The bristle plant without bus and hub: `flatplank_sim.plant.campaign`."""
+    """World of the simulated plant, without bus and hub: `flatplank_sim.plant.campaign`."""
 
     tire: Mapping[str, float]
     radius: float = 0.31088
@@ -156,7 +156,7 @@ class PlantWorld:
 
     @classmethod
     def drawn(cls, random: np.random.Generator | None = None) -> PlantWorld:
-        """The Toyo or one like it."""
+        """World with the Toyo, or a random tire like it."""
         plain = PlantConfig.load("toyo").tire
         names = (
             "friction", "tread_stiffness_x", "tread_stiffness_y", "carcass_stiffness_x",
@@ -210,6 +210,6 @@ WORLDS: dict[str, Callable[[np.random.Generator | None], World]] = {
     "third": ThirdWorld.drawn,
 }
 COMBINED = ("circle", "third")
-"""worlds of combined slip and several loads, asked in a row of their own"""
+"""worlds of combined slip and several loads, scored in a separate row"""
 PRESENT = {"circle": ("combined_slip",), "third": ("combined_slip", "rolling_resistance")}
-"""effects of the library that the tires of a world have of themselves: naming them is right"""
+"""world -> effects that its tires really have; naming them is right"""

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measured numbers of the analysis; every ratio comes from one run on one machine."""
+"""Benchmarks of the fits; every ratio comes from one run on one computer."""

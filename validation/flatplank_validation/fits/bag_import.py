@@ -24,7 +24,7 @@ def bags_of(folder: Path) -> list[Path]:
 
 
 def drop_all(bag: Path, topics: list[str]) -> int:
-    """Read every message of the topics with `mcap` and keep none; returns their number."""
+    """Read and discard every message of the topics with `mcap`; returns their number."""
     count = 0
     for path in sorted(bag.glob("*.mcap")):
         with path.open("rb") as stream:

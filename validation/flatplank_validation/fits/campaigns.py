@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Synthetic slip-step runs from the fitted models themselves, for speed and recovery studies.
 
-For benchmarks only: the truth is the same model that is fitted. Trust in the models comes from the
-bristle plant and from real bags, not from here.
+For benchmarks only, since the truth is the fitted model itself. The simulated plant and real bags
+validate the models, not these runs.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ AR = (0.97,)
 
 @dataclass(frozen=True)
 class Truth:
-    """One condition as it really is."""
+    """True parameters of one condition."""
 
     c_cx: float = 2.4e5
     slip_stiffness: float = 9.5e4
@@ -55,7 +55,7 @@ class Truth:
         return float(slope_weights(slips, force := self.steady(slips)) @ force)
 
     def law(self) -> TableLaw:
-        """The table that a campaign with these slips would find without noise."""
+        """Table of the steady force that a campaign with these slips gives without noise."""
         slips = np.array(SLIPS)
         return curve_law(slips, self.steady(slips))
 
@@ -107,7 +107,7 @@ def simulate_linear(
     noise: float = 12.0,
     scatter: float = 0.01,
 ) -> list[StepRun]:
-    """Runs of the linear model: slip -> (sigma [m], C [N]), both scattering from run to run."""
+    """Runs of the linear model: slip -> (sigma [m], C [N]), both with scatter from run to run."""
     x = np.arange(-0.1 + 0.5 * SPACING, REACH, SPACING)
     runs = []
     for level, (sigma, stiffness) in truth.items():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command line that the benchmarks share: options in, numbers out."""
+"""Common command line of the benchmarks."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ Work = Callable[[argparse.Namespace], Mapping[str, Any]]
 
 
 def command(text: str | None, work: Work, **options: Any) -> Callable[..., None]:
-    """`main(arguments)` that prints what `work` measures, as lines or with --json.
+    """Make a `main(arguments)` that prints the results of `work`, as lines or with --json.
 
-    `options` by name: a number is the default of `--name`, a type that of a positional argument.
+    `options`: a number is the default of option `--name`, a type makes a positional argument.
     """
 
     def main(arguments: Sequence[str] | None = None) -> None:

@@ -18,7 +18,7 @@ COUNT = 1_000_000
 
 
 def full_set() -> Coefficients:
-    """The shipped tire with every coefficient that it leaves at zero set to something small."""
+    """The packaged tire, with every zero coefficient set to a small value."""
     given = shipped_tir().values
     small = {k: 0.02 for k, v in DEFAULTS.items() if v == 0.0 and not given.get(k)}
     return Coefficients(small | {k: v for k, v in given.items() if v} | {"VXLOW": 0.0})

@@ -26,10 +26,10 @@ from flatplank_validation.fits.campaigns import Truth, simulate_runs
 from flatplank_validation.fits.command import command
 
 OPTIONS = {"method": "LSODA", "rtol": 1e-6, "atol": 1e-9}
-"""Of solve_ivp: its fastest method here; the default tolerance misses the optimum by 4e-4."""
+"""Options of solve_ivp: its fastest method; the default tolerance misses the optimum by 4e-4."""
 STOP = {"xatol": 2e-5, "fatol": 1e-5}
-"""Of minimize, in units of 1e5 N/m and of the cost at the start; a smaller change of the cost is
-grain of the integrator, in which the search ends or not by luck."""
+"""Options of minimize, in units of 1e5 N/m and of the initial cost; smaller changes of the cost
+are integration errors, in which the search may not terminate."""
 
 
 def reference_cost(problem: CarcassProblem) -> Callable[[np.ndarray], float]:
@@ -72,7 +72,7 @@ def reference_cost(problem: CarcassProblem) -> Callable[[np.ndarray], float]:
 
 
 def optimum_of(cost: Callable[[np.ndarray], float], near: float) -> float:
-    """Bottom of the parabola through five costs: free of the grain of the integrator."""
+    """Minimum of a parabola through five costs, insensitive to integration errors."""
     x = near * (1.0 + np.array([-4e-3, -2e-3, 0.0, 2e-3, 4e-3]))
     curve = np.polyfit(x - near, [cost(np.array([v])) for v in x], 2)
     return near - curve[1] / (2.0 * curve[0])
@@ -91,7 +91,7 @@ def measure(repeats: int = 5, seed: int = 1) -> dict[str, float]:
     begin = time.perf_counter()
     cost = reference_cost(problem)
     size = cost(np.array([2.0]))
-    # Scaled to 1, so that its tolerances mean something; gradients of solve_ivp are too coarse for
+    # Scaled to 1, so that the tolerances apply; gradients of solve_ivp are too coarse for
     # the default method, which stays at the start.
     found = minimize(lambda x: cost(x) / size, np.array([2.0]), method="Nelder-Mead", options=STOP)
     theirs_time = time.perf_counter() - begin

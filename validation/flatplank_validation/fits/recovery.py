@@ -76,7 +76,8 @@ def draw_nonlinear(seed: int) -> dict[str, tuple[float, Estimate]]:
 
 
 def draw_mf(seed: int) -> dict[str, tuple[float, Estimate]]:
-    """Magic Formula: every coefficient of all stages from steady points with run scatter."""
+    """Magic Formula: every coefficient of all stages from steady points with scatter from run to
+    run."""
     rng = np.random.default_rng(seed)
     start = shipped_tir().replaced({"PKY4": 2.0})
     truth = start.replaced(MF_TRUTH).coefficients
@@ -100,10 +101,10 @@ def draw_mf(seed: int) -> dict[str, tuple[float, Estimate]]:
 
 
 def _design() -> tuple[np.ndarray, ...]:
-    """fz, kappa, alpha, gamma, pressure of a full campaign, three runs each.
+    """fz, kappa, alpha, gamma, pressure of a full campaign, three runs per condition.
 
-    Four loads: with three, PKX2 and PKX3 have two solutions of the same quality; these four leave
-    them two that only luck tells apart, and the fit says so.
+    It has four loads: with three, PKX2 and PKX3 have two equally good solutions. With these four
+    the two solutions remain nearly equal, and the fit says so.
     """
     slips = np.array(SLIPS)
     rows = []
@@ -129,11 +130,11 @@ class Coverage:
     name: str
     true: float
     draws: int
-    """Draws in which the fit called the parameter determined."""
+    """Draws in which the fit reported the parameter as determined."""
     covered: float
     """Share of the 90 % intervals that hold the true value."""
     bias: float
-    """Mean error over its own standard deviation [-]."""
+    """Mean error over the standard deviation of the errors [-]."""
     spread: float
     """Standard deviation of the estimates."""
     stated: float
@@ -226,7 +227,7 @@ def document(found: Mapping[str, Sequence[Coverage]], draws: int) -> str:
 
 
 def _stands_out(found: Mapping[str, Sequence[Coverage]]) -> str:
-    """Where the share leaves 85-95 %, and what the fits would not state."""
+    """Parameters with a share outside 85-95 %, and those that the fits did not determine."""
     rows = [row for study_rows in found.values() for row in study_rows]
     held = [r for r in rows if r.draws]
     out = [r for r in held if not GOAL[0] <= round(r.covered, 3) <= GOAL[1]]

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""All tires of the thesis through `simulate`, `fit` and `report`, against the plant's own truth.
+"""Compares results of `simulate`, `fit` and `report` for all tires of the thesis with the plant's
+truth.
 
-The verbs and the plant's table are other programs: the analysis sees the files only.
+The verbs and the table of the plant run as separate programs, so the analysis has only the files.
 """
 
 from __future__ import annotations
@@ -23,11 +24,11 @@ TRUTHS = {
     "sigma_x": "relaxation_length_x",
     "r_e": "effective_rolling_radius",
 }
-"""Quantity -> its name in the plant's table."""
+"""quantity -> its name in the plant's table"""
 
 
 def measure(tires: Sequence[str] = TIRES) -> dict[str, float]:
-    """Found value, ends of the 90 % interval, truth and error [%] of every quantity."""
+    """Estimate, ends of the 90 % interval, truth and error [%] of every quantity."""
     out = {}
     with tempfile.TemporaryDirectory() as folder:
         for plant in tires:
@@ -42,9 +43,11 @@ def measure(tires: Sequence[str] = TIRES) -> dict[str, float]:
 
 
 def measure_tire(plant: str, folder: Path) -> dict[str, Any]:
-    """One tire at its nominal load and pressure; c_cx and sigma_x without the model's bias.
+    """Measure one tire at nominal load and pressure; c_cx and sigma_x are corrected by the bias of
+    the model.
 
-    The 90 % interval is the report's own; around r_e stands what the report calls agreement.
+    The 90 % interval is that of the report; for r_e it is the range that the report calls
+    agreement.
     """
     here = folder / plant
     _verb("simulate", str(here), "--tire", plant)
@@ -77,7 +80,7 @@ def _verb(*words: str) -> str:
 
 
 def _truth(plant: str, fz: float, bar: float) -> dict[str, float]:
-    """The plant's table: one line per quantity, its name first."""
+    """Table of the plant: one line per quantity, its name first."""
     words = ("--tire", plant, "--load", f"{fz:g}", "--pressure", f"{bar:g}")
     text = _run("flatplank_sim.plant.truth", *words)
     rows = (line.split() for line in text.splitlines()[1:] if line.strip())

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Linear plant (5.9c), controller (5.12) and the figures of thesis 5.4, continuous and with the
+"""Linear plant (5.9c), controller (5.12) and the figures of thesis 5.4, for the continuous and the
 real loop.
 
 J_eff is 1009.3 kg m2 by (5.5); the 1287 of Table 5.1 does not give the thesis's own results.
@@ -16,12 +16,12 @@ import control
 from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA, FreeRollingParameters
 
 DELAY_CYCLES = 2
-"""Cycles from a sample to its effect on the bench; the zero-order hold comes on top."""
+"""Cycles from a sample to its effect on the bench, without the zero-order hold."""
 
 
 @dataclass(frozen=True)
 class Actuator:
-    """Table 5.1, with J_eff by (5.5)."""
+    """Wheel drive of Table 5.1, with J_eff by (5.5)."""
 
     efficiency: float = 0.392
     i_red: float = 30.32
@@ -34,7 +34,7 @@ class Actuator:
     vertical_force: float = 3700.0
     """[N]"""
     slip_stiffness: float = 24.5
-    """K'_x1, normalised"""
+    """normalised slip stiffness K'_x1"""
     effective_radius: float = 0.3081
     """[m]"""
     loaded_radius: float = 0.2955
@@ -46,18 +46,18 @@ class Actuator:
 
     @property
     def gear(self) -> float:
-        """i of (5.14)."""
+        """Gear ratio i of (5.14)."""
         return self.i_red * self.i_sd
 
     @property
     def j_eff(self) -> float:
-        """(5.5) [kg m2]."""
+        """Effective inertia by (5.5) [kg m2]."""
         worm = self.j_ws + self.i_red**2 * self.j_m
         return self.j_ww + self.j_t + self.efficiency * self.i_sd**2 * worm
 
     @property
     def j_tw(self) -> float:
-        """J_T + J_WW + i_SD^2 J_WS of Table 5.1 [kg m2]."""
+        """Inertia J_T + J_WW + i_SD^2 J_WS of Table 5.1 [kg m2]."""
         return self.j_t + self.j_ww + self.i_sd**2 * self.j_ws
 
 
@@ -73,7 +73,7 @@ class Loop(NamedTuple):
     bandwidth: float
     """-3 dB of H [Hz]"""
     peak: float
-    """of H [dB]"""
+    """peak of H [dB]"""
     peak_at: float
     """[Hz]"""
     dip_at: float
@@ -92,7 +92,7 @@ def plant(a: Actuator, j_eff: float | None = None) -> control.TransferFunction:
 
 
 def controller(p: FreeRollingParameters, alpha: float | None = None) -> control.TransferFunction:
-    """C(s) of (5.12) [N m / N]; `alpha` overrides the lead's."""
+    """C(s) of (5.12) [N m / N]; `alpha` overrides that of the lead."""
     lead_alpha = p.lead_alpha if alpha is None else alpha
     pi = control.tf([p.proportional_gain, p.integral_gain], [1.0, 0.0])
     lead = control.tf([p.lead_time, 1.0], [lead_alpha * p.lead_time, 1.0])
@@ -143,7 +143,7 @@ def figures(loop: control.TransferFunction) -> Loop:
 
 
 def settling_time(loop: control.TransferFunction, band: float = 0.005) -> float:
-    """Time after which the step response of H stays within `band` of its end [s]."""
+    """Time after which the step response of H stays within `band` of its final value [s]."""
     t = np.arange(0.0, 120.0, 0.002)
     _, y = control.step_response(control.feedback(loop, 1), t)
     outside = np.flatnonzero(np.abs(np.asarray(y) - 1.0) > band)

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The nonlinear simulation of thesis 5.5: equations (5.15)-(5.21) around the controller,
+"""The nonlinear simulation of thesis 5.5: equations (5.15)-(5.21) with the controller in a
 continuous loop.
 
-It is the thesis's own check of its controller, kept apart from the simulated bench on purpose:
-linear transient tire, one gap, constant efficiency, no delay. The friction torque of Figure 5.11
-cannot be read from the text, so its table is a parameter; its value near 142 rad/s decides the
+It reproduces the check of the controller in the thesis, independent of the simulated bench: linear
+transient tire, one gap, constant efficiency, no delay. The friction torque of Figure 5.11 cannot
+be read from the text, so its table is a parameter; its value near 142 rad/s determines the
 settling distance.
 """
 
@@ -27,7 +27,7 @@ FRICTION = ((0.0, 0.0), (2.0, 1.25), (60.0, 1.15), (142.0, 1.15), (300.0, 1.4))
 
 @dataclass(frozen=True)
 class Nonlinear:
-    """What (5.15)-(5.21) need beside Table 5.1."""
+    """Parameters of (5.15)-(5.21) beside Table 5.1."""
 
     actuator: Actuator = field(default_factory=Actuator)
     stiffness: float = 2000.0
@@ -37,20 +37,20 @@ class Nonlinear:
     damping: float = 0.05
     """d, small and artificial [N m s/rad]"""
     acceleration: float = 0.206
-    """of the road [m/s^2]"""
+    """acceleration of the road [m/s^2]"""
     start: float = 0.1
-    """when the road starts [s]"""
+    """start time of the road [s]"""
     friction: tuple[tuple[float, float], ...] = FRICTION
 
 
 @dataclass(frozen=True)
 class Run:
-    """Arrays of shape (n,)."""
+    """Results as arrays of shape (n,)."""
 
     time: NDArray[np.float64]
     """[s]"""
     position: NDArray[np.float64]
-    """of the road [m]"""
+    """position of the road [m]"""
     force: NDArray[np.float64]
     """Fx [N]"""
     gear_angle: NDArray[np.float64]
@@ -126,10 +126,10 @@ def settling_distance(
     band: float = 0.05,
     start: float = 0.1,
 ) -> float:
-    """Appendix E: fit p1 exp(-p2 x) + p3 from `start` [m] on; the distance from which it is in the
-    band [m].
+    """Appendix E: fit p1 exp(-p2 x) + p3 from `start` [m] on; returns the distance after which it
+    stays within the band [m].
 
-    NaN when it never gets there on the road that was measured.
+    NaN when it does not reach the band on the measured road.
     """
     keep = position >= start
     x, y = position[keep], force[keep]
@@ -151,7 +151,7 @@ def settling_distance(
 
 
 def _best(cost: Callable[[float], float]) -> float:
-    """Rate [1/m] of the smallest cost: a coarse look, then ever finer ones."""
+    """Rate [1/m] with the smallest cost, by a grid search with successive refinement."""
     rates = np.geomspace(0.05, 100.0, 60)
     for _ in range(6):
         k = int(np.argmin([cost(r) for r in rates]))
@@ -160,7 +160,7 @@ def _best(cost: Callable[[float], float]) -> float:
 
 
 def _table(points: tuple[tuple[float, float], ...]) -> Callable[[float], float]:
-    """Linear interpolation for plain numbers, the last value beyond the end."""
+    """Linear interpolation for floats, constant beyond the end."""
 
     def value(v: float) -> float:
         for (x0, y0), (x1, y1) in pairwise(points):

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How good the loop is that chooses its own runs."""
+"""Benchmark of the loop that chooses its own runs."""

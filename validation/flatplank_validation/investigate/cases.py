@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One loop per case: something of the sealed menu is hidden, and runs are chosen one way or
-another; a line of a journal each."""
+"""Runs one loop per case: a defect of the sealed menu is hidden, and a policy chooses the runs.
+Each loop gives one line of a journal."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ from flatplank_validation.investigate.fast import FastBench
 
 NULL = "nothing"
 LIBRARIES = ("menu", "whole")
-"""effects that are looked for: those of the sealed menu and what is like them, or all"""
+"""effects of the search: those of the sealed menu and their relatives, or all"""
 
 
 @dataclass(frozen=True)
 class Case:
-    """One loop to be."""
+    """Definition of one loop."""
 
     hidden: str
     policy: str
@@ -43,7 +43,7 @@ class Case:
 
     @property
     def key(self) -> str:
-        """Its name in the journal."""
+        """Key in the journal."""
         return f"{self.hidden}/{self.policy}/{self.effects}/{self.number}"
 
 
@@ -54,7 +54,7 @@ def fixed() -> Candidate:
 
 
 def bench_of(case: Case, seed: int) -> tuple[FastBench, float]:
-    """The bench of a case, the same for every policy, and the size of what it hides."""
+    """Bench of a case, the same for every policy, and the size of its hidden effect."""
     draw = crc32(f"{seed}/{case.hidden}/{case.number}".encode())
     hidden = MENU[case.hidden]
     size = hidden.draw(np.random.default_rng(draw))
@@ -64,14 +64,14 @@ def bench_of(case: Case, seed: int) -> tuple[FastBench, float]:
 
 
 def solve(case: Case, seed: int, minutes: float) -> dict[str, Any]:
-    """One line of the journal."""
+    """Run the loop of a case; returns one line of the journal."""
     bench, size = bench_of(case, seed)
     entry = {"key": case.key, "seed": seed, "code": judged(), "commit": commit(), "size": size}
     return entry | POLICIES[case.policy](bench, case, minutes) | {"hidden": case.hidden}
 
 
 def judged() -> str:
-    """Fingerprint of the code that diagnoses and plans."""
+    """Fingerprint of the code for diagnosis and planning."""
     return code_version((*JUDGED, "investigation"))
 
 
@@ -110,8 +110,8 @@ def _random(bench: FastBench, case: Case, minutes: float) -> dict[str, Any]:
 
 
 def _text(bench: FastBench, case: Case, minutes: float) -> dict[str, Any]:
-    """The run that the diagnosis names, as often as it says; where it names none that this bench
-    makes, the next three of the plan of 27, until something is found or the plan is made."""
+    """Policy: make the run that the diagnosis names. If it names none that this bench can make,
+    take the next three of the plan of 27, until an effect is found or the plan is complete."""
     asked: set[tuple[Setting, ...]] = set()
 
     def how(result, _evidence, made, _possible, price, left) -> Choice:
@@ -129,8 +129,8 @@ def _text(bench: FastBench, case: Case, minutes: float) -> dict[str, Any]:
 
 
 def named_run(next_run: Mapping[str, Any]) -> Candidate | None:
-    """The text `next run` of a diagnosis as runs; None where it names none, or one at another
-    speed, out of a preload, or from an angle between the usual ones."""
+    """Parse the text `next run` of a diagnosis to runs; None when it names none, or one with
+    another speed, a preload, or an unusual start angle."""
     s = next_run.get("settings") or {}
     known = {"kappa", "fz", "pressure", "step_position", "start"}
     if set(s) != known or s["start"] not in STARTS:
@@ -143,7 +143,7 @@ def named_run(next_run: Mapping[str, Any]) -> Candidate | None:
 
 
 def _next_three(made: Sequence[Setting]) -> Candidate | None:
-    """Of the plan of 27 runs, a slip level at a time."""
+    """Next three runs of the plan of 27, one slip level at a time."""
     there = set(made)
     for kappa in SLIPS:
         lacking = tuple(s for s in fixed().settings if s.kappa == kappa and s not in there)
@@ -183,8 +183,8 @@ POLICIES: dict[str, Callable[[FastBench, Case, float], dict[str, Any]]] = {
 
 
 def right(entry: Mapping[str, Any]) -> bool:
-    """What is hidden is in the first class that is named and nothing beside it; or nothing is
-    hidden and nothing named."""
+    """True when the hidden effect is in the first named class and no other is named, or when
+    nothing is hidden and nothing named."""
     wanted = MENU[entry["hidden"]].names
     if not wanted:
         return not entry["named"]
@@ -192,7 +192,8 @@ def right(entry: Mapping[str, Any]) -> bool:
 
 
 def alarm(entry: Mapping[str, Any]) -> bool:
-    """Nothing is hidden, and an effect is named with an e-value of 1/alpha."""
+    """True for a false alarm: nothing is hidden, and an effect is named with an e-value of
+    1/alpha."""
     return bool(entry["named"]) and Evidence(entry["log_e"]).log >= -np.log(ALPHA)
 
 
@@ -204,7 +205,7 @@ def run(
     say: Callable[[str], None],
     jobs: int = 1,
 ) -> list[dict[str, Any]]:
-    """What is not in the journal yet is solved, in processes; entries of all these cases."""
+    """Solve the cases that the journal lacks, in processes; returns the entries of all cases."""
     path.parent.mkdir(parents=True, exist_ok=True)
     known = of_this_code(path, seed)
     missing = [c for c in cases if c.key not in known]
@@ -220,8 +221,8 @@ def run(
 
 
 def of_this_code(path: Path, seed: int, any_code: bool = False) -> dict[str, dict[str, Any]]:
-    """Entries of this seed that the present code made, by key; with `any_code` those of older code
-    too, where the present has none."""
+    """Entries of this seed by the present code, by key; with `any_code` also entries of other code
+    where the present has none."""
     entries = [e for e in read(path) if e["seed"] == seed]
     old = {e["key"]: e for e in entries} if any_code else {}
     return old | {e["key"]: e for e in entries if e["code"] == judged()}

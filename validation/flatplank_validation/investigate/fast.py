@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A bench of the fast generator: runs as they are asked for, nothing on the disk."""
+"""Bench on the fast plant: makes runs on request, without files."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ from flatplank_sim.sealed.menu import Defects, Force
 from flatplank_validation.blind.noise import NOISES, RELATIVE, noise
 
 SCATTER = 0.01
-"""of friction and tread stiffness from run to run"""
+"""scatter of friction and tread stiffness from run to run [-]"""
 TIRES = ("friction", "tread_stiffness_x", "carcass_stiffness_x", "contact_half_length")
 RATE = 20.0
-"""[Hz]"""
+"""sampling rate [Hz]"""
 NEEDED = ("time", "plank_position", "wheel_angle", *RELATIVE)
 
 
 class FastBench:
-    """A drawn tire with defects; a run depends on the seed, its number and its setting only."""
+    """Bench with a random tire and defects; a run depends only on seed, number and setting."""
 
     def __init__(
         self,
@@ -50,7 +50,7 @@ class FastBench:
         effects: Mapping[str, type[Effect]] | None = None,
         force: Force = lambda _columns, _run: np.zeros(1),
     ) -> None:
-        """force: one that is in no library, added to Fx."""
+        """force: a force outside the library, added to Fx."""
         random = np.random.default_rng(seed)
         plain = PlantConfig.load("toyo").tire
         self._tire = {n: getattr(plain, n) * random.uniform(0.94, 1.06) for n in TIRES}
@@ -61,40 +61,40 @@ class FastBench:
         self._stands: Setting | None = None
 
     def files(self) -> list[str]:
-        """Runs that are there."""
+        """Names of the existing runs."""
         return list(self.tables)
 
     def session(self, files: Collection[str]) -> Session:
-        """These runs."""
+        """Session with these runs."""
         tables = [self.tables[f] for f in files]
         data = from_tables(tables)
         campaign = Campaign("made", [Recorded(t.info, open_store(".")) for t in tables])
         return Session(campaign, data, TireModel(data), self.effects)
 
     def seed(self) -> Candidate:
-        """Six runs."""
+        """The first batch: six runs."""
         return seed_of(LOAD, PRESSURE)
 
     def price(self, candidate: Candidate) -> Price:
-        """What the real bench takes."""
+        """Cost of a candidate on the real bench."""
         known = {t.info.condition.operating_point[2:5] for t in self.tables.values()}
         first = candidate.settings[0]
         radii = {first.condition: 0.31} if first.condition in known else {}
         return price_of("TOY", candidate.settings, radii, self._stands)
 
     def plan(self, _number: int, candidate: Candidate) -> str:
-        """As JSON, with the number of the first run."""
+        """The plan as JSON, with the number of the first run."""
         settings = [asdict(s) for s in candidate.settings]
         return json.dumps({"first": len(self.tables), "settings": settings})
 
     def measure(self, _number: int, plan: str, _left: float) -> Made:
-        """All runs; each is good."""
+        """Make all runs of a plan; all count as good."""
         data = json.loads(plan)
         settings = [Setting(**s) for s in data["settings"]]
         return Made(tuple(self.make(settings, data["first"])))
 
     def make(self, settings: Sequence[Setting], first: int) -> list[str]:
-        """Runs by the names of their files."""
+        """Make runs; returns them by file name."""
         out = []
         for index, s in enumerate(settings, first):
             table = self._table(s, index)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Evidence where nothing is missing: bets on what looks likeliest, tested on runs that follow."""
+"""Evidence (e-values) when nothing is missing: bets on the most likely effect, tested on later
+runs."""
 
 from __future__ import annotations
 
@@ -17,11 +18,11 @@ from flatplank_validation.blind.points import share
 from flatplank_validation.investigate.fast import FastBench
 
 BATCHES = ((-0.02, 1.5), (0.02, 2.2), (-0.05, 1.5))
-"""slip and step position of the runs that follow, two of each"""
+"""slip and step position of the later runs, two of each"""
 
 
 def likeliest(session: Session) -> Bet | None:
-    """A bet on the effect that is first in the ranking, whatever the tests say of it."""
+    """Bet on the first effect in the ranking, whatever the tests say about it."""
     step = session.fit(None)
     state = step.state
     for item in best_per_effect(step.screen):
@@ -36,7 +37,7 @@ def likeliest(session: Session) -> Bet | None:
 
 
 def evidence_of(bench: FastBench, batches: Sequence[tuple[float, float]] = BATCHES) -> list[float]:
-    """Logarithm of the product after every batch."""
+    """Logarithm of the e-value (product of the bets) after every batch."""
     files = bench.make(bench.seed().settings, 0)
     usual = bench.seed().settings[0]
     total, out = Evidence(), []
@@ -55,8 +56,8 @@ def evidence_of(bench: FastBench, batches: Sequence[tuple[float, float]] = BATCH
 
 
 def lines_of_evidence(count: int, seed: int) -> Iterator[str]:
-    """The product after every batch of loops in which nothing is hidden, and the share of them in
-    which it ever passed 1/alpha."""
+    """Lines with the e-value after every batch of loops without a hidden effect, and the share of
+    loops in which it ever exceeded 1/alpha."""
     passed = []
     for number in range(count):
         product = evidence_of(FastBench(seed + number))

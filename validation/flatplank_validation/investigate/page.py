@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What loops came to, in words and as the end of docs/investigate.md; made from a journal."""
+"""Writes the results of loops from a journal, as text and as the end of docs/investigate.md."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def lines(entries: Sequence[Entry]) -> Iterator[str]:
 
 
 def rows(entries: Sequence[Entry]) -> Iterator[dict[str, Any]]:
-    """The numbers of each policy."""
+    """Results of each policy."""
     for policy in POLICIES:
         own = [e for e in entries if policy_of(e) == policy]
         some = [e for e in own if e["hidden"] != NULL]
@@ -57,7 +57,8 @@ def _middle(entries: Sequence[Entry], key: str = "minutes") -> str:
 
 
 def pairs(entries: Sequence[Entry]) -> Iterator[str]:
-    """The loop beside the plan of 27 runs on the same tires, and what the loop costs."""
+    """Comparison of the loop with the plan of 27 runs on the same tires, and the computing time of
+    the loop."""
     loops = {_tire(e): e for e in entries if policy_of(e) == "loop"}
     plans = {_tire(e): e for e in entries if policy_of(e) == "fixed"}
     both = [(loops[k], plans[k]) for k in loops if k in plans and loops[k]["hidden"] != NULL]
@@ -120,7 +121,7 @@ def page(entries: Sequence[Entry], header: Mapping[str, Any]) -> str:
 
 
 def _by_effect(entries: Sequence[Entry], policies: Sequence[str]) -> Iterator[str]:
-    """Of each effect how many were right, and the median of the minutes."""
+    """Number of right results per effect, and median of the minutes."""
     for hidden in MENU:
         cells = []
         for policy in policies:

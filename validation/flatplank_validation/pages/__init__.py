@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pages of docs/ that are made of the code."""
+"""Pages of docs/ that are generated from the code."""

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""docs/troubles.md, made of the registry: `python -m flatplank_validation.pages.troubles FILE`."""
+"""Generates docs/troubles.md from the registry: `python -m flatplank_validation.pages.troubles
+FILE`."""
 
 from __future__ import annotations
 

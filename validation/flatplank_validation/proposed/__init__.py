@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Kit for proposals: what the library lacks, hidden in worlds that share no code with it."""
+"""Test kit for proposals: forces outside the library, in worlds that share no code with it."""

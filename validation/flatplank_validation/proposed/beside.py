@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proposals and their rivals on the same campaigns: whose force is the one that was hidden?
+"""Compares proposals and rival methods on the same campaigns: whose force equals the hidden one?
 
 Inside: the runs of the campaign, slips to 5 %. Outside: new runs of the same machine at 8 %.
 """
@@ -39,20 +39,20 @@ from flatplank_validation.proposed.rivals import RIVALS, ROWS, SIDES, Inputs
 OURS = "flatplank propose"
 OUTSIDE = tuple(Setting(k) for k in (-0.08, 0.08))
 AGAIN = 2
-"""runs of each setting outside"""
+"""number of new runs per setting"""
 
 
 @dataclass(frozen=True)
 class Told:
-    """Runs and the force that is hidden in them."""
+    """Runs and the force hidden in them."""
 
     tables: list[MeasurementTable]
     force: list[np.ndarray]
-    """of each run, a sample for each of the table"""
+    """force of each run, one value per sample of the table"""
 
 
 def told(case: kit.Case, seed: int) -> tuple[Told, Told, dict[str, Any]]:
-    """The runs of a campaign, new runs outside its slips, and what is right to say."""
+    """Runs of a campaign, new runs outside its slips, and the right answer."""
     random = np.random.default_rng((seed, crc32(case.key.encode())))
     world = WORLDS[case.world](random)
     inside = runs_of(case.design, random)
@@ -72,7 +72,7 @@ def told(case: kit.Case, seed: int) -> tuple[Told, Told, dict[str, Any]]:
 
 
 def inputs(data: TireRuns, spans: Mapping[str, Span]) -> Inputs:
-    """Coordinates of the runs, those of the campaign, with what turns a proposal on and off."""
+    """Coordinates and modulators of the runs, as defined by the campaign."""
     known = coordinates_of(data)
     return Inputs(
         {n: np.ravel(known[n].values) for n in spans},
@@ -101,7 +101,8 @@ def ours(model: TireModel, best: Tried) -> np.ndarray:
 
 
 def error(claim: np.ndarray, truth: np.ndarray) -> float:
-    """Of a claimed force, over the size of the true one; a constant is the base's own."""
+    """Error of a claimed force over the size of the true one; a constant belongs to the base
+    model."""
     level = truth - truth.mean()
     off = claim - claim.mean() - level
     size = float(np.sqrt(np.mean(level**2)))
@@ -109,7 +110,7 @@ def error(claim: np.ndarray, truth: np.ndarray) -> float:
 
 
 def compare(case: kit.Case, seed: int) -> dict[str, Any]:
-    """Errors and words of all on one campaign."""
+    """Errors and statements of all methods on one campaign."""
     inside, outside, truth = told(case, seed)
     session, new = Session.of_tables(inside.tables), from_tables(outside.tables)
     data = session.data
@@ -170,7 +171,7 @@ def _line(
 def side_by_side(
     seed: int, count: int, path: Path, run: bool, progress: Callable[[int, int, str], None]
 ) -> list[dict[str, Any]]:
-    """The first forces of the list with 15 runs, from the journal where it has them."""
+    """Compare the first forces in the list with 15 runs; uses existing entries of the journal."""
     chosen = [c for c in kit.full(seed) if c.group == "force" and c.design == "small"][:count]
     known = {e["key"]: e for e in read(path) if e["seed"] == seed}
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How a campaign of this kit is made from its name and a seed."""
+"""Makes a campaign of this kit from its name and a seed."""
 
 from __future__ import annotations
 
@@ -24,16 +24,17 @@ from flatplank_validation.proposed.left_out import LEFT_OUT
 
 KIT = ("plant", "second", "forms")
 FACTOR = 3.0
-"""times the detectable size, and times the size of no consequence where that is larger"""
+"""size of a hidden force over its detectable size, or its size of no consequence if larger [-]"""
 WORTH, QUIETER = 0.5, 6.0
-"""share of what repeats differ by; what the filter leaves of white noise (power)"""
+"""size of a force over the scatter of the repeats; factor by which the filter reduces the power of
+white noise [-]"""
 NULL_NOISES = ("usual", "coloured", "quiet")
 SCATTERS = (0.0, 0.01, 0.03)
 
 
 @dataclass(frozen=True)
 class Case:
-    """One campaign to be."""
+    """Definition of one campaign."""
 
     group: str
     """force, left_out or null"""
@@ -46,7 +47,7 @@ class Case:
 
     @property
     def key(self) -> str:
-        """Its name in the journal."""
+        """Key in the journal."""
         return (
             f"{self.group}/{self.world}/{self.name}/{self.noise}/s{self.scatter:g}/"
             f"{self.design}/{self.number}"
@@ -54,7 +55,7 @@ class Case:
 
 
 def full(seed: int) -> list[Case]:
-    """All cases of a seed, mixed: any beginning of the list is a fair sample."""
+    """All cases of a seed, in mixed order, so that any first part is a representative sample."""
     draw = np.random.default_rng((seed, 77))
     lists = [list(_forces(draw)), list(_left_out(draw)), list(_nulls())]
     for cases in lists:
@@ -111,7 +112,7 @@ def make(case: Case, seed: int) -> tuple[list[MeasurementTable], dict[str, Any]]
         change, truth = FORCES[case.name].make(size, _drawn(case, seed))
         columns = [change(c, run) for c, run in zip(columns, runs, strict=True)]
         answer |= truth.seen(columns).to_dict() | {"hidden": size}
-    elif case.number % 2:  # a column that is no cause
+    elif case.number % 2:  # a column without influence
         draws = random.uniform(18.0, 32.0, len(runs))
         columns = [
             c | {TEMPERATURE: draws[r.index] + 0.0 * c["time"]}
@@ -146,7 +147,7 @@ def _drawn(case: Case, seed: int) -> np.random.Generator:
 
 
 def size_of(case: Case, seed: int) -> float:
-    """Size of a force: three times what its form could be seen from, or what counts."""
+    """Size of a force: FACTOR times its detectable size, or a size of consequence if larger."""
     item = FORCES[case.name]
     change, _ = item.make(1.0, _drawn(case, seed))
 
@@ -158,7 +159,8 @@ def size_of(case: Case, seed: int) -> float:
 
 
 def _counts(case: Case, force: Callable[[Columns, Run], np.ndarray]) -> float:
-    """Size at which the force is half of what repeats differ by: less is of no consequence."""
+    """Size at which the force is WORTH times the scatter of the repeats; less is of no
+    consequence."""
     draw = np.random.default_rng(5)
     runs = runs_of(case.design, draw)
     columns = WORLDS[case.world](None).run(runs, {}, draw, Scatter.none(len(runs)))

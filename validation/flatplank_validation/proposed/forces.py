@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Forces that are in no library, and what a proposal should say of them.
+"""Forces outside the library, and the right proposal for each.
 
-Each maker gives what is done to the columns of a run and what is right to say: families of hook,
-coordinates, modulators and shapes. Nothing of the analysis is known here but these words.
+Each maker returns a change of the columns of a run and the right answer: families of hooks,
+coordinates, modulators and shapes. Only these terms come from the analysis.
 """
 
 from __future__ import annotations
@@ -22,20 +22,21 @@ TEMPERATURE, VOLTAGE = "temperature [degC]", "supply voltage [V]"
 
 @dataclass(frozen=True)
 class Truth:
-    """What counts as right; several words where the runs cannot tell more."""
+    """The right answer; it has several terms where the runs cannot distinguish them."""
 
     families: tuple[str, ...]
     coordinates: tuple[str, ...]
     modulators: tuple[str, ...]
     shapes: tuple[str, ...]
     size: float | None = None
-    """what the size of the right form should be, None where forms measure it differently"""
+    """right size; None where the size depends on the form"""
     column: str = ""
     across: float = 1.0
-    """the size is that of this change of a column; a proposal's is that over the range it saw"""
+    """change of the column to which the size refers; a proposal states the size over the measured
+    range"""
 
     def seen(self, runs: Sequence[Columns]) -> Truth:
-        """The same with the size over the range of these runs."""
+        """The answer with the size over the column's range in these runs."""
         if self.size is None or not self.column:
             return self
         values = [np.asarray(c[self.column], dtype=float) for c in runs]
@@ -68,7 +69,7 @@ def _outside(name: str, modulators: Sequence[str], shapes: Sequence[str], own: b
     def make(size: float, random: Random) -> tuple[Change, Truth]:
         force, _ = OUTSIDE[name](size, random)
         words = tuple(modulators)
-        if own:  # which side it is on was drawn with the force
+        if own:  # the side was drawn with the force
             words = tuple(m for m in words if _on(force, m))
         truth = Truth(("signal",), PLANK, words, tuple(shapes), size if own else None)
         return (lambda c, run: c | {"fx": c["fx"] + force(c, run)}), truth
@@ -89,7 +90,7 @@ def _per_run(random: Random, low: float, high: float) -> Callable[[Run], float]:
 
 
 def warm(size: float, random: Random) -> tuple[Change, Truth]:
-    """Fx goes with a temperature that differs from run to run and is in a column."""
+    """Fx depends on a temperature that varies from run to run and is in a column."""
     of = _per_run(random, 18.0, 32.0)
 
     def change(c: Columns, run: Run) -> Columns:
@@ -101,7 +102,7 @@ def warm(size: float, random: Random) -> tuple[Change, Truth]:
 
 
 def supply(size: float, random: Random) -> tuple[Change, Truth]:
-    """The amplifier's gain goes with a supply voltage that is in a column; size in per mille."""
+    """The amplifier gain depends on a supply voltage that is in a column; size in per mille."""
     of = _per_run(random, 9.4, 10.6)
 
     def change(c: Columns, run: Run) -> Columns:
@@ -116,7 +117,7 @@ def supply(size: float, random: Random) -> tuple[Change, Truth]:
 
 
 def overload(size: float, random: Random) -> tuple[Change, Truth]:
-    """A stop is touched above a load: a pull that grows beyond it."""
+    """A stop is touched above a load: the force grows with the excess."""
     at = random.uniform(3000.0, 3900.0)
 
     def change(c: Columns, run: Run) -> Columns:
@@ -126,7 +127,7 @@ def overload(size: float, random: Random) -> tuple[Change, Truth]:
 
 
 def beat(size: float, random: Random) -> tuple[Change, Truth]:
-    """Two waves of neighbouring periods over the plank."""
+    """Two waves over the plank with similar periods."""
     one, phase = random.uniform(0.25, 0.45), random.uniform(0.0, 6.28, 2)
     other = one * random.uniform(1.15, 1.35)
 
@@ -151,7 +152,7 @@ def late(size: float, random: Random) -> tuple[Change, Truth]:
 
 
 def warming(size: float, random: Random) -> tuple[Change, Truth]:
-    """Fx goes up with the time since switching on, fast at first."""
+    """Fx rises with the time since switching on, fast at first."""
     fade = random.uniform(10.0, 30.0)
 
     def change(c: Columns, run: Run) -> Columns:

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs the campaigns of this kit and keeps every result at once: stop it and start it again."""
+"""Runs the campaigns of this kit and writes every result at once, so that it can be stopped and
+resumed."""
 
 from __future__ import annotations
 
@@ -25,7 +26,7 @@ Progress = Callable[[int, int, str], None]
 
 @lru_cache(maxsize=1)
 def versions() -> dict[str, str]:
-    """Fingerprints of what proposes and of this kit: results of others are not mixed in."""
+    """Fingerprints of the proposal code and of this kit, which keep other results apart."""
     digest = hashlib.sha256(blind.code_version().encode())
     folder = Path(flatplank_analysis.__file__).parent / "proposal"
     for path in sorted(folder.rglob("*.py")):
@@ -37,7 +38,7 @@ def versions() -> dict[str, str]:
 
 
 def solve(case: Case, seed: int) -> dict[str, Any]:
-    """One line of the journal."""
+    """Make a case and propose; returns one line of the journal."""
     entry = {"key": case.key, "seed": seed, **versions(), "commit": blind.commit()}
     entry |= {"case": asdict(case)}
     made = make(case, seed)
@@ -55,7 +56,7 @@ def run(
     cases: Sequence[Case], seed: int, path: Path, until: float, clock: Callable[[], float],
     progress: Progress,
 ) -> list[dict[str, Any]]:  # fmt: skip
-    """Solve what is not in the journal yet, for as long as there is time; all entries."""
+    """Solve the cases that the journal lacks, until the time is over; returns all entries."""
     path.parent.mkdir(parents=True, exist_ok=True)
     known = of_this_code(blind.read(path), seed)
     with path.open("a", encoding="utf-8") as stream:
@@ -72,6 +73,6 @@ def run(
 def of_this_code(
     entries: Sequence[dict[str, Any]], seed: int, any_code: bool = False
 ) -> dict[str, dict[str, Any]]:
-    """Entries of this seed, this code and this kit by key; `any_code`: of older code as well."""
+    """Entries of this seed, code and kit by key; `any_code`: also of other code."""
     here = [e for e in entries if (e["seed"], e["kit"]) == (seed, versions()["kit"])]
     return {e["key"]: e for e in here if any_code or e["code"] == versions()["code"]}

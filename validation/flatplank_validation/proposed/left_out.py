@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Effects that are left out of the library with all that look like them, and what a proposal
-should say of each."""
+"""Effects that are removed from the library together with all similar ones, and the right proposal
+for each."""
 
 from __future__ import annotations
 
@@ -41,5 +41,5 @@ ALIKE: dict[str, tuple[str, ...]] = {
 
 
 def removed(name: str) -> set[str]:
-    """The effect and its class: what the answers take for relatives, and what looks like it."""
+    """Effects removed with `name`: its relatives in the answers, and similar effects."""
     return {name, *KIN.get(name, ()), *ALIKE.get(name, ())}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page docs/propose.md, below its title, written from a journal by one command."""
+"""Writes the page docs/propose.md, below its title, from a journal."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ Entry = Mapping[str, Any]
 TITLE = "## How often it is right"
 FLOORS, LEVELS, CLOSE = 1.1, 1.5, 0.15
 NEAR = 0.3
-"""error of a claimed force over the size of the true one, up to which it is that force"""
+"""largest error of a claimed force over the size of the true one, for a right claim [-]"""
 
 
 def made(e: Entry) -> bool:
-    """True when something was proposed."""
+    """True when an effect was proposed."""
     return e["proposal"]["verdict"] == "proposed"
 
 
 def right(e: Entry, part: str) -> bool:
-    """Whether one part of the sentence is right."""
+    """True when one part of the proposal is right."""
     if not made(e):
         return False
     words = {"families": "family", "coordinates": "coordinate", "modulators": "modulator",
@@ -33,12 +33,12 @@ def right(e: Entry, part: str) -> bool:
 
 
 def whole(e: Entry) -> bool:
-    """Family, coordinate and modulator are right."""
+    """True when family, coordinate and modulator are right."""
     return all(right(e, p) for p in ("families", "coordinates", "modulators"))
 
 
 def in_class(e: Entry) -> bool:
-    """The same of the sentence, or of one that the proposal says cannot be told from it."""
+    """True when the proposal is right, or one that it calls indistinguishable."""
     if not made(e):
         return False
     said = [e["proposal"], *e["proposal"].get("confused_with", [])][:LARGEST_CLASS]
@@ -46,25 +46,25 @@ def in_class(e: Entry) -> bool:
 
 
 def held(e: Entry) -> bool:
-    """The 90 % interval of the size holds the hidden one."""
+    """True when the 90 % interval of the size contains the hidden size."""
     low, high = sorted(abs(v) for v in e["proposal"]["refit"]["interval"])
     return bool(low <= e["answer"]["size"] <= high)
 
 
 def at_floor(e: Entry, key: str, most: float) -> bool:
-    """A held-out error of a proposal within so many floors."""
+    """True when a held-out error of a proposal is within `most` noise floors."""
     refit = (e["proposal"].get("refit") or {}) if made(e) else {}
     return bool(refit) and refit[key] is not None and refit[key] <= most * refit["floor"]
 
 
 def sized(e: Entry) -> bool:
-    """The size is within 15 % of the hidden one."""
+    """True when the size is within 15 % of the hidden one."""
     refit, size = e["proposal"].get("refit") or {}, e["answer"]["size"]
     return bool(refit) and abs(abs(refit["size"]) - size) <= CLOSE * size
 
 
 def rows_of(entries: Sequence[Entry]) -> list[tuple[str, str, Any]]:
-    """What is counted: text, what is wanted, share."""
+    """Rows of the table: text, goal, share."""
     asked = [e for e in entries if e["proposal"] is not None]
     hidden = [e for e in asked if e["case"]["group"] != "null"]
     nulls = [e for e in asked if e["case"]["group"] == "null"]
@@ -127,7 +127,7 @@ def page(entries: Sequence[Entry], header: Mapping[str, Any]) -> str:
 
 
 def beside(entries: Sequence[Entry]) -> list[str]:
-    """What proposals and their rivals get right, as paragraphs."""
+    """Results of proposals and rivals, as paragraphs."""
     head = (
         "| | claims a force | coordinate right | form right | error inside, median | outside, "
         f"median | both <= {NEAR:g} | seconds |\n|---|---|---|---|---|---|---|---|\n"

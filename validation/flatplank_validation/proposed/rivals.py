@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What else one would ask for a formula of what is left: the same rest, the same coordinates.
+"""Rival methods that find a formula for the residual, from the same residual and coordinates.
 
 A free spline (additive, penalised, the penalty by generalised cross-validation), sparse regression
 (sequentially thresholded least squares over a list of terms, the threshold by BIC), and genetic
@@ -22,15 +22,15 @@ from flatplank_validation.blind.detectable import cache
 KNOTS, PENALTIES = 14, np.geomspace(1e-3, 1e5, 9)
 THRESHOLDS, ROUNDS = np.geomspace(0.02, 0.6, 8), 10
 WAVES, TURNS = 20, 4
-"""of a term list: waves over a place, and per turn"""
+"""terms of the list: largest number of waves over a position, and per turn"""
 ROWS = 2500
-"""samples at most that a rival is fitted to"""
+"""largest number of samples for the fit of a rival"""
 EVALUATIONS, LENGTH = 100_000, 25
-"""of genetic programming: formulas that are tried, and their longest"""
+"""genetic programming: number of formulas, and their largest length"""
 SYMBOLS = "add,sub,mul,aq,sin,cos,exp,abs,constant,variable"
 SIDES = ("", "driving", "braking")
 PACKAGES = cache().parent / "rivals"
-"""where requirements/rivals.txt is put: it is no part of the environment"""
+"""folder with the packages of requirements/rivals.txt, which are not part of the environment"""
 
 
 @dataclass(frozen=True)
@@ -41,18 +41,18 @@ class Inputs:
     kinds: Mapping[str, str]
     """place, angle, level or signal"""
     sides: Mapping[str, np.ndarray]
-    """factor of each condition"""
+    """condition -> modulating factor"""
 
 
 @dataclass(frozen=True)
 class Claim:
-    """What a rival says: a force over the coordinates, and of what it speaks."""
+    """Claim of a rival: a force over the coordinates."""
 
     force: Callable[[Inputs], np.ndarray]
     coordinates: tuple[str, ...]
-    """those that it names"""
+    """named coordinates"""
     shape: str = ""
-    """a form of the grammar; empty where it names none"""
+    """form of the grammar; empty when it names none"""
 
 
 @dataclass(frozen=True)
@@ -70,11 +70,11 @@ class _Scale:
 
 
 Columns = list[tuple[str, str, np.ndarray]]
-"""coordinate, form, values (k, samples)"""
+"""(coordinate, form, values of shape (k, samples))"""
 
 
 def spline(seen: Inputs, rest: np.ndarray) -> Claim:
-    """Additive curves over every coordinate, always and on each side of the slip."""
+    """Additive curves over every coordinate, for all slips and for each sign of slip."""
     knots = {n: np.linspace(u.min(), u.max(), KNOTS) for n, u in seen.values.items()}
 
     def columns(x: Inputs) -> Columns:
@@ -111,7 +111,8 @@ def spline(seen: Inputs, rest: np.ndarray) -> Claim:
 
 
 def sparse(seen: Inputs, rest: np.ndarray) -> Claim:
-    """Sequentially thresholded least squares over powers, sizes and waves of every coordinate."""
+    """Sequentially thresholded least squares over powers, absolute values and waves of every
+    coordinate."""
     scales = {n: _Scale.of(u) for n, u in seen.values.items()}
 
     def columns(x: Inputs) -> Columns:
@@ -144,7 +145,7 @@ def sparse(seen: Inputs, rest: np.ndarray) -> Claim:
 
 
 def _terms(z: np.ndarray, u: np.ndarray, kind: str) -> list[tuple[str, np.ndarray]]:
-    """Forms of one coordinate; z is u scaled to -1 .. 1 over what was seen."""
+    """Terms of one coordinate; z is u scaled to -1 .. 1 over the fitted range."""
     pair = (np.cos, np.sin)
     if kind == "angle":
         return [(f"harmonic {n}", f(n * u)) for n in range(1, TURNS + 1) for f in pair]
@@ -155,7 +156,7 @@ def _terms(z: np.ndarray, u: np.ndarray, kind: str) -> list[tuple[str, np.ndarra
 
 
 def _thresholded(z: np.ndarray, y: np.ndarray, alive: np.ndarray, share: float) -> np.ndarray:
-    """Sizes of what stays beyond a share of the largest size, again and again."""
+    """Coefficients, repeatedly dropping those below a share of the largest one."""
     sizes = np.zeros(len(z))
     keep = alive
     for _ in range(ROUNDS):
@@ -171,8 +172,8 @@ def _thresholded(z: np.ndarray, y: np.ndarray, alive: np.ndarray, share: float) 
 
 
 def genetic(seen: Inputs, rest: np.ndarray) -> Claim:
-    """Formulas bred by pyoperon from the coordinates and the conditions."""
-    if str(PACKAGES) not in sys.path:  # behind the environment's own
+    """Formulas of the coordinates and conditions, by genetic programming with pyoperon."""
+    if str(PACKAGES) not in sys.path:  # after the packages of the environment
         sys.path.append(str(PACKAGES))
     try:
         from pyoperon.sklearn import SymbolicRegressor

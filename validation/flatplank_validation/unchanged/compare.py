@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Facts of two versions side by side."""
+"""Compares the facts of two versions."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 Facts = Mapping[str, Mapping[str, Any]]
-"""part -> what -> how it is"""
+"""part -> fact -> value"""
 SAME = 1e-6
-"""numbers that differ by less are one, of their size [-]"""
+"""relative difference up to which two numbers are equal [-]"""
 
 
 def differences(before: Facts, now: Facts) -> dict[str, list[str]]:
-    """Part -> lines on what is gone or another; what is new is no difference."""
+    """part -> lines on missing and changed facts; new facts are no difference."""
     parts = (part for part in before if part in now)
     return {part: list(_lines(before[part], now[part])) for part in parts}
 
@@ -41,7 +41,7 @@ def _same(before: Any, now: Any) -> bool:
 
 
 def table(now: Facts, before: Facts | None) -> str:
-    """A line a part: how many facts, and whether they are those of the other version."""
+    """One line per part: number of facts, and whether they equal those of the other version."""
     found = differences(before, now) if before is not None else {}
     rows = []
     for part, facts in now.items():

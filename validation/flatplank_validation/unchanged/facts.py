@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What users, files and other programs rely on: names, formats, samples and verdicts."""
+"""Collects facts that users, files and other programs rely on: names, formats, samples and
+verdicts."""
 
 from __future__ import annotations
 
@@ -38,19 +39,19 @@ from flatplank_validation.blind.lists import full
 ROOT = Path(__file__).resolve().parents[3]
 OLD_FILES = ROOT / "tests" / "formats"
 SEED = 20262
-"""of the campaigns with known answers"""
+"""seed of the campaigns with known answers"""
 OPTION = re.compile(r"--[a-z][\w-]*")
 FORMAT = re.compile(r"\"(flatplank-[a-z-]+/\d+)\"")
 COMMENT = re.compile(r"#.*")
 ITS_OWN = ("uuid", "software_version", "format", "name")
-"""what no two runs or versions have in common, and the name, which is that of the file"""
+"""keys that differ between any two runs or versions, and the name, which is that of the file"""
 NOTHING: tuple[Any, ...] = ("", [], {}, None)
 
 Facts = dict[str, Any]
 
 
 def verbs_and_options(_: argparse.Namespace) -> Facts:
-    """Verb -> its options; `test` hands them on to pytest."""
+    """verb -> its options; `test` passes them to pytest."""
     own = {name: entry for name, entry in verbs().items() if name != "test"}
     return {name: _options(entry.load()) for name, entry in own.items()}
 
@@ -81,17 +82,17 @@ def effects(_: argparse.Namespace) -> Facts:
 
 
 def formats(_: argparse.Namespace) -> Facts:
-    """Name and version that a file of ours begins with."""
+    """Format name and version at the start of each kind of file."""
     files = (ROOT / "ros_ws" / "src").glob("flatplank_*/flatplank_*/**/*.py")
     found = (name for f in files for name in FORMAT.findall(f.read_text(encoding="utf-8")))
     return dict.fromkeys(sorted(set(found)), "known")
 
 
 def old_files(_: argparse.Namespace) -> Facts:
-    """Run of an older version's campaign -> its record and samples."""
+    """Run of a campaign by an older version -> its record and samples."""
     out: Facts = {}
     for folder in OLD_FILES.glob("*/campaign"):
-        with tempfile.TemporaryDirectory() as copy:  # readers keep something beside what they read
+        with tempfile.TemporaryDirectory() as copy:  # readers write caches beside the files
             shutil.copytree(folder, copy, dirs_exist_ok=True)
             runs = samples(Campaign.load(copy).runs)
             out |= {f"{folder.parent.name} {file}": how for file, how in runs}
@@ -107,7 +108,7 @@ def samples(runs: Iterable[Run]) -> Iterable[tuple[str, Facts]]:
 
 
 def _plain(record: RunRecord) -> Facts:
-    """What the record says; a key without a value says nothing."""
+    """Keys of the record that have a value."""
     own = {k: v for k, v in record.to_dict().items() if k not in ITS_OWN and v not in NOTHING}
     return json.loads(json.dumps(own, default=str))
 
@@ -117,8 +118,8 @@ def _digest(values: np.ndarray) -> str:
 
 
 def twin(_: argparse.Namespace) -> Facts:
-    """A short slip step and free rolling of the simulated bench; a test holds graph and twin
-    together, bit for bit."""
+    """A short slip step and free rolling on the twin; a test checks that graph and twin agree bit
+    for bit."""
     out: Facts = {}
     for kind in ("slip", "free_rolling"):
         measurement = Measurement(

@@ -18,7 +18,7 @@ from flatplank_validation.blind.lists import full
 from flatplank_validation.blind.page import page, summary
 
 SEED = 20262
-"""of the table in the docs; nobody had looked at it while the search was worked on"""
+"""seed of the table in the docs; held out while the search was developed"""
 
 
 def parser() -> argparse.ArgumentParser:
@@ -44,7 +44,7 @@ def parser() -> argparse.ArgumentParser:
 
 
 def show(began: float) -> Callable[[int, int, str], None]:
-    """Progress with the time that is left, one line that is written over."""
+    """Make a progress callback: one line with the time left that is overwritten."""
     clear = "\r\033[K" if sys.stderr.isatty() else ""
     end = "" if sys.stderr.isatty() else "\n"
     first: list[int] = []

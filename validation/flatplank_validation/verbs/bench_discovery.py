@@ -27,17 +27,18 @@ from flatplank_validation.blind.plan import runs_of
 from flatplank_validation.blind.worlds import Scatter, SecondWorld
 
 SIZES = {"drive_backlash": 8e-4, "parasitic_force": 80.0, "wear": 0.2}
-"""what is hidden, in this order: in the second tire physics of the blind kit, far above its
-detectable size"""
+"""hidden effect -> size, in this order, in the second tire of the blind kit; far above the
+detectable sizes"""
 WANTED = {0: 6.0, 1: 15.0, 2: None, 3: 40.0}
-"""effects that are hidden -> whole time [s]"""
+"""number of hidden effects -> limit of the total time [s]"""
 RANKING, SCREENING, MEMORY = 5.0, 3.0, 1024.0
-"""[s] until the first ranking; screening of all effects in base fits; [MiB]"""
+"""limits: time until the first ranking [s]; screening of all effects, over the time of a base fit;
+memory [MiB]"""
 SEED, SCATTER = 5, 0.01
 
 
 def tables_of(count: int, design: str = "plain") -> list[MeasurementTable]:
-    """A campaign with the first `count` effects hidden."""
+    """Make a campaign with the first `count` effects hidden."""
     random = np.random.default_rng(SEED)
     world = SecondWorld.drawn(random)
     runs = runs_of(design, random)
@@ -59,7 +60,7 @@ def tables_of(count: int, design: str = "plain") -> list[MeasurementTable]:
 
 
 def diagnose(count: int, design: str) -> dict[str, Any]:
-    """Times [s] and peak memory [MiB] of one search; the kernel is compiled before."""
+    """Times [s] and peak memory [MiB] of one search, with kernels compiled before."""
     data = from_tables(tables_of(count, design))
     model = TireModel(data)
     model.predict([Lane(start_base(model))])
@@ -76,13 +77,13 @@ def diagnose(count: int, design: str) -> dict[str, Any]:
 
 
 def measure(count: int, design: str = "plain") -> dict[str, Any]:
-    """One search in a process of its own, whose memory is that of nothing else."""
+    """Measure one search in a separate process, for its memory alone."""
     with worker_pool(1) as pool:
         return pool.submit(diagnose, count, design).result()
 
 
 def line_of(count: int, found: dict[str, Any]) -> str:
-    """One row of the table, each number beside what is wanted."""
+    """One row of the table, each number with its limit."""
     limit = WANTED[count]
     whole = f"{found['seconds']:5.1f} s ({f'<= {limit:.0f}' if limit else 'no limit'})"
     return (
@@ -94,7 +95,7 @@ def line_of(count: int, found: dict[str, Any]) -> str:
 
 
 def kept(count: int, found: dict[str, Any]) -> bool:
-    """True when every number is what is wanted."""
+    """True when every number is within its limit."""
     limit = WANTED[count]
     return (
         found["first_ranking"] <= RANKING
@@ -105,7 +106,7 @@ def kept(count: int, found: dict[str, Any]) -> bool:
 
 
 def main(argv: list[str]) -> int:
-    """Exit code 0: all numbers are as wanted; 1: not."""
+    """Exit code 0: all numbers are within their limits; 1: not."""
     p = Parser(prog="flatplank bench-discovery", description=__doc__)
     p.add_argument("--json", action="store_true", help="print JSON for programs")
     p.add_argument(

@@ -13,7 +13,7 @@ from flatplank_data.arguments import Parser
 from flatplank_validation.fits import bag_import, campaign_fit, magic_formula, nonlinear_fit, tires
 
 Part = Callable[[argparse.Namespace], Mapping[str, float]]
-#: part -> what is measured, what is wanted
+#: part -> measured quantity, limit
 PARTS: Mapping[str, tuple[Part, str]] = {
     "magic_formula": (lambda _: magic_formula.measure(), "wanted: time_s at most 1"),
     "nonlinear_fit": (

@@ -12,12 +12,12 @@ from flatplank_validation.bench.hold_bench import load_over_the_road, load_step,
 SLIPS = (0.0, -0.1)
 STEPS = (("toyo", 2000.0, 3700.0), ("toyo", 5550.0, 3700.0), ("racing", 1000.0, 5550.0))
 WORST, OVERSHOOT = 1.0, 2.0
-"""of the load that is held, and of a new set-point [%]"""
+"""limits: error of the held load, overshoot of a new set-point [%]"""
 WAYS = {"free": "free", "by_moment": "held by moment", "by_hub_encoder": "held by hub encoder"}
 
 
 def measure() -> dict[str, Any]:
-    """All figures."""
+    """Measure all figures."""
     return {
         "load": {
             f"{100 * kappa:+g} %": {
@@ -32,7 +32,7 @@ def measure() -> dict[str, Any]:
 
 
 def main(argv: list[str]) -> int:
-    """Print the table; 0: load and overshoot are as wanted, 1: not."""
+    """Print the table; exit code 0: load and overshoot are within their limits, 1: not."""
     p = Parser(prog="flatplank bench-hold", description=__doc__)
     p.add_argument("--json", action="store_true", help="for programs")
     found = measure() if (o := p.parse_args(argv)) else {}

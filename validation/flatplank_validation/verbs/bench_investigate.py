@@ -27,7 +27,7 @@ from flatplank_validation.verbs.bench_propose import head_of
 
 SEED = 20263
 MINUTES = 172.0
-"""what the plan of 27 runs takes"""
+"""duration of the plan of 27 runs [min]"""
 
 
 def parser() -> argparse.ArgumentParser:
@@ -56,7 +56,7 @@ def parser() -> argparse.ArgumentParser:
 
 
 def cases_of(o: argparse.Namespace) -> list[Case]:
-    """The list, mixed: it may be ended anywhere."""
+    """List of cases in mixed order, so that it may be ended anywhere."""
     out = []
     for number in range(max(o.count, o.nulls)):
         for hidden in MENU:
@@ -68,12 +68,12 @@ def cases_of(o: argparse.Namespace) -> list[Case]:
 
 
 def say(text: str) -> None:
-    """Progress."""
+    """Print the progress."""
     print(text, file=sys.stderr, flush=True)
 
 
 def main(argv: list[str]) -> int:
-    """Exit code 0: all loops of the list came to an end; 2: nothing to do."""
+    """Exit code 0: all loops of the list have ended; 2: nothing to do."""
     o = parser().parse_args(argv)
     if o.evidence is not None:
         for line in lines_of_evidence(o.evidence, o.seed):

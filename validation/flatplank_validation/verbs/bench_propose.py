@@ -18,7 +18,7 @@ from flatplank_validation.proposed.cases import full
 from flatplank_validation.proposed.page import TITLE, page
 
 SEED = 67314
-"""of the table in the docs"""
+"""seed of the table in the docs"""
 
 
 def parser() -> argparse.ArgumentParser:
@@ -42,7 +42,7 @@ def parser() -> argparse.ArgumentParser:
 
 
 def main(argv: list[str]) -> int:
-    """Exit code 0: what there was time for is scored; 2: nothing to do."""
+    """Exit code 0: all cases within the time are scored; 2: nothing to do."""
     o = parser().parse_args(argv)
     path = o.journal or cache() / f"propose{o.seed}.jsonl"
     cases = [c for c in full(o.seed) if fnmatch.fnmatch(c.key, o.only)][: o.limit]
@@ -73,7 +73,7 @@ def main(argv: list[str]) -> int:
 
 
 def head_of(path: Path, title: str = TITLE) -> str:
-    """What a person wrote above the test in the file: it is kept."""
+    """Text above the test results in the file, which is kept."""
     old = path.read_text(encoding="utf-8") if path.is_file() else ""
     return old.split(title)[0]
 

@@ -39,13 +39,13 @@ WANTED: dict[str, tuple[float, float]] = {
     "swing_n": (0.0, 50.0),
     "slip_error_percent": (0.0, 0.05),
 }
-"""figure -> from .. to of our way; others are only shown"""
+"""figure -> allowed range for our method; other figures are only shown"""
 WINDOW = 160
-"""cycles over which a force is averaged: 20 mm"""
+"""cycles over which a force is averaged; 20 mm of road"""
 
 
 def settled(rows: np.ndarray) -> float:
-    """Road [m] behind which Fx stays within 5 % of 50 N."""
+    """Road [m] after which Fx stays within 5 % of 50 N."""
     smooth = np.convolve(rows[:, 1], np.ones(WINDOW) / WINDOW, "valid")
     outside = np.flatnonzero(np.abs(smooth - 50.0) > 2.5)
     if outside.size and outside[-1] == smooth.size - 1:
@@ -54,7 +54,7 @@ def settled(rows: np.ndarray) -> float:
 
 
 def free_rolling(tire: str, fz: float, way: str, preset: str | None) -> dict[str, float]:
-    """Figures of a controller run."""
+    """Figures of a run of the free-rolling controller."""
     bench = StartBench(tire, preset=preset, controller=CONTROLLERS[way])
     rows = bench.free_rolling(fz, 2.5)
     late = rows[rows[:, 0] > 1.8, 1]
@@ -74,7 +74,7 @@ def free_rolling(tire: str, fz: float, way: str, preset: str | None) -> dict[str
 
 
 def driven(tire: str, fz: float, way: str) -> dict[str, float]:
-    """The same start with a driven plank: free rolling, and slip with a step at 0.3 m."""
+    """Figures of the start with a driven plank: free rolling, and slip with a step at 0.3 m."""
     rolled = DrivenPlank(tire, controller=CONTROLLERS[way]).free_rolling(fz, 2.5)
     rows = DrivenPlank(tire, sequencer=SEQUENCERS[way]).slip(fz, 0.0, at=0.28, distance=0.32)
     before = rows[(rows[:, 0] > 0.28) & (rows[:, 0] < 0.3), 1]
@@ -94,7 +94,7 @@ def slip(tire: str, fz: float, way: str, preset: str | None) -> dict[str, float]
 
 
 def wanted(name: str) -> str:
-    """The limit of a figure, for people."""
+    """Limit of a figure, as text."""
     low, high = WANTED.get(name, (-np.inf, np.inf))
     if low == -high:
         return "" if high == np.inf else f"+-{high:g}"
@@ -102,13 +102,13 @@ def wanted(name: str) -> str:
 
 
 def kept(case: Mapping[str, Mapping[str, float]]) -> bool:
-    """Whether our way is within all limits."""
+    """True when our method is within all limits."""
     ours = case["ours"]
     return all(low <= ours[k] <= high for k, (low, high) in WANTED.items() if k in ours)
 
 
 def measure(o: argparse.Namespace) -> dict[str, Any]:
-    """Title -> way -> figures."""
+    """Measure: title -> method -> figures."""
     found: dict[str, Any] = {}
     for tire, fz in CASES:
         if o.tire in (None, tire):
@@ -133,7 +133,7 @@ def measure(o: argparse.Namespace) -> dict[str, Any]:
 
 
 def main(argv: list[str]) -> int:
-    """Print the table; 0: our way is within what is wanted, 1: not."""
+    """Print the table; exit code 0: our method is within all limits, 1: not."""
     p = Parser(prog="flatplank bench-start", description=__doc__)
     p.add_argument("--preset", help="defects of the machine: thesis2023")
     p.add_argument("--json", action="store_true", help="for programs")

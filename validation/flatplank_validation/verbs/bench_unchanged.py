@@ -30,7 +30,7 @@ def parser() -> Parser:
 
 
 def main(argv: list[str]) -> int:
-    """Exit code 0: nothing of the other version is gone or another."""
+    """Exit code 0: no fact of the other version is missing or changed."""
     p = parser()
     o = p.parse_args(argv)
     for part in o.parts:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Constant vertical force on a driven vertical axis; off by default.
+"""Controller of the vertical force on a driven vertical axis; off by default.
 
-Axle speed from the error of Fz: the tire is the spring, so an integrating axis needs only P and a
-little I."""
+It commands the axle speed from the error of Fz. The tire acts as a spring and the axis integrates,
+so P and a little I suffice."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ SOURCE = "follow"
 
 @dataclass(frozen=True)
 class LoadParameters(Params):
-    """Gains in the units of the loop: crossover instead of gain, since C_z is a parameter."""
+    """Parameters of the load controller; the crossover replaces the gain, since C_z is a
+    parameter."""
 
     enabled: bool = param(False, "hold Fz instead of the axle's height")
     rate_hz: float = param(250.0, "bus rate", unit="Hz", bounds=(10.0, 4000.0))
@@ -36,8 +37,8 @@ class LoadParameters(Params):
 
 
 class LoadController:
-    """`step` gives the speed of the axle [m/s], upwards positive; no overshoot by a ramp and no
-    integration while the speed is limited."""
+    """`step` returns the speed of the axle [m/s], positive upwards. A ramp, and no integration
+    while the speed is limited, avoid overshoot."""
 
     def __init__(self, p: LoadParameters) -> None:
         self.parameters = p
@@ -49,13 +50,13 @@ class LoadController:
         self._integral = 0.0
 
     def set_load(self, fz: float) -> None:
-        """New set-point [N]; ValueError when the machine does not stand it."""
+        """Set a new load [N]; ValueError above the limit of the machine."""
         if reason := Limit(0.0, self.parameters.fz_limit, "N").refusal("fz", fz):
             raise ValueError(reason)
         self.set_point = fz
 
     def reset(self) -> None:
-        """Begin anew from the load that is there."""
+        """Restart from the present load."""
         self._ramp = self._force = math.nan
         self._integral = 0.0
 

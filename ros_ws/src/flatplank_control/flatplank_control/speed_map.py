@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Travel of the road that the pinion encoder does not see, learnt from runs without slip.
+"""Identifies travel of the road that the pinion encoder does not see, from runs without slip.
 
-A map has the rack mesh and the mean error of the encoder, from the force of kappa = 0 runs. The
-tire is the sensor: Fx = C_Fk kappa in the mean, and de/dx = -(dFx/dx + Fx/sigma)/C_x for an
-error e of the travel. C_x is about 200 N/mm, so 10 um is 2 N."""
+A map has the mesh error of the rack and the mean error of the encoder, from the force of kappa = 0
+runs. The tire is the sensor: Fx = C_Fk kappa in the mean, and de/dx = -(dFx/dx + Fx/sigma)/C_x for
+an error e of the travel. C_x is about 200 N/mm, so 10 um give 2 N."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ from flatplank_data.params import Params, from_mapping, param
 from flatplank_data.yaml_text import load_yaml
 
 FOLLOWS = 3e-4
-"""a wheel that follows the encoder keeps to its travel within this part; the mean error that a map
-is for is five times as large"""
+"""largest relative error of a wheel that follows the encoder's travel; the mean error that a map
+corrects is five times as large [-]"""
 SETTLED = 0.6
-"""of the road until the start is forgotten [m]"""
+"""road after which the start has no effect any more [m]"""
 STOPPING = 0.02
-"""before the end of a run: the plank stops before the wheel does [m]"""
+"""road left out at the end of a run, where the plank stops before the wheel [m]"""
 
 
 class Run(NamedTuple):
     """Samples of a run without slip, shape (n,)."""
 
     position: np.ndarray
-    """of the plank by its encoder [m]"""
+    """plank position by its encoder [m]"""
     wheel_angle: np.ndarray
     """[rad]"""
     fx: np.ndarray
@@ -45,13 +45,13 @@ _SEQUENCER = {f.name: f for f in fields(SequencerParameters)}
 
 
 def _of_the_sequencer(name: str) -> Any:
-    """A field like this parameter of the slip sequencer: default, unit and range."""
+    """A field with default, unit and range of this parameter of the slip sequencer."""
     return param(_SEQUENCER[name].default, **_SEQUENCER[name].metadata)
 
 
 @dataclass(frozen=True)
 class RoadMap(Params):
-    """Travel of the road over what the encoder says."""
+    """Travel of the road as a function of the encoder's travel."""
 
     road_scale: float = _of_the_sequencer("road_scale")
     mesh_turn_cos: float = _of_the_sequencer("mesh_turn_cos")
@@ -64,7 +64,7 @@ class RoadMap(Params):
     )
 
     def parameters(self) -> dict[str, float]:
-        """Of the slip sequencer: what follows the road's travel by this map."""
+        """Parameters that let the slip sequencer follow the road's travel by this map."""
         values = asdict(self)
         del values["force_left"]
         return values
@@ -74,7 +74,7 @@ class RoadMap(Params):
 
     @staticmethod
     def load(path: Path) -> RoadMap:
-        """ValueError says what is wrong with the file."""
+        """Read a map; ValueError names what is wrong with the file."""
         try:
             data = load_yaml(path.read_bytes(), path)
         except OSError as error:
@@ -94,7 +94,8 @@ class RoadMap(Params):
 def learn(
     runs: Sequence[Run], stiffness: float, relaxation: float, *, pitch_radius: float = 0.05
 ) -> RoadMap:
-    """The map from runs that follow the encoder, for C_x [N/m] and sigma [m]; radius in m."""
+    """Identify the map from runs that follow the encoder, for C_x [N/m], sigma [m] and the radius
+    [m]."""
     if not runs or not (stiffness > 0.0 and relaxation > 0.0):
         raise ValueError("speed map: give kappa = 0 runs and a tire with C_x and sigma above 0")
     tooth = RoadMap.tooth_pitch
@@ -102,13 +103,13 @@ def learn(
     rows, forces = [], []
     for run in runs:
         x, angle, fx = _rolling(run, "speed map")
-        # e cos(w x) gives a force through the first-order tire, in phase and out of phase
+        # an error e cos(w x) gives a force with in-phase and quadrature parts (first-order tire)
         columns = [np.ones_like(x)]
         for w in waves:
             answer = -stiffness * 1j * w / (1j * w + 1.0 / relaxation)
             e = np.exp(1j * w * x) * answer
             columns += [e.real, e.imag]
-        # what turns with the wheel is no error of the road
+        # a component with the period of the wheel is no error of the road
         columns += [np.cos(angle), np.sin(angle)]
         rows.append(np.column_stack(columns))
         forces.append(fx)
@@ -123,7 +124,7 @@ def learn(
 
 
 def _rolling(run: Run, where: str) -> Run:
-    """What lies between start and stop; ValueError when that is too little."""
+    """Samples between start and stop; ValueError when the run is too short."""
     end = float(run.position.max())
     if end < 1.0:
         raise ValueError(f"{where}: a run ends at {end:.2f} m; 1 m is needed")
@@ -132,9 +133,10 @@ def _rolling(run: Run, where: str) -> Run:
 
 
 def check_follows(run: Run, radius: float, where: str) -> None:
-    """ValueError when the wheel did not follow the encoder: its force then tells another error.
+    """Raise ValueError when the wheel did not follow the encoder, since its force is then no
+    measure of the map.
 
-    radius: effective rolling radius by which the wheel was turned [m].
+    radius: effective rolling radius of the slip control [m].
     """
     x, angle, _ = _rolling(run, where)
     part = float(radius * (angle[-1] - angle[0]) / (x[-1] - x[0]))
@@ -147,13 +149,13 @@ def check_follows(run: Run, radius: float, where: str) -> None:
 
 FOLLOW = "follow"
 WHOLE_RUN = 100.0
-"""[m]"""
+"""road longer than any run [m]"""
 NODE = "slip_sequencer"
 
 
 def with_road(setup: BenchSetup, road: str) -> BenchSetup:
-    """`road`: empty for constant speed, `follow` for the encoder's travel, else the file of a
-    map."""
+    """Bench set-up for `road`: empty for constant speed, `follow` for the encoder's travel, else
+    the file of a map."""
     if not road:
         return setup
     values: dict[str, Any] = {"follow_until": WHOLE_RUN}

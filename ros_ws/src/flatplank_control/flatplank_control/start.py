@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The programs of this package that `ros2 run` starts, as in `flatplank_hw.start`."""
+"""Entry points of this package for `ros2 run`, as in `flatplank_hw.start`."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Angle of a driven steering or camber axis: held, or led along a profile.
+"""Controls the angle of a driven steering or camber axis: holds it, or follows a profile.
 
-The hold keeps the hub's angle against the play of its worm drive. With an encoder on the hub
-the gap is seen and crossed. With the encoder on the worm, as in the thesis (3.1, issue 10), the
-gap is not seen; but the tire's moment about z says at which side of it the hub lies, and the
-play itself is on the pre-flight sheet."""
+The hold keeps the hub's angle in spite of the play in its worm drive. An encoder on the hub
+measures the play. An encoder on the worm, as in the thesis (3.1, issue 10), does not; then the
+sign of the tire's moment about z tells on which side of the play the hub rests. The size of the
+play is on the pre-flight sheet."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ TIME = (1e-3, 1e4)
 
 @dataclass(frozen=True)
 class Profile(Params):
-    """`angle(t)` [rad] for t >= 0 [s]."""
+    """Angle over time: `angle(t)` [rad] for t >= 0 [s]."""
 
     name: ClassVar[str]
 
@@ -31,12 +31,12 @@ class Profile(Params):
         raise TypeError(f"{type(self).__name__} must define angle")
 
     def largest(self) -> float:
-        """Of |angle| [rad]."""
+        """Largest |angle| [rad]."""
         p: Any = self
         return abs(p.amplitude)
 
     def shown_after(self) -> float:
-        """When it has reached its largest angle, or is over where it has an end [s]."""
+        """Time until the largest angle, or until the end of a finite profile [s]."""
         raise TypeError(f"{type(self).__name__} must define shown_after")
 
 
@@ -47,7 +47,7 @@ def _triangle(turns: float) -> float:
 
 @dataclass(frozen=True)
 class Wave(Profile):
-    """An angle that goes to and fro for ever."""
+    """Periodic angle without end."""
 
     amplitude: float = param(0.0, "of the angle", unit="rad", bounds=ANGLE)
     period: float = param(10.0, "of the wave", unit="s", bounds=TIME)
@@ -82,7 +82,7 @@ class Triangle(Wave):
 
 @dataclass(frozen=True)
 class Parking(Profile):
-    """To and fro at a constant rate on the standing tire, so many times, then back to zero."""
+    """`cycles` turns back and forth at a constant rate, on a standing tire, then back to zero."""
 
     name = "parking"
     amplitude: float = param(0.3, "largest angle", unit="rad", bounds=ANGLE)
@@ -100,7 +100,7 @@ class Parking(Profile):
 
 @dataclass(frozen=True)
 class Impulse(Profile):
-    """A short turn of the steering and back: the impulse of a rolling tire."""
+    """A short steering impulse of a rolling tire."""
 
     name = "impulse"
     amplitude: float = param(0.02, "angle at its top", unit="rad", bounds=ANGLE)
@@ -118,12 +118,12 @@ class Impulse(Profile):
 PROFILES: dict[str, Callable[..., Profile]] = {
     kind.name: kind for kind in (Sine, Triangle, Parking, Impulse)
 }
-"""name -> profile; a new one is a class and its place here"""
+"""name -> profile; add a new one as a class and an entry here"""
 
 
 @dataclass(frozen=True)
 class HoldParameters(Params):
-    """Gains; `play` 0 when the encoder sits on the hub."""
+    """Parameters of the hold; `play` is 0 when the encoder sits on the hub."""
 
     enabled: bool = param(False, "hold the hub's angle instead of the motor's")
     gain: float = param(6.0, "speed over angle error", unit="1/s", bounds=(0.1, 100.0))
@@ -141,19 +141,19 @@ class HoldParameters(Params):
 
 
 class SteeringHold:
-    """`step` gives the speed of the steering axis [rad/s]."""
+    """Hold of the hub's angle; `step` returns the speed of the steering axis [rad/s]."""
 
     def __init__(self, p: HoldParameters) -> None:
         self.parameters = p
         self.reset()
 
     def reset(self) -> None:
-        """The hub lies in the middle of its gap."""
+        """Assume the hub in the middle of the play."""
         self.side = 0.0
 
     def step(self, wanted: float, angle: float, moment: float = 0.0) -> float:
-        """For the wanted and the measured angle [rad] and the tire's moment about z [N m]; 0 when
-        it is off."""
+        """Axis speed for the wanted and measured angle [rad] and the tire's moment about z [N m];
+        0 when off."""
         p = self.parameters
         if abs(moment) > p.play_moment:
             # a positive moment turns the wheel to the left, which lowers the slip angle
@@ -169,13 +169,13 @@ ANGLES: dict[str, Callable[[EncoderSample], float]] = {
     "steer": lambda e: e.steer_angle,
     "camber": lambda e: e.road_camber,
 }
-"""axis -> its angle [rad] in the encoders' sample"""
+"""axis -> its angle [rad] in an encoder sample"""
 OK = Answer(True, "", 0)
 
 
 @dataclass(frozen=True)
 class AngleParameters(HoldParameters):
-    """The hold, and which axis it has."""
+    """Parameters of the hold, and its axis."""
 
     axis: str = param("steer", "axis that is led", choices=sorted(ANGLES), read_only=True)
     rate_hz: float = param(250.0, "bus rate", unit="Hz", bounds=(10.0, 4000.0))
@@ -183,8 +183,7 @@ class AngleParameters(HoldParameters):
 
 
 class AngleControl:
-    """`reference` gives the speed of the axis; without a profile it holds the angle of its
-    beginning."""
+    """`reference` returns the speed of the axis; without a profile it holds the initial angle."""
 
     def __init__(self, p: AngleParameters) -> None:
         self.parameters = p
@@ -196,7 +195,7 @@ class AngleControl:
         self._base = math.nan
 
     def reset(self) -> None:
-        """Hold what is there, from the next cycle on."""
+        """Hold the present angle from the next cycle on."""
         self._profile, self.wanted, self._base = None, math.nan, math.nan
         self._hold.reset()
 
@@ -209,11 +208,11 @@ class AngleControl:
         return OK
 
     def set_profile(self, name: str, values: Mapping[str, float]) -> Answer:
-        """Lead the axis along a profile, from the next cycle on; refused as a whole."""
+        """Follow a profile from the next cycle on; a faulty one is refused as a whole."""
         kind = PROFILES.get(name)
         if kind is None:
             return refused(f"unknown profile '{name}'{nearest(name, PROFILES)}")
-        # a message has no whole numbers
+        # the message has floats only
         whole = {i.name for i in describe(kind) if isinstance(i.default, int)}
         values = {k: int(v) if k in whole and v == v // 1 else v for k, v in values.items()}
         try:
@@ -238,7 +237,7 @@ class AngleControl:
             self._since += 1.0 / p.rate_hz
             ahead = (self._profile.angle(self._since) - wanted) * p.rate_hz
             self.wanted = wanted
-        # a moment [N m] about z of the tire turns the hub within the play of its worm
+        # the tire's moment about z [N m] turns the hub within the play of its worm
         speed = ahead + self._hold.step(self.wanted, angle, hub.contact.mz)
         speed = min(max(speed, -p.speed_limit), p.speed_limit)
         return Reference(encoders.cycle, encoders.stamp_ns, SOURCE, speed, True)

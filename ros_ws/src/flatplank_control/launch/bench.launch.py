@@ -14,11 +14,11 @@ from launch import LaunchDescription
 
 
 class BenchEnded(Exception):
-    """Launch says it, ends the other nodes, and has exit code 1."""
+    """A node has ended: launch prints why, ends the other nodes, and returns exit code 1."""
 
 
 def on_exit(name):
-    """Every node is needed: what `flatplank bench` does, too."""
+    """End the bench when any node ends, as `flatplank bench` does."""
 
     def end(event, context):
         if not context.is_shutdown:

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a measurement is: its table, its record, its files, and what the machine can be set to."""
+"""The description of a measurement: sample table, run record, files, and limits of the machine."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A campaign folder as one object: run records at once, samples only when they are asked for."""
+"""A campaign folder as one object: it loads run records at once and samples on request."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from flatplank_data.yaml_text import load_yaml
 FORMAT = "flatplank-measurement-table/1"
 CAMPAIGN_FILE = "campaign.yaml"
 USED = ("", "complete")
-"""how a run ended that is evaluated; none: its file does not say"""
+"""status of the runs that are evaluated; empty: the file states no status"""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Run:
     store: Store
     mapping: Mapping[str, Any] | None = None
     said: Collection[str] = ()
-    """keys with a value in campaign.yaml, which count whatever the file itself says"""
+    """keys that campaign.yaml sets; they override the run's own file"""
 
     def table(self, columns: Sequence[str] | None = None, check: bool = True) -> MeasurementTable:
         """The samples, `columns` only or all; raises `FlatplankError` when they are unusable."""
@@ -47,8 +47,8 @@ class Run:
     def read(
         self, columns: Sequence[str] | None = None, check: bool = True, further: bool = False
     ) -> tuple[MeasurementTable, list[Problem]]:
-        """The samples and the remarks on them; raises on a fatal one. further: with the numeric
-        columns whose names are not ours."""
+        """The samples and the remarks on them; raises on a fatal remark. further: include numeric
+        columns whose names we do not know."""
         wanted = columns
         if columns is not None and check:
             wanted = [*dict.fromkeys([*columns, *checks.REQUIRED.get(self.info.measurement, ())])]
@@ -72,8 +72,7 @@ class Run:
 
 
 def _described(store: Store, info: RunRecord, mapping: Mapping | None) -> RunRecord:
-    """What the file itself tells goes over what its name tells; what neither tells is taken from
-    the samples."""
+    """Complete the record: from the file first, then from its name, then from the samples."""
     facts = dict(describe(store, info.file))
     facts.pop("file", None)
     said = {k: v for k, v in info.to_dict().items() if k != "_own"} | facts
@@ -85,8 +84,8 @@ def _described(store: Store, info: RunRecord, mapping: Mapping | None) -> RunRec
 
 
 def _merged(info: RunRecord, facts: Mapping[str, Any], said: Collection[str]) -> RunRecord:
-    """The record of the campaign file, which `said` these keys, with what only the run's own file
-    knows."""
+    """The record in campaign.yaml, which sets the keys `said`; the run's own file supplies the
+    others."""
     own, _ = read_run(facts, info.file)
     changes = {}
     for item in dataclasses.fields(RunRecord):
@@ -150,7 +149,7 @@ class Campaign:
             file = entry.get("file", where) if isinstance(entry, Mapping) else where
             self.problems.append(problem_of(error, str(file)))
             return
-        # a bag that was opened by itself is meant, however it ended
+        # a bag opened by its own path is evaluated whatever its status
         if info.status not in USED and not store.exists(RECORD_FILE):
             self.problems.append(_left_out(info.file, info.to_dict()))
             return
@@ -162,7 +161,7 @@ class Campaign:
         self.runs.append(Run(turned_info(info, mapping), store, mapping, said))
 
     def _tell_unlisted(self, store: Store) -> None:
-        """Runs that lie in the folder, and that its campaign.yaml does not name."""
+        """Report runs in the folder that campaign.yaml does not list."""
         if not store.exists(CAMPAIGN_FILE):
             return
         known = {run.info.file for run in self.runs} | {problem.file for problem in self.problems}
@@ -172,7 +171,7 @@ class Campaign:
                 self.problems.append(_left_out(file, _told(store, file)))
 
     def _drop_doubles(self) -> None:
-        """Two runs with one UUID are one run copied, or a record gone wrong: keep the first."""
+        """Keep the first of two runs with one UUID: a copy, or a wrong record."""
         seen: dict[str, str] = {}
         kept = []
         for run in self.runs:
@@ -216,7 +215,7 @@ class Campaign:
         return dict(sorted(groups.items(), key=lambda item: item[0].sort_key))
 
     def tables(self, columns: Sequence[str] | None = None) -> Iterator[MeasurementTable]:
-        """One table after the other; a run that cannot be used goes to `problems`."""
+        """Yield one table after the other; a run that cannot be used is added to `problems`."""
         for run in self.runs:
             table = self.try_table(run, columns)
             if table is not None:
@@ -241,7 +240,7 @@ class Campaign:
         return table
 
     def note(self, problem: Problem) -> None:
-        """Remember a problem once."""
+        """Add a problem unless it is known already."""
         if problem not in self.problems:
             self.problems.append(problem)
 
@@ -271,7 +270,7 @@ def _found(store: Store) -> list[dict[str, Any]]:
 
 
 def _told(store: Store, file: str) -> Mapping[str, Any]:
-    """What an unlisted file says of itself; one that cannot be read says nothing."""
+    """Facts in an unlisted file; empty when it cannot be read."""
     try:
         return describe(store, file)
     except FlatplankError:
@@ -279,7 +278,7 @@ def _told(store: Store, file: str) -> Mapping[str, Any]:
 
 
 def _left_out(file: str, facts: Mapping[str, Any]) -> Problem:
-    """Why a run is not evaluated: how it ended, or that it is not in the list."""
+    """Why a run is not evaluated: its status, or it is not in campaign.yaml."""
     status = str(facts.get("status") or "")
     if status in USED:
         what, remedy = f"left out: not in {CAMPAIGN_FILE}", "list it there if it counts"
@@ -291,13 +290,13 @@ def _left_out(file: str, facts: Mapping[str, Any]) -> Problem:
 
 
 def _is_bag(store: Store, name: str) -> bool:
-    """A folder with metadata.yaml, or with the file that a killed recorder left."""
+    """True for a folder with metadata.yaml, or with the bag file that a killed recorder left."""
     files = (METADATA_FILE, f"{name}_0.mcap", f"{name}_0.db3")
     return store.is_dir(name) and any(store.exists(f"{name}/{file}") for file in files)
 
 
 def _mapping(store: Store, raw: Mapping[str, Any]) -> Mapping[str, Any] | None:
-    """The mapping of foreign names: in campaign.yaml, or in a file that it names."""
+    """Mapping of foreign names: from campaign.yaml, or from the file that it names."""
     mapping = raw.get("mapping")
     if isinstance(mapping, str):
         with store.open(mapping) as stream:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks on import: each is one function from a table to remarks; `CHECKS` has them all."""
+"""Checks on import: each is a function from a table to remarks; `CHECKS` lists all."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from flatplank_data.lost import lost_samples
 from flatplank_data.problem import Problem
 from flatplank_data.table import STANDARD_COLUMNS, MeasurementTable
 
-#: columns without which a measurement of a kind is of no use
+#: kind of measurement -> columns that it cannot do without
 REQUIRED: dict[str, tuple[str, ...]] = {
     "slip": ("time", "plank_position", "fx"),
     "free_rolling": ("time", "plank_position", "fx"),
@@ -26,20 +26,20 @@ REQUIRED: dict[str, tuple[str, ...]] = {
 }
 ROLLING = ("slip", "free_rolling", "cleat")
 FITTED = ("slip", "cleat")
-"""what happens along the road is fitted, not only its mean"""
+"""kinds whose samples along the road are fitted, not only their mean"""
 UNSAID_STEP = 0.01
-"""a freely rolling wheel keeps its speed over the road so well over a run [-]"""
+"""largest relative change of wheel speed over road speed in a run of free rolling [-]"""
 LOCKED = 0.05
-"""a wheel whose rim is slower than this share of the road stands"""
+"""a wheel is locked when its rim is slower than this share of the road speed [-]"""
 BACKWARD_LIMIT = 2e-3
-"""the plank may fall back by this much before it counts as an error [m]"""
+"""backward travel of the plank above this is an error [m]"""
 
 Remark = tuple[str, str, str, bool]
-"""what is wrong, in which row, column or key, what to do, and whether the run cannot be used"""
+"""(what is wrong; row, column or key; remedy; true when the run cannot be used)"""
 
 
 def run_checks(table: MeasurementTable) -> list[Problem]:
-    """All remarks on a table; stops at the first fatal one, the rest would follow from it."""
+    """All remarks on a table; stops at the first fatal one, which would cause the rest."""
     found: list[Problem] = []
     for check in CHECKS:
         found += [Problem(table.info.file, *remark) for remark in check(table)]
@@ -49,7 +49,7 @@ def run_checks(table: MeasurementTable) -> list[Problem]:
 
 
 def columns_present(table: MeasurementTable) -> Iterator[Remark]:
-    """The columns that this kind of measurement needs are there."""
+    """Check that the columns which this kind of measurement needs exist."""
     for name in REQUIRED.get(table.info.measurement, ()):
         if name not in table:
             what = f"no column '{name}' (has {', '.join(table.columns) or 'none'})"
@@ -59,7 +59,7 @@ def columns_present(table: MeasurementTable) -> Iterator[Remark]:
 
 
 def slip_channels(table: MeasurementTable) -> Iterator[Remark]:
-    """A slip step without these is kept for what it can tell, but no model is fitted to it."""
+    """Warn of a slip step without these columns: it is kept, but no model is fitted to it."""
     for name in ("wheel_angle", "fz") if table.info.measurement == "slip" else ():
         if name not in table and len(table.columns) > len(REQUIRED["slip"]):
             remedy = f"add '{name}', or map a foreign name to it"
@@ -67,7 +67,7 @@ def slip_channels(table: MeasurementTable) -> Iterator[Remark]:
 
 
 def not_a_number(table: MeasurementTable) -> Iterator[Remark]:
-    """No NaN where a value is needed; a column that is NaN throughout was not measured."""
+    """Check for NaN where a value is needed; a column that is all NaN was not measured."""
     needed = REQUIRED.get(table.info.measurement, ())
     for name, values in table.columns.items():
         if name not in STANDARD_COLUMNS and name not in needed:
@@ -90,7 +90,7 @@ def time_increases(table: MeasurementTable) -> Iterator[Remark]:
 
 
 def samples_lost(table: MeasurementTable) -> Iterator[Remark]:
-    """A run that lacks samples is told; one that lacks many and would be fitted is refused."""
+    """Report lost samples; refuse a run to be fitted that has lost many."""
     found = lost_samples(table)
     if not found.lost:
         return
@@ -102,7 +102,7 @@ def samples_lost(table: MeasurementTable) -> Iterator[Remark]:
 
 
 def position_increases(table: MeasurementTable) -> Iterator[Remark]:
-    """The plank goes one way."""
+    """Check that the plank travels in one direction."""
     if table.info.measurement not in ROLLING:
         return
     travel = table["plank_position"] * (1.0 if table.info.direction >= 0 else -1.0)
@@ -125,7 +125,7 @@ def plank_moves(table: MeasurementTable) -> Iterator[Remark]:
 
 
 def reaches_step(table: MeasurementTable) -> Iterator[Remark]:
-    """A slip run goes on after its step."""
+    """Check that a slip run continues after its step."""
     info = table.info
     if info.measurement != "slip" or not np.isfinite(info.step_position):
         return
@@ -136,7 +136,7 @@ def reaches_step(table: MeasurementTable) -> Iterator[Remark]:
 
 
 def units_of_record(table: MeasurementTable) -> Iterator[Remark]:
-    """The run record is in the units that it says."""
+    """Check that the values of the run record fit its units."""
     kappa, pressure = table.info.kappa, table.info.pressure
     radius = table.info.effective_rolling_radius
     if abs(kappa) > 0.95:
@@ -149,7 +149,7 @@ def units_of_record(table: MeasurementTable) -> Iterator[Remark]:
 
 
 def load_positive(table: MeasurementTable) -> Iterator[Remark]:
-    """ISO W: the road pushes up, fz > 0."""
+    """Check the sign of Fz: in ISO W the road pushes up, fz > 0."""
     if table.info.measurement not in ROLLING or not table.has("fz"):
         return
     mean, nominal = float(np.nanmean(table["fz"])), table.info.fz
@@ -162,7 +162,7 @@ def load_positive(table: MeasurementTable) -> Iterator[Remark]:
 
 
 def slip_sign(table: MeasurementTable) -> Iterator[Remark]:
-    """The wheel turns as the desired slip says: omega r_e / (V cos alpha) - 1 is near kappa."""
+    """Check the wheel speed against the slip: omega r_e / (V cos alpha) - 1 is near kappa."""
     info = table.info
     if not (table.has("wheel_velocity") and table.has("plank_velocity")):
         return
@@ -197,8 +197,8 @@ def slip_sign(table: MeasurementTable) -> Iterator[Remark]:
 
 
 def _unsaid_step(table: MeasurementTable) -> Iterator[Remark]:
-    """A run said to have no step whose wheel gets faster or slower: the wheel over the road in
-    the middle of its first and of its last third."""
+    """Report a run without a recorded step whose slip changes: compares wheel speed over road
+    speed early (15 to 30 %) and late (80 to 95 %) in the travel."""
     x = table["plank_position"]
     begin, length = float(x.min()), float(np.ptp(x))
     parts = [

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a tire test holds constant: the key of the repeats of a run."""
+"""Test condition: what a tire test holds constant, and by which repeats are grouped."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 
 def is_nan(value: Any) -> bool:
-    """A number that nobody said; texts and None are none."""
+    """True for a float NaN, an unknown value; false for texts and None."""
     return isinstance(value, float) and math.isnan(value)
 
 
@@ -27,12 +27,12 @@ class Condition(NamedTuple):
     """desired slip [-]; NaN in an operating point"""
 
     def __reduce__(self) -> tuple:
-        # NaN equals only itself: what comes from another process must have the same object
+        # NaN equals only the same object: a condition from another process must use ours
         return condition_of, tuple(self)
 
     @property
     def operating_point(self) -> Condition:
-        """The same without the slip level: what one carcass stiffness is fitted to."""
+        """The condition without the slip level; one carcass stiffness is fitted to its runs."""
         return self._replace(kappa=math.nan)
 
     @property
@@ -54,5 +54,6 @@ class Condition(NamedTuple):
 
 
 def condition_of(tire: str, measurement: str, *numbers: float) -> Condition:
-    """A condition with one NaN object, so that those without a value meet as dictionary keys."""
+    """A condition whose unknown values are one shared NaN object, so that it works as dictionary
+    key."""
     return Condition(tire, measurement, *(math.nan if is_nan(v) else v for v in numbers))

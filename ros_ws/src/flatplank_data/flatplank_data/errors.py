@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is wrong, where, and what to do, on one line."""
+"""Errors that state what is wrong, where, and what to do, on one line."""
 
 from __future__ import annotations
 
 
 class FlatplankError(Exception):
-    """Bad input, told so that the reader can mend it.
+    """Bad input, described so that the user can correct it.
 
-    `what` is wrong, `where` it is (file, row, column), and the `remedy`.
+    `what`: the fault; `where`: file, row, column; `remedy`: what to do.
     """
 
     def __init__(self, what: str, where: str = "", remedy: str = "") -> None:
@@ -29,15 +29,15 @@ class UnwritableError(FlatplankError, OSError):
 
 
 class YamlError(FlatplankError, ValueError):
-    """A text that is no YAML."""
+    """A text that is not valid YAML."""
 
 
 class NothingUsableError(FlatplankError):
-    """Not one run could be used: programs see exit code 2."""
+    """No run could be used; programs exit with code 2."""
 
 
 class RecordingError(ValueError):
-    """A recording, its record or its name: what happened, where, and what to do."""
+    """A fault of a recording, its record or its name."""
 
 
 def _one_line(text: str) -> str:

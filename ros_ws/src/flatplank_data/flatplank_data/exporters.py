@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tables to files: one exporter per format, found by suffix; each is read back by its reader."""
+"""Writes tables to files: one exporter per suffix; our readers can read the files back."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from flatplank_data.tydex import Channel, Quantity, TydexFile, format_tydex
 
 
 def write_parquet(table: MeasurementTable, path: Path) -> None:
-    """float64 columns, unit in the field metadata, run record in the schema metadata."""
+    """Write float64 columns, units as field metadata, the run record as schema metadata."""
     fields = [
         pa.field(name, pa.float64(), metadata={"unit": COLUMN_UNITS.get(name, "1")})
         for name in table.columns
@@ -39,14 +39,14 @@ def write_parquet(table: MeasurementTable, path: Path) -> None:
 
 
 def write_csv(table: MeasurementTable, path: Path) -> None:
-    """Header with units; numbers with all their digits."""
+    """Write a header with units and numbers with full precision."""
     names = [f"{name} [{COLUMN_UNITS.get(name, '1')}]" for name in table.columns]
     arrow = pa.table([pa.array(values) for values in table.columns.values()], names=names)
     pc.write_csv(arrow, path, pc.WriteOptions(quoting_style="none"))
 
 
 def write_tydex(table: MeasurementTable, path: Path) -> None:
-    """TYDEX 1.3; nine characters per number, so about seven digits."""
+    """Write TYDEX 1.3; nine characters per number, so about seven digits."""
     names = {ours: theirs for theirs, ours in reversed(CHANNELS.items())}
     used = [name for name in table.columns if name in names]
     channels = [

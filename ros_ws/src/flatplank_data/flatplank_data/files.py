@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Text files as a whole: read, and replaced so that no half of one is ever seen."""
+"""Reads and replaces whole text files; no reader ever sees half of one."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ def read_text(path: str | Path) -> str:
 
 
 PART = ".part"
-"""suffix of a file that is being written; one that is left over may be deleted"""
+"""suffix of a file that is being written; a leftover one may be deleted"""
 
 
 def write_atomic(path: str | os.PathLike[str], text: str, durable: bool = True) -> None:
-    """Replace a text file so that a kill leaves the old one or the new one, never half of it,
-    also where several programs write it; UnwritableError where it cannot be written.
+    """Replace a text file in one step; also safe when the program is killed or several write it.
+    UnwritableError when it cannot be written.
 
-    durable: wait for the disk, so that this holds when the power fails, too.
+    durable: wait for the disk, so that a power failure leaves the old file or the new one, too.
     """
     target = Path(path)
     temporary = None

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the machine can be set to, for services, plans, page and simulated bench; and what a record
-in a file may hold."""
+"""Limits of what the machine can be set to, for services, plans, page and simulated bench; and
+wider ranges for run records in files."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Limit(NamedTuple):
         return self.low, self.high
 
     def refusal(self, name: str, value: float) -> str:
-        """Why a value cannot be set, in the words that everybody uses; empty when it can."""
+        """Why a value cannot be set, as one text for all callers; empty when it can."""
         if self.low <= value <= self.high:
             return ""
         amount = f"{value:g} {self.unit}".rstrip()
@@ -43,7 +43,7 @@ LIMITS: dict[str, Limit] = {
     "end_position": Limit(0.0, USABLE_ROAD, "m", "the road"),
     "cleat_mm": Limit(0.0, 20.0, "mm", "placeholder, not in the thesis"),
 }
-"""Setting -> range in the unit of its name."""
+"""setting -> range, in the unit that `Limit` states"""
 
 RECORDED: dict[str, Limit] = {
     **{
@@ -53,7 +53,7 @@ RECORDED: dict[str, Limit] = {
     "alpha_deg": LIMITS["steer_deg"],
     "wheel_camber_deg": LIMITS["camber_deg"],
 }
-"""key of plans and run records -> its range"""
+"""key of a plan or run record -> range"""
 
 
 def _angle(most: float) -> Limit:
@@ -79,8 +79,8 @@ IN_FILES: dict[str, Limit] = {
     "cycles_received": Limit(0, 2**63, "-"),
     "cycles_lost": Limit(0, 2**63, "-"),
 }
-"""key of a run record in a file -> what it may be: wider than what the machine can be set to, so
-that the files of others are read"""
+"""key of a run record in a file -> range; wider than that of the machine, so that files from other
+benches can be read"""
 
 
 def refusal(setting: str, value: float) -> str:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Samples that a run lacks: gaps between its stamps, and what its record counted."""
+"""Finds lost samples of a run, by gaps between its stamps or by the count in its record."""
 
 from __future__ import annotations
 
@@ -11,27 +11,27 @@ import numpy as np
 from flatplank_data.table import MeasurementTable
 
 REGULAR = 0.1
-"""stamps of a clock are so near to whole periods apart [periods]"""
+"""largest distance of a time step from a whole number of periods [periods]"""
 MOSTLY = 0.9
-"""where fewer of them are, no clock is behind the samples and gaps cannot be told"""
+"""smallest share of such steps; below it sampling is irregular and gaps cannot be found [-]"""
 MAX_ROAD = 0.02
-"""no model is fitted across more road without a sample: a first-order response of 0.08 m
-relaxation length would be off by 0.1 % [m]"""
+"""longest road without a sample for a fit [m]: it changes a first-order response of 0.08 m
+relaxation length by 0.1 %"""
 MAX_SHARE = 0.1
-"""no model is fitted to a run that lacks more: its noise is not that of the other runs"""
+"""largest share of lost samples for a fit [-]: the noise would differ from that of other runs"""
 
 
 @dataclass(frozen=True)
 class Lost:
-    """What one run lacks."""
+    """Lost samples of one run."""
 
     lost: int
     of: int
-    """samples that there should be"""
+    """expected number of samples"""
     longest: float = 0.0
-    """without a sample at one stretch [s]"""
+    """longest time without a sample [s]"""
     road: float = 0.0
-    """without a sample at one stretch [m]"""
+    """longest road without a sample [m]"""
 
     @property
     def share(self) -> float:
@@ -39,7 +39,7 @@ class Lost:
 
     @property
     def harmless(self) -> bool:
-        """A fit can do without them."""
+        """True when a fit is possible without the lost samples."""
         return self.share <= MAX_SHARE and self.road <= MAX_ROAD
 
     def __str__(self) -> str:
@@ -52,7 +52,7 @@ class Lost:
 
 
 def lost_samples(table: MeasurementTable) -> Lost:
-    """By the stamps or by the run's record, whichever has more."""
+    """Lost samples by the stamps or by the run record, whichever counts more."""
     found = _by_stamps(table)
     info = table.info
     if info.cycles_lost > found.lost:
@@ -70,7 +70,7 @@ def _by_stamps(table: MeasurementTable) -> Lost:
     positive = step[step > 0.0]
     if not positive.size:
         return none
-    # more than half may be lost: the shortest steps are the period
+    # more than half of the samples may be lost: take the period from the shortest steps
     rough = float(np.percentile(positive, 5))
     period = float(np.median(positive[positive < 1.5 * rough]))
     periods = np.rint(step / period)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the samples of a run say of it by themselves, and where its record says otherwise.
+"""Derives facts of a run from its samples, and compares them with its record.
 
-Slip, start of the step and rolling radius are those that the slip control had in use; load, angles
+Slip, start of the step and rolling radius are the values that the slip control used; load, angles
 and speed are measured.
 """
 
@@ -19,31 +19,31 @@ from flatplank_data.record_checks import default_of
 from flatplank_data.run_record import RunRecord
 
 UNKNOWN = "unknown"
-"""of a tire or a measurement that nobody named"""
+"""name of an unnamed tire or measurement"""
 SLIP, FREE_ROLLING = "slip", "free_rolling"
 VARYING = "varying"
-"""waveform of a slip that is not constant after its start, when nobody named it"""
+"""waveform of an unnamed slip that varies after its start"""
 MOVING = 0.2
-"""share of the usual speed above which the plank moves [-]"""
+"""the plank moves above this share of its usual speed [-]"""
 LOAD_STEP = 50.0
-"""a load that nobody named is rounded to this, so that repeats are one condition [N]"""
+"""rounding of a measured load, so that repeats get one condition [N]"""
 ANGLE_STEP = 0.1
-"""the same for angles [deg]"""
+"""rounding of measured angles [deg]"""
 START_TOLERANCE = 10.0
-"""of the wheel's start angles, a third of a turn apart [deg]"""
+"""tolerance of the three start angles of the wheel (0, 120, 240 deg) [deg]"""
 SAME_KAPPA = 0.002
-"""slips that differ by less are one level [-]"""
+"""slips that differ by less are equal [-]"""
 SAME_RADIUS = 1e-5
-"""[m]"""
+"""rolling radii that differ by less are equal [m]"""
 SAME_PLACE = 1e-3
-"""[m]"""
+"""step positions that differ by less are equal [m]"""
 
 Columns = Mapping[str, np.ndarray]
 Facts = dict[str, Any]
 
 
 def measured_facts(columns: Columns) -> Facts:
-    """Keys of the run record with the values that the samples show; only what they do show."""
+    """Values for keys of the run record, as far as the samples determine them."""
     if "plank_position" not in columns or "time" not in columns:
         return {}
     position, time = columns["plank_position"], columns["time"]
@@ -63,7 +63,7 @@ def measured_facts(columns: Columns) -> Facts:
 
 
 def _control(columns: Columns, moving: np.ndarray) -> Facts:
-    """Which control was on while the plank moved, and what it was asked for."""
+    """Which control was active while the plank moved, and its set-points."""
     if _was_active(columns, "controller_error", moving):
         return {"measurement": FREE_ROLLING}
     if not _was_active(columns, "slip_reference", moving):
@@ -111,7 +111,7 @@ def _load_and_angles(columns: Columns, rolled: np.ndarray) -> Facts:
 
 
 def _start(columns: Columns) -> Facts:
-    """1, 2, 3 when the wheel began near one of its three start angles."""
+    """Start position 1, 2 or 3 when the wheel began near that start angle."""
     if "wheel_angle" not in columns or not math.isfinite(columns["wheel_angle"][0]):
         return {}
     thirds = math.degrees(float(columns["wheel_angle"][0])) / 120.0
@@ -120,13 +120,13 @@ def _start(columns: Columns) -> Facts:
 
 
 def is_silent(info: RunRecord) -> bool:
-    """The record of a rolling run that names no load says nothing: nobody filled it in."""
+    """True for the record of a rolling run without a load: nobody filled it in."""
     return info.measurement in (SLIP, FREE_ROLLING, UNKNOWN) and not info.fz > 0.0
 
 
 def untold(info: RunRecord, record: str) -> list[Problem]:
-    """What no instrument measures, and nobody has said: one remark with the keys to write into
-    the file of the record.
+    """A remark that lists the keys which no instrument measures and the record lacks, and the file
+    to write them to.
     """
     rolls = info.measurement in (SLIP, FREE_ROLLING)
     lacking = {
@@ -141,7 +141,7 @@ def untold(info: RunRecord, record: str) -> list[Problem]:
 
 
 def fill(said: Mapping[str, Any], measured: Mapping[str, Any]) -> dict[str, Any]:
-    """The record with what was measured where it has nothing but defaults."""
+    """The record with measured values where it has only defaults."""
     defaults = {f.name: default_of(f) for f in dataclasses.fields(RunRecord)}
     silent = {
         key
@@ -152,9 +152,8 @@ def fill(said: Mapping[str, Any], measured: Mapping[str, Any]) -> dict[str, Any]
 
 
 def reconciled(info: RunRecord, measured: Mapping[str, Any]) -> tuple[RunRecord, list[Problem]]:
-    """The record with the radius and the start of the step that were in use, and remarks on all
-    that was said otherwise; another slip or another control is fatal, since the run would stand
-    among runs that it does not belong to.
+    """The record with the radius and step position that were used, and a remark on each
+    difference. Another slip or control is fatal: the run would be put into the wrong condition.
     """
     problems = [
         Problem(info.file, text, f"key '{key}'", "correct the run record")
@@ -175,7 +174,7 @@ def reconciled(info: RunRecord, measured: Mapping[str, Any]) -> tuple[RunRecord,
 
 
 def _contradictions(info: RunRecord, measured: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Keys and what is wrong with them."""
+    """Keys that contradict the samples, each with the reason."""
     found = measured.get("measurement", UNKNOWN)
     if found != UNKNOWN and info.measurement in {SLIP, FREE_ROLLING} - {found}:
         return [("measurement", f"{info.measurement} said, but {found} was on")]

@@ -12,7 +12,7 @@ from typing import Any
 from flatplank_data.errors import RecordingError
 
 STEPS = ("", "step", "constant")
-"""waveforms that hold one slip to the end of the run: the thesis's names stand for these"""
+"""waveforms that hold one slip to the end of the run; names of the thesis imply these"""
 SETTINGS = {
     "REL_LNG": ("kappa",),
     "REL_LNG_CAM": ("gamma_deg", "kappa"),
@@ -25,8 +25,8 @@ SETTINGS = {
     "STF": (),
     "REP_REL": ("alpha_deg", "kappa"),
 }
-"""Kind of measurement -> what its name says, in this order. A repeat in pure longitudinal slip
-leaves the angle out; the thesis calls the angle of the others A, but their camber is zero."""
+"""Kind of measurement -> settings in its name, in this order. A repeat in pure longitudinal slip
+has no angle. The thesis calls the angle of the others A; their camber is zero."""
 _KINDS = {
     "slip": "REL",
     "free_rolling": "ERR_REL",
@@ -45,7 +45,7 @@ _SAFE = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9._+-]{0,198}[A-Za-z0-9_+-])?")
 
 
 def name_of(record: Mapping[str, Any]) -> str:
-    """Name of the run that a whole record describes, whichever repeat it is."""
+    """Name of the run that a complete record describes, without a repeat number."""
     kind = kind_of(record)
     words = [record["tire"] or "XXX", kind]
     for key in settings_of(kind):
@@ -59,17 +59,17 @@ def name_of(record: Mapping[str, Any]) -> str:
 
 
 def _text(value: float) -> str:
-    """A value that nobody said is 0 in a name."""
+    """The value as text; an unknown value is 0."""
     return "0" if math.isnan(value) else f"{value + 0.0:.10g}"
 
 
 def numbered(name: str, number: int) -> str:
-    """The name of the run with this number: further ones are _r02, _r03, ..."""
+    """Name of the run with this number; repeats get _r02, _r03, ..."""
     return f"{name}_r{number:02d}" if number > 1 else name
 
 
 def kind_of(record: Mapping[str, Any]) -> str:
-    """Kind by measurement, angles and waveform; others are called by their name."""
+    """Kind by measurement, angles and waveform; for other measurements, their name."""
     measurement = record["measurement"]
     kind = _KINDS.get(measurement, re.sub(r"[^A-Z]+", "_", measurement.upper()).strip("_"))
     if kind not in ("REL", "ERR_REL"):
@@ -86,12 +86,12 @@ def _known_kind(text: str) -> str:
 
 
 def settings_of(kind: str) -> tuple[str, ...]:
-    """What the name of a kind says; a waveform at its end (REL_LNG_SINE) changes nothing."""
+    """Settings in the names of a kind; a waveform suffix (REL_LNG_SINE) does not change them."""
     return SETTINGS.get(_known_kind(kind), ())
 
 
 def facts_of_name(stem: str) -> dict[str, Any]:
-    """Keys of the run record that a name tells; empty when it is not of this form."""
+    """Keys of the run record that a name contains; empty when it does not have this form."""
     match = _TAIL.search(stem)
     if match is None:
         return {}
@@ -115,7 +115,7 @@ def facts_of_name(stem: str) -> dict[str, Any]:
 
 
 def _settings(kind: str, words: list[str]) -> dict[str, float]:
-    """Slip, side slip and camber; with `_CAM` the first angle is the camber."""
+    """Slip, side slip and camber from the name; with `_CAM` the first angle is the camber."""
     said = [m for w in words if (m := _SETTING.fullmatch(w))]
     slips = [float(m[1]) / 100.0 for m in said if m[2] == "perc"]
     angles = [float(m[1]) for m in said if m[2] == "deg"]
@@ -124,7 +124,7 @@ def _settings(kind: str, words: list[str]) -> dict[str, float]:
 
 
 def check_name(name: str) -> str:
-    """The name itself when it is one folder name and nothing else."""
+    """The name itself when it is one plain folder name; otherwise an error."""
     if not isinstance(name, str) or not _SAFE.fullmatch(name):
         raise RecordingError(
             f"{name!r}: not a name for a measurement; use letters, digits and . _ + - "
@@ -134,7 +134,7 @@ def check_name(name: str) -> str:
 
 
 def free_name(folder: Path, name: str) -> str:
-    """`name`, or the first of `name_r02`, `name_r03`, ... that the folder does not have yet."""
+    """`name`, or the first of `name_r02`, `name_r03`, ... that does not exist in the folder."""
     check_name(name)
     base, _, run = name.rpartition("_r")
     first = int(run) if base and run.isdigit() else 1

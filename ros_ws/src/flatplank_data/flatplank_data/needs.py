@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which parameters a campaign can tell, and which runs are missing for the others."""
+"""Which parameters a campaign can identify, and which runs are missing for the others."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ Infos = Sequence[RunRecord]
 
 
 def what_is_missing(infos: Infos) -> list[dict[str, str]]:
-    """Every group of parameters with its meaning, and the runs that are missing for it: an empty
-    text when there are enough."""
+    """Each group of parameters with its meaning and its missing runs; an empty text when none is
+    missing."""
     return [
         {"parameters": parameters, "meaning": meaning, "missing": missing(infos)}
         for parameters, meaning, missing in NEEDS
@@ -139,4 +139,4 @@ NEEDS: tuple[tuple[str, str, Callable[[Infos], str]], ...] = (
     ),
     ("repeatability", "scatter from run to run", _repeats),
 )  # fmt: skip
-"""parameters, what they are, and which runs are missing for them"""
+"""(parameters, meaning, function that names the missing runs)"""

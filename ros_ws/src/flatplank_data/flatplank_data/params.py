@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters as frozen dataclasses: unit, range and note at the field, checked wherever they come
-from.
+"""Parameters as frozen dataclasses: each field has unit, range and note; all sources are checked.
 
-A parameter set is any frozen dataclass whose fields are made by `param`; `Params` as its base adds
-the check on construction. An optional method `check(self) -> str | None` says why values do not
-fit together.
+A parameter set is any frozen dataclass whose fields are made by `param`. The base class `Params`
+adds the check on construction. An optional method `check(self) -> str | None` returns why values
+do not fit together.
 """
 
 from __future__ import annotations
@@ -19,14 +18,14 @@ from typing import Any, NamedTuple, TypeVar
 from flatplank_data.yaml_text import load_yaml
 
 SHELL_KEYS = frozenset({"use_sim_time", "autostart", "fifo_priority"})
-"""Keys of a parameter file that belong to the node around a core, not to the core."""
+"""Keys of a parameter file that belong to the ROS node, not to its core."""
 
 P = TypeVar("P")
 Bounds = tuple[float, float]
 
 
 class ParameterError(ValueError):
-    """A parameter that cannot be used: where, what, what to do, in one line."""
+    """A parameter that cannot be used: where, what and what to do, in one line."""
 
 
 class ParamInfo(NamedTuple):
@@ -114,7 +113,7 @@ def to_mapping(values: Any) -> dict[str, Any]:
 
 
 def only_these(old: P, new: P, allowed: Iterable[str], where: str) -> None:
-    """ParameterError when two sets differ in a parameter that is read only at the start."""
+    """Raise ParameterError when two sets differ in a parameter that is not in `allowed`."""
     known = set(allowed)
     for f in fields(old):
         if f.name not in known and getattr(old, f.name) != getattr(new, f.name):
@@ -130,7 +129,7 @@ def load(cls: type[P], path: str | Path, node: str = "") -> P:
 
 
 def load_parameters(path: str | Path, node: str = "") -> dict[str, Any]:
-    """The `ros__parameters` of a file, those for every node (`/**`) first, then those of
+    """The `ros__parameters` of a file: those for every node (`/**`), overridden by those of
     `node`."""
     try:
         content = load_yaml(Path(path).read_bytes(), path) or {}
@@ -150,21 +149,20 @@ def load_parameters(path: str | Path, node: str = "") -> dict[str, Any]:
 
 
 def alike(key: str, known: Iterable[str], least: float = 0.4, most: int = 1) -> list[str]:
-    """Known names that a name may be meant to be, the nearest first; `least` 0 .. 1: how much
-    of it they share."""
+    """Known names similar to `key`, the nearest first; `least` 0 .. 1: smallest similarity."""
     return get_close_matches(str(key), sorted(known), n=most, cutoff=least)
 
 
 def nearest(key: str, known: Iterable[str]) -> str:
-    """The hint that ends a message about an unknown name."""
+    """Hint at the nearest known name, to end an error message with."""
     names = sorted(known)
     match = alike(key, names)
     return f"; the nearest is '{match[0]}'" if match else f"; known are {', '.join(names)}"
 
 
 def validate(values: Any, where: str) -> None:
-    """Types, finiteness, ranges, choices and `check` of a parameter set; whole numbers become
-    floats."""
+    """Check types, finiteness, ranges, choices and `check` of a parameter set; integers become
+    floats where the default is one."""
     for f in fields(values):
         value = _coerced(getattr(values, f.name), f.default, f"{where}: {f.name}")
         reason = _out_of_range(value, f.metadata)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A remark on one file of a campaign; the other runs go on."""
+"""A problem with one file of a campaign; the other runs stay usable."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Problem:
     fatal: bool = True
     """the run cannot be used"""
     left_out: bool = False
-    """the run is not used, and nothing is wrong with that"""
+    """the run is left out on purpose; this is no fault"""
 
     def __str__(self) -> str:
         head = f"{self.file}: {self.place}: " if self.place else f"{self.file}: "
@@ -34,6 +34,6 @@ class Problem:
 
 
 def problem_of(error: FlatplankError, file: str) -> Problem:
-    """The remark that an exception makes on `file`."""
+    """Convert an exception about `file`."""
     where = error.where.removeprefix(file).lstrip(":, ")
     return Problem(file, error.what, where, error.remedy)

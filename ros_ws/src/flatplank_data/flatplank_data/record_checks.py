@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Values of a run record in a file: converted where they can be, refused where they must be."""
+"""Converts and checks the values of a run record in a file."""
 
 from __future__ import annotations
 
@@ -29,12 +29,13 @@ _DIRECTIONS = {"forward": 1.0, "reverse": -1.0, "reversed": -1.0, "backward": -1
 
 
 def default_of(item: Field) -> Any:
-    """Value of a field that nobody said."""
+    """Default value of a field."""
     return item.default_factory() if callable(item.default_factory) else item.default
 
 
 def converted(item: Field, value: Any, where: str) -> Any:
-    """The value as the field has it; FlatplankError for what is no number and should be one."""
+    """The value in the type of the field; FlatplankError when a number is expected and none is
+    given."""
     kind = str(item.type)
     if value is None:
         return default_of(item)
@@ -42,7 +43,7 @@ def converted(item: Field, value: Any, where: str) -> Any:
         return _DIRECTIONS[str(value)]
     try:
         if item.name == "pressure" and not float(value):
-            return math.nan  # nobody measures it: a record that was not told has none
+            return math.nan  # not measured: empty unless the record states it
         if kind == "float":
             return float(value)
         if kind == "int":
@@ -71,7 +72,7 @@ def refuse(values: Mapping[str, Any], known: Mapping[str, Field]) -> None:
         if key not in values or (value is None and is_nan(default)):
             continue
         is_number = isinstance(value, float | int) and not isinstance(value, bool)
-        if not is_number or not limit.low <= float(value) <= limit.high:  # NaN is none, either
+        if not is_number or not limit.low <= float(value) <= limit.high:  # false for NaN, too
             span = f"{limit.low:g} to {limit.high:g} [{limit.unit or '-'}]"
             raise RecordingError(f"{key} is {value!r}; it must be {span}")
     if values.get("tire") == "":

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Everything that describes one measurement, whoever made it and whatever its file format.
+"""The run record: everything that describes one measurement, from any bench and file format.
 
-The keys are those of a run in `campaign.yaml`, so that a bag's `run.yaml` reads as one. The bench
-refuses what it does not know (`record_from_dict`); of the files of others all is read that can be
-(`read_run`).
+The keys are those of a run in `campaign.yaml`; `run.yaml` of a bag has the same. For its own
+records the bench refuses unknown keys (`record_from_dict`); foreign files are read as far as
+possible (`read_run`).
 """
 
 from __future__ import annotations
@@ -29,21 +29,21 @@ from flatplank_data.yaml_text import load_yaml
 FORMAT = "flatplank-run/1"
 FILE_NAME = "run.yaml"
 SLOW_BELOW = 0.01
-"""a run at a plank speed below this one is no repeat of one at the usual speed [m/s]"""
+"""runs at a plank speed below this are a kind of their own, no repeats of usual ones [m/s]"""
 KNOWN_SUFFIXES = (".zstd", ".parquet", ".csv", ".mat", ".tdx", ".tydex", ".mcap", ".db3")
 
 
 @dataclass(frozen=True)
 class RunRecord:
-    """One run. Units: m, N, bar, deg where the key says so; NaN: nobody said."""
+    """One run. Units: m, N, bar, deg where the key says so; NaN: unknown."""
 
     file: str = ""
-    """of the samples, in the campaign's folder"""
+    """file of the samples, in the folder of the campaign"""
     tire: str = ""
     name: str = ""
-    """that of the file without folder and suffix; Appendix F as long as there is none"""
+    """file name without folder and suffix; before there is a file, the name by Appendix F"""
     uuid: str = ""
-    """identity of the run; names may repeat"""
+    """unique identity of the run; names need not be unique"""
     measurement: str = "slip"
     """slip, free_rolling, stiffness, footprint, unloaded_turn, cleat, ..."""
     kappa: float = 0.0
@@ -57,22 +57,22 @@ class RunRecord:
     start: int = 1
     """1, 2, 3: wheel at 0, 120, 240 deg"""
     start_angle_deg: float = math.nan
-    """wheel angle in place of that of `start`"""
+    """wheel angle that overrides that of `start`"""
     run_index: int = 0
     """order in which the runs of a campaign were made"""
     repeat: int = 1
     serial: str = ""
-    """of the tire"""
+    """serial number of the tire"""
     operator: str = ""
     effective_rolling_radius: float = math.nan
-    """as used by the slip control [m]"""
+    """radius that the slip control used [m]"""
     r_e_source: str = ""
-    """where it comes from: name of the free-rolling run, typed in, ..."""
+    """origin of the radius: name of the free-rolling run, typed in, ..."""
     waveform: Mapping[str, Any] | None = None
     step_position: float = math.nan
     """plank travel at which the waveform starts [m]"""
     speed: float = math.nan
-    """commanded, of the plank [m/s]"""
+    """commanded speed of the plank [m/s]"""
     direction: float = 1.0
     """+1 forward, -1 reverse"""
     et_value: float = math.nan
@@ -83,11 +83,11 @@ class RunRecord:
     road_camber_offset_deg: float = math.nan
     slip_angle_offset_deg: float = math.nan
     calibration: Mapping[str, Any] = field(default_factory=dict)
-    """per instrument: date and factors"""
+    """instrument -> date and factors"""
     parameters: Mapping[str, Any] = field(default_factory=dict)
-    """of the nodes, as they were at the start"""
+    """parameters of the nodes at the start of the run"""
     plant: Mapping[str, Any] | None = None
-    """simulated bench: preset, seed, ...; none in the lab"""
+    """preset, seed, ... of a simulated bench; None in the lab"""
     software_version: str = ""
     date: str = ""
     started: str = ""
@@ -99,13 +99,13 @@ class RunRecord:
     cycle_last: int | None = None
     cycles_received: int = 0
     cycles_lost: int = 0
-    """gaps in the cycle numbers or in the stamps, over the whole recording"""
+    """cycles missing by their numbers or stamps, over the whole recording"""
     filled_in: list[str] = field(default_factory=list)
-    """keys that nobody said, taken from what the nodes said and measured"""
+    """keys that the recorder filled in from messages and samples"""
     stop_reason: str = ""
     notes: str = ""
     extra: Mapping[str, Any] = field(default_factory=dict, compare=False)
-    """keys that this version does not know"""
+    """unknown keys, kept unchanged"""
 
     def __post_init__(self) -> None:
         if self.file:
@@ -113,7 +113,8 @@ class RunRecord:
 
     @property
     def kind(self) -> str:
-        """The measurement, with the waveform when that is no step, direction and slow speed."""
+        """The measurement, with the waveform unless it is a step, and marks for reverse and slow
+        runs."""
         name = str((self.waveform or {}).get("name", ""))
         words = [self.measurement]
         if self.measurement == "slip" and name not in STEPS:
@@ -132,17 +133,17 @@ class RunRecord:
 
     @property
     def is_step(self) -> bool:
-        """A slip step, forward: what the step models are fitted to."""
+        """True for a forward slip step, to which the step models are fitted."""
         return self.kind == "slip"
 
     @property
     def condition(self) -> Condition:
-        """Key of the repeats of this run."""
+        """Test condition, by which repeats are grouped."""
         numbers = (self.fz, self.pressure, self.alpha_deg, self.gamma_deg, self.kappa)
         return condition_of(self.tire, self.kind, *numbers)
 
     def with_changes(self, **changes: Any) -> RunRecord:
-        """A copy with other values, which are checked; an unknown key names the nearest one."""
+        """A copy with other values, checked; an error for an unknown key names the nearest one."""
         refuse_unknown(changes, _OWN, "run record")
         return _checked(self, changes)
 
@@ -168,16 +169,16 @@ class RunRecord:
         return _plain({"format": FORMAT, **values, **untold, "direction": way})
 
     def save(self, folder: Path) -> None:
-        """`run.yaml` in the bag's folder, replaced in one step."""
+        """Write `run.yaml` to the bag's folder, atomically."""
         write_atomic(folder / FILE_NAME, self.to_yaml(), durable=False)
 
 
 _KEYS = {item.name: item for item in dataclasses.fields(RunRecord) if item.name != "extra"}
 _OWN = {key: item for key, item in _KEYS.items() if key not in ("file", "date")}
-"""keys of a record of this bench"""
+"""keys that a record of this bench may have"""
 _ALWAYS = {"file", "tire", "kappa", "fz", "pressure", "alpha_deg", "gamma_deg", "start"}
 _BENCH = {"status": STATUSES[0], "waveform": {}}
-"""what the bench says of its runs from the start"""
+"""values of every record of this bench before it starts"""
 OF_THE_RECORDING = frozenset({
     "name", "serial", "calibration", "parameters", "plant", "started", "ended", "stop_reason",
     "filled_in", "road_camber_offset_deg", "slip_angle_offset_deg", "cycle_first", "cycle_last",
@@ -188,11 +189,11 @@ UNITS: Mapping[str, str] = {
     "start_angle_deg": "deg", "effective_rolling_radius": "m", "step_position": "m",
     "speed": "m/s", "et_value": "m", "adapter_thickness": "m", "wheel_camber_deg": "deg",
 }  # fmt: skip
-"""of the fields that have one"""
+"""key -> unit, for keys with a unit"""
 
 
 def stem_of(file: str) -> str:
-    """A file or bag without folder and suffix."""
+    """Name of a file or bag without folder and suffix."""
     stem = file.rstrip("/").rsplit("/", 1)[-1]
     for suffix in KNOWN_SUFFIXES:
         if stem.lower().endswith(suffix):
@@ -201,7 +202,7 @@ def stem_of(file: str) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """Numbers of numpy and other containers as what YAML and JSON know; NaN is null."""
+    """Convert numpy numbers and containers to types of YAML and JSON; NaN becomes null."""
     if isinstance(value, Mapping):
         return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
@@ -211,7 +212,7 @@ def _plain(value: Any) -> Any:
 
 
 def read_run(raw: Mapping[str, Any], where: str) -> tuple[RunRecord, list[str]]:
-    """The record in a file of anybody, with remarks on keys that look misspelt.
+    """The record in a file from any bench, with remarks on keys that look misspelt.
 
     Unknown keys are kept in `extra`: a newer bench may write more than this version knows.
     """
@@ -232,7 +233,7 @@ def read_run(raw: Mapping[str, Any], where: str) -> tuple[RunRecord, list[str]]:
 
 
 def record_from_dict(data: Mapping[str, Any], where: str = "run record") -> RunRecord:
-    """A record of this bench, every value checked; `where` names the source in an error."""
+    """A record of this bench with every value checked; `where` names the source in errors."""
     if not isinstance(data, Mapping):
         raise RecordingError(f"{where}: not a run record; it must be keys and values")
     values = {key: value for key, value in data.items() if key != "format"}
@@ -248,7 +249,7 @@ def record_from_dict(data: Mapping[str, Any], where: str = "run record") -> RunR
 
 
 def _checked(record: RunRecord, changes: Mapping[str, Any]) -> RunRecord:
-    """The record with these values; RecordingError for one that it cannot have."""
+    """The record with these values; RecordingError for a value out of range."""
     refuse(changes, _KEYS)
     try:
         own = {key: converted(_KEYS[key], value, key) for key, value in changes.items()}
@@ -262,7 +263,7 @@ def _checked(record: RunRecord, changes: Mapping[str, Any]) -> RunRecord:
 
 
 def record_from_yaml(text: str, where: str = "run record") -> RunRecord:
-    """As `record_from_dict`, of a YAML text."""
+    """Like `record_from_dict`, from a YAML text."""
     try:
         return record_from_dict(load_yaml(text, where), where)
     except YamlError as error:
@@ -270,7 +271,7 @@ def record_from_yaml(text: str, where: str = "run record") -> RunRecord:
 
 
 def load_record(folder: Path) -> RunRecord:
-    """The record beside a bag."""
+    """The record in the folder of a bag."""
     path = folder / FILE_NAME
     try:
         text = read_text(path)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where a campaign folder lives: this machine's disk, or any fsspec store."""
+"""Access to a campaign folder on a local disk or any fsspec file system."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from flatplank_data.errors import FlatplankError
 
 @dataclass(frozen=True)
 class LocalStore:
-    """A folder on this machine; names are relative to it and use '/'."""
+    """A local folder; names are relative to it and use '/'."""
 
     root: str
 
@@ -34,7 +34,7 @@ class LocalStore:
         return open(self._path(name), "rb")
 
     def local(self, name: str) -> Path:
-        """A path on this machine with the content of `name` (a file or a folder)."""
+        """A local path with the content of `name` (a file or a folder)."""
         return Path(self._path(name))
 
     def stamp(self, name: str) -> tuple[int, int]:

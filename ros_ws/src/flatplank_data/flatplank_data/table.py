@@ -34,7 +34,7 @@ STANDARD_COLUMNS: Mapping[str, str] = MappingProxyType(
     }
 )
 
-#: columns that a bench may add
+#: optional columns and their units
 OPTIONAL_COLUMNS: Mapping[str, str] = MappingProxyType(
     {
         "steer_angle": "rad",

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""TYDEX 1.3 (Unrau, Zamow 1997): the text format of the tire field, as a document.
+"""Reads and writes TYDEX 1.3 (Unrau, Zamow 1997), the text format for tire measurements.
 
 Lines have fixed columns: name 10, explanation 30, unit 10, then numbers of 10 each. Channels have
 a factor a and two offsets b, c: physical value = a (measured value + b) + c. `!` starts a comment.
-Values fill ten columns, with or without a blank between; a sample may take several lines.
+Each value takes ten characters, with or without a blank between; a sample may span lines.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class TydexFile:
 
 
 def parse_tydex(text: str, name: str) -> TydexFile:
-    """Read a file; `name` is told in errors."""
+    """Parse the text of a file; `name` is used in errors."""
     sections, ended = _sections(text, name)
     if "HEADER" not in sections:
         raise FlatplankError("no **HEADER", name, "is this a TYDEX file?")
@@ -163,7 +163,7 @@ def _is_number(cell: str) -> bool:
 
 
 def format_tydex(file: TydexFile) -> str:
-    """Write a file; the data are written as they are, with factor 1."""
+    """The text of a file; data are written unscaled, with factor 1."""
     lines = ["**HEADER"]
     lines += [f"{key[:10]:<10}{'':<30}{value}" for key, value in file.header.items()]
     lines += ["**COMMENTS", *file.comments, "**CONSTANTS"]
@@ -186,7 +186,7 @@ def _rows(data: np.ndarray) -> list[str]:
 
 
 def _number(value: float) -> str:
-    """The most digits that fit in nine characters."""
+    """The number with as many digits as fit in nine characters."""
     if not np.isfinite(value):
         return MISSING
     for digits in range(9, 0, -1):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Units at the border: anything that a file may say is turned into SI."""
+"""Conversion of the units in files to SI."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ _SPELLINGS = {
 
 
 def canonical(unit: str) -> str:
-    """Key of `UNITS` for a unit as written in a file; products lose their dot or blank."""
+    """Key of `UNITS` for a unit as written in a file, without the dot or blank of a product."""
     text = unit.strip().strip("[]()'\"").strip()
     key = text.lower()
     key = _SPELLINGS.get(key, key)

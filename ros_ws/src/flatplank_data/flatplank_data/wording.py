@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How numbers are written for people."""
+"""Formats numbers for people."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ import numpy as np
 
 
 def with_unit(name: str, unit: str) -> str:
-    """Label of an axis: the name, and the unit where there is one."""
+    """Axis label: the name, with the unit where there is one."""
     return name if unit in ("", "1", "-") else f"{name} [{unit}]"
 
 
 def plain(value: float, digits: int = 3) -> str:
-    """Significant digits; powers of ten only where a plain number would be hard to read."""
+    """The number with significant digits; powers of ten only for very large or small ones."""
     if not 1e-4 <= abs(value) < 1e6:
         return f"{value:.{digits}g}"
     return np.format_float_positional(
@@ -24,23 +24,23 @@ def plain(value: float, digits: int = 3) -> str:
 
 
 def brief(value: float, digits: int = 1) -> str:
-    """So many digits behind the point; below one two that say something."""
+    """The number with `digits` decimals; below 1 with two significant digits."""
     return f"{value:.{digits}f}" if abs(value) >= 1.0 or value == 0.0 else plain(value, 2)
 
 
 SMALL = 0.1
-"""lengths below are written in mm [m]"""
+"""lengths below this are written in mm [m]"""
 
 
 def displayed(unit: str, *values: float) -> tuple[float, str]:
-    """Factor and unit in which people read such values: mm, deg; others as they are."""
+    """Factor and display unit: deg for rad, and so on; other units unchanged."""
     if unit == "m" and max(map(abs, values)) < SMALL:
         return 1e3, "mm"
     return (math.degrees(1.0), "deg") if unit == "rad" else (1.0, unit)
 
 
 def quantity(value: float, unit: str, digits: int = 3) -> str:
-    """A number [SI] with the unit in which people read it; one of unit "1" stands alone."""
+    """A number [SI] in its display unit; without a unit when `unit` is "1"."""
     factor, name = displayed(unit, value)
     return plain(factor * value, digits) + ("" if name == "1" else f" {name}")
 
@@ -53,7 +53,7 @@ def span(low: float, high: float, unit: str, digits: int = 3) -> str:
 
 
 def sized(value: float, interval: Sequence[float], unit: str, digits: int = 3) -> str:
-    """A size with its 90 % interval: '0.742 mm (90 %: 0.672 to 0.813)'."""
+    """A value with its 90 % interval: '0.742 mm (90 %: 0.672 to 0.813)'."""
     factor, name = displayed(unit, value)
     low, high = (plain(factor * end, digits) for end in interval)
     unit_word = "" if name == "1" else f" {name}"
@@ -61,7 +61,7 @@ def sized(value: float, interval: Sequence[float], unit: str, digits: int = 3) -
 
 
 def table(rows: list[tuple[str, ...]]) -> str:
-    """Text columns, the first to the left, the others to the right."""
+    """Text table; the first column is left-aligned, the others right-aligned."""
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     out = []
     for row in rows:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""YAML that people write: what is wrong with it is one line."""
+"""Reads YAML written by hand; an error is one line."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def load_yaml(text: str | bytes, where: str | Path) -> Any:
-    """Content of a text; YamlError names the line where there is one."""
+    """Content of a YAML text; YamlError names the line where possible."""
     try:
         return yaml.load(text, _LOADER)
     except (yaml.YAMLError, ValueError) as error:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Requests to a core: each is answered at once and takes effect at a stated cycle."""
+"""Requests to a core: the core answers each at once, and it takes effect at a stated cycle."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 
 class Answer(NamedTuple):
-    """Accepted (from `cycle` on) or refused (with the reason; nothing has changed)."""
+    """Answer to a request: accepted, effective from `cycle` on; or refused, with the reason."""
 
     accepted: bool
     reason: str
@@ -22,7 +22,7 @@ def refused(reason: str) -> Answer:
 
 
 class Agenda:
-    """Accepted actions that wait for their cycle; the core calls `run` when `due` is not empty."""
+    """Queue of accepted actions; the core calls `run` in each cycle while `due` is not empty."""
 
     __slots__ = ("due", "last_cycle")
 
@@ -31,12 +31,12 @@ class Agenda:
         self.last_cycle = -1
 
     def accept(self, action: Callable[[], None]) -> Answer:
-        """Put an action down for the next cycle."""
+        """Schedule an action for the next cycle."""
         self.due.append(action)
         return Answer(True, "", self.last_cycle + 1)
 
     def run(self) -> None:
-        """Do what is due, in the order in which it was accepted."""
+        """Perform the actions that are due, in the order in which they were accepted."""
         now, self.due = self.due, []
         for action in now:
             action()

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""CiA 402 as one pure table, for drives, bus guard and simulated drives: status word -> state;
-state and goal -> control word; modes; units of the bus."""
+"""Tables of CiA 402 for drives, bus guard and simulated drives: status word -> state; state and
+goal -> control word; modes; units of the bus."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from enum import IntEnum
 
 
 class State(IntEnum):
-    """States of a drive; a status word that fits none is NOT_READY: nothing may be asked of it."""
+    """States of a drive; a status word that fits none counts as NOT_READY: no command is sent."""
 
     NOT_READY = 0
     SWITCH_ON_DISABLED = 1
@@ -21,7 +21,7 @@ class State(IntEnum):
 
 
 class Goal(IntEnum):
-    """What a drive shall come to."""
+    """State to which a drive is to be brought."""
 
     DISABLED = 0
     ENABLED = 1
@@ -30,7 +30,7 @@ class Goal(IntEnum):
 
 
 class CiaMode(IntEnum):
-    """Modes of operation (6060h) that are used."""
+    """The modes of operation (6060h) that the bench uses."""
 
     PROFILE_POSITION = 1
     PROFILE_VELOCITY = 3
@@ -54,7 +54,7 @@ PATTERNS = (
 """(mask, value, state): the state when status & mask == value."""
 
 STATUS: dict[State, int] = {state: value for _, value, state in PATTERNS}
-"""state -> its bits of the status word"""
+"""state -> status word, state bits only"""
 FAULT_STATUS = 0x0218
 """status word of a stopped drive: fault, voltage enabled, remote"""
 TORQUE_UNIT = 1e-4
@@ -87,7 +87,7 @@ _STATES = tuple(_match(word) for word in range(STATE_BITS + 1))
 
 
 def decode(status_word: int) -> State:
-    """The state that a status word says."""
+    """State of a status word."""
     return _STATES[status_word & STATE_BITS]
 
 
@@ -118,12 +118,12 @@ TRANSITIONS: dict[Goal, dict[State, int]] = {
     },
     Goal.RESET: {**_REST, State.FAULT: FAULT_RESET},
 }
-"""Control word for the next step towards a goal. The fault is reset by the rising edge of bit 7,
-so a cycle with another goal comes before and after."""
+"""Control word for the next transition towards a goal. The rising edge of bit 7 resets a fault, so
+a cycle with another goal must come before and after."""
 
 
 def control_word(state: State, goal: Goal) -> int:
-    """Control word that brings a drive in `state` one step closer to `goal`."""
+    """Control word that brings a drive in `state` one transition closer to `goal`."""
     return TRANSITIONS[goal][state]
 
 
@@ -140,9 +140,9 @@ ERROR_CODES = {
     0xFF01: "the emergency stop circuit is open",
     0xFF02: "a limit switch was run into",
 }
-"""603Fh (CiA 402; those of our own guard in the manufacturer's part) -> words"""
+"""error code (603Fh; our guard uses the manufacturer-specific range) -> text"""
 
 
 def error_words(code: int) -> str:
-    """An error code of a drive for people."""
+    """Text of an error code."""
     return f"0x{code:04X}, {ERROR_CODES.get(code, 'see the manual of the drive')}"

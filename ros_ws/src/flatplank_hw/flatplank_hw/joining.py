@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bring together the samples of one bus cycle that arrive over several topics."""
+"""Joins the samples of one bus cycle that arrive over several topics."""
 
 from __future__ import annotations
 
@@ -10,11 +10,10 @@ from typing import Any
 class CycleJoin:
     """Call `complete(at, samples)` once per bus cycle, in order, when every needed kind is there.
 
-    Cycles are told apart by `at`, the stamp of their inputs [ns]. A later sample of the leading
-    kind (the first of `kinds`) releases the waiting cycle with what there is: a source that died
-    leaves its last sample in force, and the rules on stale data decide. Samples of cycles that are
-    done are kept as the latest of their kind and otherwise ignored. `needed` may be changed
-    between cycles.
+    `at`, the stamp of the inputs [ns], identifies a cycle. A later sample of the leading kind (the
+    first of `kinds`) completes a waiting cycle as it is: the last sample of a dead source stays in
+    use, and the rules on stale data decide. A late sample is kept as the latest of its kind.
+    `needed` may be changed between cycles.
     """
 
     def __init__(

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A process of the bench and its system: it ends with the one that started it, ends in time, asks
-for real-time scheduling, and hands its module path to child processes."""
+"""Process control: end with the parent process, end in time, request real-time scheduling, pass
+the module path to child processes."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ import sys
 from pathlib import Path
 
 END_WITH_PARENT = "FLATPLANK_END_WITH_PARENT"
-"""environment: id of the process that the node belongs to"""
+"""environment variable: id of the process with which the node is to end"""
 
 STARTED = "FLATPLANK_STARTED"
-"""environment: file that the node makes as soon as it listens"""
+"""environment variable: file that the node makes once it is ready"""
 
 _PR_SET_PDEATHSIG = 1
 
 
 def end_with_parent() -> None:
-    """Get SIGTERM when the parent named in the environment dies (Linux)."""
+    """Request SIGTERM for the case that the parent named in the environment dies (Linux)."""
     parent = os.environ.get(END_WITH_PARENT)
     if parent is None:
         return
@@ -31,7 +31,7 @@ def end_with_parent() -> None:
 
 
 def tell_started() -> None:
-    """Make the file that the environment names, if any."""
+    """Make the file that reports the start, if the environment names one."""
     if file := os.environ.get(STARTED):
         Path(file).touch()
 
@@ -40,11 +40,12 @@ SIGEV_THREAD = 2
 CLOCK_MONOTONIC = 1
 CRASHES = (signal.SIGABRT, signal.SIGBUS, signal.SIGSEGV)
 LONGEST = min(CRASHES) - 1
-"""a crash is answered by `sleep(number of the signal)`: the timer must come before [s]"""
+"""longest time of the timer [s]: a crash during exit calls `sleep(signal number)`, which must last
+longer"""
 
 
 class _Event(ctypes.Structure):
-    """`struct sigevent` of Linux on 64 bits: `function(value)` in a thread of its own."""
+    """`struct sigevent` of 64-bit Linux: calls `function(value)` in a new thread."""
 
     _fields_ = (
         ("value", ctypes.c_size_t),
@@ -57,7 +58,7 @@ class _Event(ctypes.Structure):
 
 
 class _Times(ctypes.Structure):
-    """`struct itimerspec`: how often again, and when first."""
+    """`struct itimerspec`: interval and first expiration."""
 
     _fields_ = tuple(
         (f"{what}_{unit}", ctypes.c_long) for what in ("again", "first") for unit in ("s", "ns")
@@ -65,9 +66,9 @@ class _Times(ctypes.Structure):
 
 
 def end_within(seconds: float, code: int) -> None:
-    """End this process with the exit code when it has not ended by itself in so long [s].
+    """End this process with exit code `code` if it has not ended by itself within `seconds` [s].
 
-    To be called when all work is done: files are closed, motors are off.
+    Call this when all work is done: files are closed, motors are off.
 
     Raises:
         ValueError: more than `LONGEST` seconds.
@@ -112,15 +113,15 @@ def _fifo(thread: int, priority: int) -> str:
 
 
 def prepare(fifo: bool, priority: int) -> str:
-    """Exact timers and, when asked for and allowed, SCHED_FIFO for this thread; says what came of
-    it."""
+    """Set exact timers and, if requested and allowed, SCHED_FIFO for this thread; returns the
+    result."""
     _prctl(PR_SET_TIMERSLACK, 1)
     return _fifo(0, priority) if fifo else "ordinary scheduling"
 
 
 def prepare_threads(priority: int) -> str:
-    """For a program with threads, those of DDS among them: SCHED_FIFO for all where allowed (0:
-    not asked for), and what there is now is looked at by no garbage collection any more."""
+    """Prepare a program with threads, such as those of DDS: SCHED_FIFO for all where allowed (0:
+    not requested); exempts existing objects from garbage collection."""
     gc.collect()
     gc.freeze()
     if not priority:
@@ -130,8 +131,8 @@ def prepare_threads(priority: int) -> str:
 
 
 def environment(*more: Path) -> dict[str, str]:
-    """This process's environment, with this package, and more folders that packages lie in, in
-    front of the child's module path.
+    """Environment for a child process: that of this process, with the folders of this and further
+    packages first in the module path.
     """
     folders = [*map(str, more), str(Path(__file__).parents[1])]
     before = os.environ.get("PYTHONPATH", "")

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the cores hand to each other, one tuple per cycle, SI units, ISO W axes."""
+"""Samples that the cores exchange: one tuple per cycle, SI units, ISO W axes."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 SOURCES = ("slip", "free_rolling", "follow")
-"""Sources of references; their place is their number in the message."""
+"""sources of references; the index is the number in the message"""
 
 
 class Wrench(NamedTuple):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where the files of our packages are, installed or in the source tree."""
+"""Finds files of our packages, installed or in the source tree."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The programs that `ros2 run` starts: a node is imported where Ctrl-C is no traceback."""
+"""Entry points for `ros2 run`; Ctrl-C during the import of a node gives no traceback."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ STOPPED = 130
 
 
 def starter(package: str) -> Callable[[str], Callable[[], int]]:
-    """What finds the program of a node of a package by the node's name."""
+    """Return a lookup from node name to its program, for one package."""
     return lambda name: partial(_run, f"{package}.nodes.{name}")
 
 
 def _run(module: str) -> int:
-    # nothing is open yet that had to be closed; the node takes the signal over
+    # nothing is open yet; the node later installs its own signal handler
     signal.signal(signal.SIGINT, lambda _number, _frame: os._exit(STOPPED))
     return import_module(module).main()
 

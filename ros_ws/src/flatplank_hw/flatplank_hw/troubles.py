@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Everything that can go wrong on the bench, by name: the log, /diagnostics, the messages and
-docs/troubles.md say what is written here."""
+"""Registry of all troubles of the bench; log, /diagnostics, messages and docs/troubles.md use its
+texts."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from flatplank_hw.bus.image import Health
 
 
 class Level(IntEnum):
-    """As in diagnostic_msgs/DiagnosticStatus."""
+    """Severity as in diagnostic_msgs/DiagnosticStatus."""
 
     OK = 0
     WARN = 1
@@ -26,20 +26,20 @@ class Trouble:
     name: str
     level: Level
     text: str
-    """what is seen"""
+    """what the operator observes"""
     cause: str
     """what it means"""
     remedy: str
     """what to do"""
 
     def line(self, detail: str = "") -> str:
-        """For the log and /diagnostics."""
+        """Text for the log and /diagnostics."""
         seen = f"{self.text} ({detail})" if detail else self.text
         return f"{seen}; {self.remedy}" if self.remedy else seen
 
 
 def table(*troubles: Trouble) -> dict[str, Trouble]:
-    """By name; ValueError for a name that is there twice."""
+    """Troubles by name; ValueError for a duplicate name."""
     by_name = {trouble.name: trouble for trouble in troubles}
     if len(by_name) < len(troubles):
         raise ValueError("two troubles of one name")
@@ -284,6 +284,6 @@ SECTIONS = {
     "Measuring and recording": MEASURING,
     "Nodes and calls": NODES,
 }
-"""title -> troubles, as docs/troubles.md has them"""
+"""section title of docs/troubles.md -> troubles"""
 
 TROUBLES = table(*(trouble for section in SECTIONS.values() for trouble in section.values()))

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The operator's page: state, validation and views; knows no ROS (`nodes/panel.py` does)."""
+"""The operator's page: state, validation and views, without ROS except in `nodes/panel.py`."""

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Who may reach the page: a guard in front of every request and every web socket.
+"""Access control of the page: a guard checks every request and every web socket.
 
-On the loopback address everybody at this machine may; on any other address only who brings the
-token, once in the address (`?token=...`), from then on by a cookie. Requests that another web site
-makes in the operator's browser are refused by their Origin and Host, whatever the address.
+On the loopback address every user of this machine has access. On any other address a token is
+required, once in the URL (`?token=...`), then by a cookie. Requests of other web sites in the
+operator's browser are refused by their Origin and Host, on any address.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ App = Callable[[Scope, Any, Any], Awaitable[None]]
 
 
 def is_loopback(host: str) -> bool:
-    """An address that only this machine reaches."""
+    """True for an address that only this machine reaches."""
     if host == "localhost":
         return True
     try:
@@ -32,9 +32,7 @@ def is_loopback(host: str) -> bool:
 
 
 def address(host: str, port: int, token: str = "") -> str:
-    """What to open in a browser; for an address that means all of this machine's, one of them that
-    other machines reach.
-    """
+    """URL for a browser; for a wildcard address, one that other machines can reach."""
     if host in ("0.0.0.0", "::"):
         host = _outward()
     name = f"[{host}]" if ":" in host else host
@@ -42,10 +40,10 @@ def address(host: str, port: int, token: str = "") -> str:
 
 
 def _outward() -> str:
-    """Address of this machine on the way to others; its name where there is no way."""
+    """Address of this machine towards other machines; its host name when there is no route."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as s:
         try:
-            s.connect(("192.0.2.1", 9))  # sends nothing: only chooses the interface
+            s.connect(("192.0.2.1", 9))  # sends nothing, only selects the interface
         except OSError:
             return socket.gethostname()
         return s.getsockname()[0]
@@ -57,10 +55,10 @@ def host_of(header: str) -> str:
 
 
 class Guard:
-    """ASGI middleware."""
+    """ASGI middleware that checks every request."""
 
     def __init__(self, app: App, host: str, token: str = "") -> None:
-        """`token` empty: only for a loopback `host`."""
+        """`token` may be empty only for a loopback `host`."""
         if not token and not is_loopback(host):
             raise ValueError(f"{host} can be reached from other machines: a token is needed")
         self.app, self.host, self.token = app, host, token

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The web application: routes, guard, and the two clocks (live data, watch over the charge)."""
+"""The web application: routes, access guard, and two periodic tasks (live data, supervision of who
+is in charge)."""
 
 from __future__ import annotations
 
@@ -27,7 +28,7 @@ SUPERVISE_HZ = 5
 def serve(
     operator: Operator, service: AnalysisService, host: str, port: int, token: str = ""
 ) -> None:
-    """Run until the process is told to end."""
+    """Serve until the process is told to end."""
     live = Live(operator.link.state)
     investigation = Investigation(service, operator)
     tabs: dict[str, Callable[[Page], None]] = {
@@ -49,7 +50,7 @@ def serve(
     async def push() -> None:
         due = time.monotonic()
         while True:
-            # by the clock: the work of a push does not make the next one later
+            # fixed schedule: the duration of a push does not delay the next one
             due = max(due + 1.0 / PUSH_HZ, time.monotonic())
             await asyncio.sleep(due - time.monotonic())
             message = live.tick()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the page knows of the bench: the latest samples and a ring of the last minutes."""
+"""State of the bench for the page: the latest samples and a ring buffer of the last minutes."""
 
 from __future__ import annotations
 
@@ -20,14 +20,15 @@ from flatplank_panel.signals import DEG, SIGNALS
 
 
 class Ring:
-    """The latest `length` rows of `width` numbers; the serial number of rows only grows."""
+    """Ring buffer of the latest `length` rows of `width` numbers; rows have increasing serial
+    numbers."""
 
     def __init__(self, length: int, width: int) -> None:
         self._rows = np.full((length, width), np.nan)
         self.serial = 0
-        """rows pushed so far; the latest row has this number"""
+        """serial number of the latest row"""
         self.begun = 0
-        """serial number when it was cleared last"""
+        """serial number at the last clearing"""
 
     def push(self, row: Sequence[float]) -> None:
         self._rows[self.serial % len(self._rows)] = row
@@ -37,7 +38,7 @@ class Ring:
         self.begun = self.serial
 
     def since(self, serial: int) -> np.ndarray:
-        """Rows after number `serial` that are still there, oldest first; shape (n, width)."""
+        """Stored rows after number `serial`, oldest first; shape (n, width)."""
         first = max(serial, self.serial - len(self._rows), self.begun)
         places = np.arange(first, self.serial) % len(self._rows)
         return self._rows[places]
@@ -46,9 +47,9 @@ class Ring:
 POLL_HZ = 20
 KEPT_SECONDS = 600
 STALE = 1.0
-"""without a new bus cycle for so long the bench counts as gone [s of wall clock]"""
+"""the bench is gone after this time without a bus cycle [s of wall clock]"""
 BEHIND = 250
-"""a sample this far from the bus is no longer shown: its node has ended [cycles]"""
+"""a sample farther from the bus cycle is not shown: its node has ended [cycles]"""
 _MODES = {mode.code: name for name, mode in MODES.items()}
 _NAN = math.nan
 
@@ -62,13 +63,13 @@ class Slip(NamedTuple):
 
 
 def _nothing(kind: Any) -> Any:
-    """A sample of which no number is known."""
+    """A sample with unknown values only."""
     return kind(*[_NAN] * len(kind._fields))
 
 
 @dataclass
 class Samples:
-    """The latest of every topic; None while there is none."""
+    """Latest sample of every topic, or None."""
 
     inputs: BusInputs | None = None
     hub: HubSample | None = None
@@ -78,7 +79,7 @@ class Samples:
     slip: Slip | None = None
 
     def fresh(self) -> Samples:
-        """Without those that belong to other cycles than the bus makes now."""
+        """Samples without those too far from the present bus cycle."""
         if self.inputs is None:
             return Samples()
         others = {name: getattr(self, name) for name in ("hub", "encoders", "drive", "slip")}
@@ -89,7 +90,7 @@ class Samples:
 
 @dataclass
 class RunWord:
-    """What `/run` said last."""
+    """Last message on `/run`."""
 
     name: str = ""
     status: str = ""
@@ -109,11 +110,11 @@ class Progress:
     message: str = ""
     bags: list[str] = field(default_factory=list)
     time_left: float = 0.0
-    """[s]"""
+    """time left [s]"""
 
 
 class BenchState:
-    """Fixed size, whatever comes in."""
+    """State of the bench, of fixed size."""
 
     def __init__(self) -> None:
         self.ring = Ring(POLL_HZ * KEPT_SECONDS, len(SIGNALS))
@@ -129,12 +130,13 @@ class BenchState:
         self._rate_from: tuple[float, int] = (0.0, 0)
 
     def accept(self, samples: Samples, now: float) -> None:
-        """New samples at wall time `now` [s, monotonic]; a row when the bus has gone on."""
+        """Take new samples at wall time `now` [s, monotonic]; adds a row when the bus cycle has
+        advanced."""
         self.samples = samples = samples.fresh()
         if samples.inputs is None or samples.inputs.cycle == self._cycle:
             return
         if samples.inputs.cycle < self._cycle or self._cycle < 0:
-            self._t0_ns = samples.inputs.stamp_ns  # another bus took over
+            self._t0_ns = samples.inputs.stamp_ns  # the bus was restarted
             self.ring.clear()
             self._rate_from = (now, samples.inputs.cycle)
         self._cycle, self._seen_at = samples.inputs.cycle, now
@@ -145,7 +147,7 @@ class BenchState:
         self.ring.push(self._row(samples, samples.inputs.stamp_ns))
 
     def running(self, now: float) -> bool:
-        """The bus has moved on lately."""
+        """True when there was a bus cycle within the last STALE seconds."""
         return now - self._seen_at < STALE
 
     def _row(self, s: Samples, stamp_ns: int) -> tuple[float, ...]:
@@ -160,9 +162,9 @@ class BenchState:
             d.torque, d.reference_torque, slip.actual * 100.0, slip.reference * 100.0,
         )  # fmt: skip
 
-    # words
+    # texts
     def words(self, now: float) -> dict[str, str]:
-        """State in words, for the chips of the page."""
+        """State as texts for the page."""
         s = self.samples
         if not self.running(now) or s.inputs is None:
             return {"bench": "not running", "run": self.run_words()}
@@ -195,7 +197,7 @@ class BenchState:
         return f"{self.run.name}: {self.run.status}" if self.run.name else "none"
 
     def axes(self, now: float) -> list[dict[str, str]]:
-        """One line per drive on the bus; none when it does not run."""
+        """One line per drive on the bus; none when the bus does not run."""
         if not self.running(now) or self.samples.inputs is None:
             return []
         return [

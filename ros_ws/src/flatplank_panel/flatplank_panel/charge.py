@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Who is in charge: one page at a time; the others watch. Time is an argument [s]."""
+"""Decides which page is in charge: one at a time, the others watch. Time is an argument [s]."""
 
 from __future__ import annotations
 
 HOLDER_TIMEOUT_S = 10.0
-"""A page that has been silent for so long is no longer in charge [s]. The drive itself stops the
-wheel earlier, after its own heartbeat timeout."""
+"""time without a heartbeat after which a page loses control [s]; the drive stops the wheel
+earlier, after its own heartbeat time-out"""
 
 
 class NotInCharge(ValueError):
-    """The page may only watch."""
+    """The page is not in charge and may only watch."""
 
 
 class Charge:
@@ -18,11 +18,11 @@ class Charge:
     def __init__(self) -> None:
         self.holder = ""
         self.name = ""
-        """as the others see it"""
+        """name shown to the other pages"""
         self._heard = 0.0
 
     def take(self, page: str, name: str, now: float) -> None:
-        """Take charge; refused while another page has it and is alive."""
+        """Take charge; ValueError while another page is in charge and alive."""
         self.expire(now)
         if self.holder not in ("", page):
             raise NotInCharge(f"{self.name or 'another page'} is in charge; ask for a hand-over")
@@ -33,21 +33,21 @@ class Charge:
             self.holder = self.name = ""
 
     def beat(self, page: str, now: float) -> bool:
-        """The page was heard of; true when it is the one in charge."""
+        """Register a heartbeat; true when the page is in charge."""
         if page != self.holder or not page:
             return False
         self._heard = now
         return True
 
     def expire(self, now: float) -> bool:
-        """True when the page in charge has just lost it by its silence."""
+        """Release a silent page; true when the page in charge has just been released."""
         if self.holder and now - self._heard > HOLDER_TIMEOUT_S:
             self.holder = self.name = ""
             return True
         return False
 
     def check(self, page: str) -> None:
-        """NotInCharge unless the page is in charge."""
+        """Raise NotInCharge unless the page is in charge."""
         if not page or page != self.holder:
             who = f"{self.name} is in charge" if self.holder else "take charge first"
             raise NotInCharge(f"this page only watches: {who}")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The bench that this panel has started itself, if any."""
+"""Starts and ends the bench of this panel."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ KINDS = {"sim": "Simulated", "emulated": "Emulated bus", "lab": "Lab"}
 
 
 def interfaces() -> list[str]:
-    """Network interfaces of this machine that a bus can hang on."""
+    """Network interfaces of this machine that can carry the bus."""
     return [name for _, name in socket.if_nameindex() if name != "lo"]
 
 
 def read_parameters(path: Path) -> dict[str, dict[str, Any]]:
-    """A ROS parameter file: node name -> parameters; ValueError names the fault."""
+    """Read a ROS parameter file: node name -> parameters; ValueError names the fault."""
     try:
         content = load_yaml(path.read_bytes(), path) or {}
     except OSError as error:
@@ -44,7 +44,7 @@ class Host:
     def __init__(
         self, data: Path, log: Path, parameters: Mapping[str, Mapping[str, Any]] | None = None
     ) -> None:
-        """`parameters`: by node name, laid over those of the packages."""
+        """`parameters`: node name -> parameters that override those of the packages."""
         self.data, self.log, self.parameters = data, log, parameters or {}
         self.setup: BenchSetup | None = None
         self._processes: BenchProcesses | None = None
@@ -64,10 +64,10 @@ class Host:
         interface: str = "",
         bus_file: str = "",
     ) -> BenchSetup:
-        """Start the nodes; ValueError when something is not known.
+        """Start the nodes; ValueError for an unknown value.
 
-        `interface` and `bus_file` (a name of ours, or a file below the data folder) count in the
-        lab only.
+        `interface` and `bus_file` (a packaged name, or a file below the data folder) are used in
+        the lab only.
         """
         if self._processes is not None:
             raise ValueError("a bench is running already; stop it first")
@@ -87,7 +87,7 @@ class Host:
         return self.setup
 
     def _wiring(self, interface: str, bus_file: str) -> dict[str, str]:
-        """Where the bus of the machine is, and what hangs on it."""
+        """Interface and bus file of the machine."""
         text = str(bus_file or "").strip()
         ours = config_file("flatplank_hw", f"bus/{text}.yaml") if text.isidentifier() else None
         if text and ours is None:
@@ -100,14 +100,14 @@ class Host:
         }
 
     def stop(self) -> None:
-        """End the nodes; nothing happens when there are none."""
+        """End the nodes, if any."""
         self.setup = None
         processes, self._processes = self._processes, None
         if processes is not None:
             processes.stop()
 
     def newly_ended(self) -> dict[str, int]:
-        """Nodes that have ended by themselves since this was asked last, and their exit codes."""
+        """Nodes that have ended by themselves since the last call, with their exit codes."""
         ended = self._processes.ended() if self._processes else {}
         new = {name: code for name, code in ended.items() if name not in self._told}
         self._told = set(ended)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The investigation of this panel: one at a time, seen by every page.
+"""The investigation of this panel: one at a time, shown on every page.
 
-Each batch is approved by a person, or all are. On the bench a page has to be in charge when a
-batch begins, as for every measurement; on the twin it goes on when nobody looks.
+An operator approves each batch or all batches. On the bench a page must be in charge when a batch
+begins, as for every measurement. On the twin it continues without a page.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from flatplank_panel.service import AnalysisService
 
 PLACES = {"bench": "on the bench", "twin": "on the twin"}
 LOOK = 0.3
-"""between two looks at the runner [s]"""
+"""interval between checks of the runner [s]"""
 EMPTY: Mapping[str, Any] = {"entries": [], "waiting": None, "ended": "", "left": None}
 
 
 @dataclass(frozen=True)
 class Wish:
-    """What a page asked for, checked."""
+    """Checked request of a page."""
 
     page: str
     folder: str
@@ -37,14 +37,14 @@ class Wish:
 
 
 class Investigation:
-    """ValueError is a refusal."""
+    """Investigation of the panel; a ValueError is a refusal."""
 
     def __init__(self, service: AnalysisService, operator: Operator) -> None:
         self.service, self.operator = service, operator
         self.told: Mapping[str, Any] = EMPTY
         self.folder = ""
         self.each = True
-        """a person approves each batch"""
+        """true: the operator approves each batch"""
         self.said = ""
         self._doing: tuple[str, float] = ("", 0.0)
         self._task: asyncio.Task[None] | None = None
@@ -53,17 +53,17 @@ class Investigation:
 
     @property
     def busy(self) -> bool:
-        """Whether it is under way, or waits for a person."""
+        """True while it runs or waits for the operator."""
         return self._task is not None and not self._task.done()
 
     @property
     def asking(self) -> bool:
-        """Whether a batch waits to be approved."""
+        """True while a batch waits for approval."""
         return self.busy and self._asking
 
     @property
     def progress(self) -> tuple[str, float]:
-        """What is being done, with the minutes left, and which share of it is done."""
+        """Text about the present action with the minutes left, and its completed share."""
         if not self.busy:
             return self.said, 0.0
         text, share, left = *self._doing, self.told["left"]
@@ -75,16 +75,16 @@ class Investigation:
             left = None if left is None else left + p.time_left / 60.0
         return text + (f"; {left:.0f} min left" if left is not None else ""), share
 
-    # what a page can do
+    # actions of a page
     async def open(self, folder: str) -> None:
-        """Show what there is of it in a folder."""
+        """Show the investigation in a folder."""
         self._require_rest()
         where = check.inside(self.service.data, folder)
         self.told = await self.service.investigating.ask("investigation", folder=str(where))
         self.folder, self.said = folder, "" if self.told["entries"] else "nothing is there yet"
 
     def begin(self, page: str, wish: Mapping[str, Any], each: bool) -> None:
-        """Begin, or go on with what there is in the folder."""
+        """Start, or continue the investigation in the folder."""
         self._require_rest()
         checked = self._checked(page, wish)
         self.told, self.folder = EMPTY, str(wish["folder"])
@@ -93,30 +93,30 @@ class Investigation:
         self._task = asyncio.create_task(self._run(checked))
 
     def approve(self, page: str) -> None:
-        """Let the batch be made that waits."""
+        """Approve the waiting batch."""
         if not self.asking:
             raise ValueError("no batch waits to be approved")
         self._go.set()
 
     def refuse(self, page: str) -> None:
-        """Have another batch chosen in place of the one that waits."""
+        """Refuse the waiting batch; another one is chosen."""
         self.approve(page)
         self._refused = True
 
     def run_all(self, page: str) -> None:
-        """Let this batch and all that follow be made."""
+        """Approve this batch and all further ones."""
         if not self.busy:
             raise ValueError("no investigation is under way")
         self.each = False
         self._go.set()
 
     async def stop(self, page: str) -> None:
-        """End it safely; it goes on later where it ended."""
+        """Stop safely; it can be continued later."""
         if not self.busy or self._task is None:
             raise ValueError("no investigation is under way")
         self._ending = True
         if self._on_bench:
-            await self.operator.cancel(page)  # the runner stops safely, and the batch with it
+            await self.operator.cancel(page)  # the runner stops safely and ends the batch
         else:
             self._task.cancel()
 
@@ -170,7 +170,7 @@ class Investigation:
             self._doing = ("", 0.0)
 
     async def _approved(self) -> bool:
-        """Whether the batch that waits is to be made; False: it was refused."""
+        """Wait for approval of the batch; False when it is refused."""
         if not self.each:
             return True
         self._doing, self._asking = ("waiting to be approved", 0.0), True
@@ -182,7 +182,7 @@ class Investigation:
             self._asking = self._refused = False
 
     async def _made(self, wish: Wish, plan: str) -> None:
-        """By the runner of the bench; the twin makes it with the answer."""
+        """Let the runner of the bench make the batch; on the twin the job `measure` makes it."""
         if wish.twin is not None:
             return
         state = self.operator.link.state

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the panel asks of the bench, whoever answers: the ROS node, or a stub in a test."""
+"""Interface of the panel to the bench; implemented by the ROS node, or by a stub in tests."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Reply(NamedTuple):
 
 
 class BenchLink(Protocol):
-    """Requests are those of `nodes/panel.py`, by name."""
+    """Link to the bench; the names of requests are those of `nodes/panel.py`."""
 
     state: BenchState
 
@@ -32,7 +32,7 @@ class BenchLink(Protocol):
         """Values of parameters; empty when the node is not there."""
 
     async def measure(self, plan: str, folder: str, simulated: bool) -> Reply:
-        """Have the runner make a measurement or a campaign; progress goes to the state."""
+        """Let the runner make a measurement or a campaign; progress goes to the state."""
 
     async def cancel(self) -> Reply:
         """Stop the measurement that the runner makes."""
@@ -41,7 +41,7 @@ class BenchLink(Protocol):
         """Heartbeat of the client in charge."""
 
     def offers(self, request: str) -> bool:
-        """Whether somebody serves the request on this bench."""
+        """True when this bench serves the request."""
 
     def nodes(self) -> list[str]:
-        """Names of the nodes that are there."""
+        """Names of the running nodes."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Live data to every open page, a dozen times a second: one message, made once for all."""
+"""Live data for all open pages, a dozen times a second; one message serves all."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from flatplank_panel.signals import SIGNALS
 
 PUSH_HZ = 12
 EVENT = "live"
-"""of the page's socket; as JavaScript each message would be a program that the browser keeps"""
+"""event on the page's socket; as JavaScript the browser would keep each message as a program"""
 HISTORY = 2400
-"""rows that a new page gets"""
+"""number of rows for a new page"""
 DIGITS = 6
 """significant digits on the wire"""
 
 
 def rows_of(table: np.ndarray) -> list[list[float | None]]:
-    """Short numbers; what is not finite is null."""
+    """Rows with rounded numbers; non-finite ones are None."""
     return [[_short(v) for v in row] for row in table.tolist()]
 
 
@@ -32,7 +32,7 @@ def _short(value: float) -> float | None:
 
 
 class Live:
-    """Makes the messages."""
+    """Makes the messages with live data."""
 
     def __init__(self, state: BenchState) -> None:
         self.state = state
@@ -40,9 +40,9 @@ class Live:
         self.pushed = 0
 
     def tick(self) -> dict[str, Any]:
-        """What is new since the last tick; strict JSON."""
+        """Data since the last tick, as strict JSON."""
         now = time.monotonic()
-        begun = self.state.ring.begun  # before the rows: none of an older bus comes with it
+        begun = self.state.ring.begun  # before the rows, to exclude rows of an older bus
         rows = rows_of(self.state.ring.since(self._serial))
         self._serial = self.state.ring.serial
         self.pushed += 1
@@ -64,6 +64,6 @@ class Live:
 
 
 def script(value: Any) -> str:
-    """JSON that is safe inside a script: it can neither end a tag nor begin a comment."""
+    """JSON that is safe inside a script: it can neither end a tag nor start a comment."""
     text = json.dumps(value, allow_nan=False, ensure_ascii=True)
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Plans that the page Bench offers, and the proposed next run as one of them."""
+"""Plans on the page Bench, and the proposed next run as a plan."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ FOLDER = "plans"
 
 
 def _start(s: Settings) -> dict[str, Any]:
-    """The number of a start, or the angle between two."""
+    """Start position, or start angle when it is none of the three."""
     if s["start"] in START_ANGLES:
         return {"start": int(s["start"])}
     return {"start_angle_deg": 120.0 * (float(s["start"]) - 1.0)}
 
 
 def _preload(s: Settings) -> dict[str, Any]:
-    """A first slip from the start of the road on, the second at the step."""
+    """Double step: preload slip from the start of the road, the measured slip at the step."""
     slips = {"kappa_1": s["preload"], "kappa_2": s["kappa"], "length": s["step_position"]}
     return {"waveform": "double_step", "waveform_parameters": slips, "step_position": 0.0}
 
@@ -42,10 +42,10 @@ SAID: dict[str, Callable[[Settings], dict[str, Any]]] = {
     "step_position": _as_it_is("step_position"),
     "start": _start,
     "speed": _as_it_is("speed"),
-    # last: it moves the step
+    # last, because it moves the step
     "preload": _preload,
 }
-"""setting of a proposal -> what a plan says for it; ValueError names what it cannot say"""
+"""setting of a proposal -> keys of a plan; ValueError for a setting that a plan cannot express"""
 
 
 def block_of(settings: Settings) -> dict[str, Any]:
@@ -63,8 +63,7 @@ def block_of(settings: Settings) -> dict[str, Any]:
 
 
 def plans_of(data: Path) -> dict[str, Path]:
-    """Plans that can be begun: title -> file; those that come with the packages, then
-    DATA/plans."""
+    """Available plans: title -> file; packaged ones, then those in DATA/plans."""
     base = config_file("flatplank_control", "tires.yaml")
     shipped = sorted((base.parent / FOLDER).glob("*.yaml")) if base else []
     own = sorted((data / FOLDER).glob("*.yaml"))
@@ -72,9 +71,10 @@ def plans_of(data: Path) -> dict[str, Path]:
 
 
 def write_next(proposal: Mapping[str, Any], campaign: str, data: Path) -> Path:
-    """A checked plan DATA/plans/next_run_CAMPAIGN.yaml; ValueError when the bench cannot make it.
+    """Write a checked plan DATA/plans/next_run_CAMPAIGN.yaml; ValueError when the bench cannot
+    make it.
 
-    `proposal`: what, tire, repeats, and the settings of its runs in `runs`.
+    `proposal`: mapping with what, tire, repeats, and the settings of its runs in `runs`.
     """
     runs = proposal.get("runs")
     if not runs:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Everything that an operator can do, checked on the server: who asks, and with what values.
+"""All actions of the operator, checked on the server: who asks, and with what values.
 
-Methods take the identity of the page first; ValueError is a refusal with its reason. Nothing that
-a page says reaches the bench by another way.
+The first argument of a method is the identity of the page; a ValueError is a refusal with its
+reason. Pages have no other way to the bench.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from flatplank_panel.link import BenchLink, Reply
 from flatplank_panel.validation import CONSTANTS
 
 PREDETERMINED = (0.0, 120.0, 240.0, 360.0, 1080.0)
-"""[deg], thesis 4.1"""
+"""predefined wheel angles, thesis 4.1 [deg]"""
 HANDS = {
     "load_to": ("Load", "fz"),
     "pressure": ("Pressure", "pressure"),
@@ -39,20 +39,20 @@ HANDS = {
     "wheel_camber": ("Wheel camber", "camber_deg"),
     "road_camber": ("Road camber", "camber_deg"),
 }
-"""request -> label and setting: the operator's hands at the simulated machine"""
+"""request -> label and setting, for manual settings of the simulated machine"""
 VALUES = {
     "position": ("position", "deg", math.radians(1.0), 100_000.0),
     "velocity": ("velocity", "rad/s", 1.0, 100.0),
     "torque": ("torque", "N m", 1.0, 100.0),
 }
-"""mode -> what its value is called, its unit on the page, factor to SI, largest"""
+"""mode -> name of its value, unit on the page, factor to SI, largest value"""
 
 RENEWAL = 1.0
-"""of the claim at the drive [s]"""
+"""interval between renewals of the claim at the drive [s]"""
 
 
 class Operator:
-    """The one place through which pages act."""
+    """The actions of the pages on the bench."""
 
     def __init__(self, link: BenchLink, host: Host, data: Path) -> None:
         self.link, self.host, self.data = link, host, data
@@ -72,12 +72,13 @@ class Operator:
             await self._release()
 
     def beat(self, page: str) -> None:
-        """The page is alive; what it says goes on to the drive when it is in charge."""
+        """Register a heartbeat of a page; that of the page in charge goes on to the drive."""
         if self.charge.beat(page, time.monotonic()) and self._token:
             self.link.beat(self._token)
 
     async def supervise(self) -> None:
-        """Keep the claim at the drive in step with who is in charge; a few times a second."""
+        """Keep the claim at the drive consistent with the page in charge; call a few times a
+        second."""
         now = time.monotonic()
         if self.charge.expire(now):
             self.say("the page in charge has gone; nobody is in charge")
@@ -93,7 +94,8 @@ class Operator:
             self._claim_refused = reason
 
     async def _claim(self) -> str:
-        """Claim the drive, or renew the claim, which lapses by a pause in the beats; why not."""
+        """Claim the drive or renew the claim, which lapses without heartbeats; returns the
+        refusal."""
         self._claimed_at = time.monotonic()
         reply = await self.link.ask("claim", client=self._me)
         self._token = str(reply.values["token"]) if reply.accepted else ""
@@ -106,7 +108,7 @@ class Operator:
 
     # bench
     async def start_bench(self, page: str, wishes: Mapping[str, Any]) -> str:
-        """Start the nodes; `wishes` by the names of `Host.start`."""
+        """Start the nodes; `wishes`: arguments of `Host.start`."""
         self.charge.check(page)
         if self.link.state.running(time.monotonic()):
             raise ValueError("a bench is running already, started elsewhere; the page uses it")
@@ -122,9 +124,10 @@ class Operator:
         return self.say("bench stopped")
 
     async def emergency_stop(self, page: str) -> str:
-        """For everybody: the wheel stops; a simulated plant has its mushroom pressed.
+        """Emergency stop, allowed for every page: stops the wheel, and presses the button of a
+        simulated plant.
 
-        ValueError when a part did not take it."""
+        Raises ValueError when a part has refused."""
         del page
         mushroom = self.link.offers("emergency_stop")
         jobs = [self.link.ask("quick_stop")]
@@ -143,10 +146,12 @@ class Operator:
         return text
 
     async def release_emergency_stop(self, page: str) -> str:
-        return await self._do(page, "emergency_stop", "emergency stop released", data=False)
+        return await self._send_claimed(
+            page, "emergency_stop", "emergency stop released", data=False
+        )
 
     def look_after_nodes(self) -> None:
-        """Say which nodes of the bench that this panel has started have ended by themselves."""
+        """Log nodes started by this panel that have ended by themselves."""
         for name, code in self.host.newly_ended().items():
             self.say(
                 f"{name} has ended by itself (exit code {code}), see {self.host.log.name}; "
@@ -156,14 +161,14 @@ class Operator:
     # drive
     async def enable(self, page: str, on: bool) -> str:
         if not on:
-            return await self._calm(page, "enable", "disabled", data=False)
-        return await self._do(page, "enable", "enabled", data=True)
+            return await self._send(page, "enable", "disabled", data=False)
+        return await self._send_claimed(page, "enable", "enabled", data=True)
 
     async def reset_fault(self, page: str) -> str:
-        return await self._do(page, "reset_fault", "fault reset")
+        return await self._send_claimed(page, "reset_fault", "fault reset")
 
     async def quick_stop(self, page: str) -> str:
-        return await self._calm(page, "quick_stop", "quick stop")
+        return await self._send(page, "quick_stop", "quick stop")
 
     async def set_mode(self, page: str, mode: str, value: Any = 0.0) -> str:
         check.choice(mode, MODES, "mode")
@@ -172,16 +177,16 @@ class Operator:
             what, unit, factor, largest = VALUES[mode]
             given = check.number(value, what, -largest, largest, unit)
             text, si = f"{mode} {given:g} {unit}", given * factor
-        return await self._do(page, "mode", f"mode {text}", mode=mode, value=si)
+        return await self._send_claimed(page, "mode", f"mode {text}", mode=mode, value=si)
 
     async def move_to(self, page: str, angle_deg: Any) -> str:
         angle = check.number(angle_deg, "position", -1e5, 1e5, "deg")
-        return await self._do(page, "move_to", f"turn to {angle:g} deg", angle_deg=angle)
+        return await self._send_claimed(page, "move_to", f"turn to {angle:g} deg", angle_deg=angle)
 
     async def set_waveform(
         self, page: str, name: str, values: Mapping[str, Any], start: Any, radius: Any
     ) -> str:
-        """Set the waveform and choose slip control."""
+        """Set the waveform and select slip control."""
         self.charge.check(page)
         wave = waveform_of(name, values)
         known = {k: float(getattr(wave, k)) for k in values}
@@ -191,24 +196,24 @@ class Operator:
             "start_position": check.setting(start, "step_position"),
             "effective_rolling_radius": check.setting(radius, "effective_rolling_radius"),
         }  # fmt: skip
-        await self._do(page, "waveform", text, **request)
+        await self._send_claimed(page, "waveform", text, **request)
         return await self.set_mode(page, "slip")
 
     # measurement hub
     async def tare(self, page: str) -> str:
-        return await self._do(page, "tare", "zero is being taken")
+        return await self._send_claimed(page, "tare", "zero is being taken")
 
     async def set_filter(self, page: str, on: bool) -> str:
         text = f"parasitic filter {'on' if on else 'off'}"
-        return await self._do(page, "filter", text, data=bool(on))
+        return await self._send_claimed(page, "filter", text, data=bool(on))
 
     async def load_fit(self, page: str, file: str) -> str:
         path = check.inside(self.data, file, "file")
         text = f"parasitic fit {path.name} loaded"
-        return await self._do(page, "load_fit", text, file=str(path))
+        return await self._send_claimed(page, "load_fit", text, file=str(path))
 
     async def set_constants(self, page: str, values: Mapping[str, Any]) -> str:
-        """Parameters of hub and encoders; all of one node or none."""
+        """Set parameters of hub and encoders; for each node all or none."""
         self.charge.check(page)
         by_node: dict[str, dict[str, float]] = {}
         for name, value in values.items():
@@ -221,7 +226,7 @@ class Operator:
         return self.say("constants: " + ", ".join(f"{k} = {v}" for k, v in values.items()))
 
     async def constants(self) -> dict[str, float]:
-        """The constants as the nodes have them now."""
+        """Present constants of the nodes."""
         found: dict[str, float] = {}
         for node in sorted({c.node for c in CONSTANTS.values()}):
             names = [c.name for c in CONSTANTS.values() if c.node == node]
@@ -240,20 +245,22 @@ class Operator:
         where = str(check.folder_below(self.data, folder))
         request = {"name": record["name"], "folder": where, "at_once": bool(at_once)}
         request["record"] = yaml.safe_dump(record)
-        return await self._do(page, "record", f"recording {name}", **request)
+        return await self._send_claimed(page, "record", f"recording {name}", **request)
 
     async def save(self, page: str) -> str:
-        return await self._do(page, "stop_record", "recording saved", status="complete", notes="")
+        return await self._send_claimed(
+            page, "stop_record", "recording saved", status="complete", notes=""
+        )
 
     async def discard(self, page: str) -> str:
-        return await self._do(page, "discard", "recording discarded")
+        return await self._send_claimed(page, "discard", "recording discarded")
 
     async def measure(self, page: str, plan: str | Mapping[str, Any], folder: str) -> str:
-        """A whole measurement, or a campaign from the text of its plan."""
+        """Make a whole measurement, or a campaign from the text of its plan."""
         await self._in_charge(page)
         text = plan if isinstance(plan, str) else yaml.safe_dump(dict(plan))
         target = str(check.folder_below(self.data, folder))
-        # where the simulated operator's hands are, nobody needs to be asked to set something
+        # the simulated operator makes manual settings without a prompt
         simulated = self.link.offers("load_to")
         self._judge(await self.link.measure(text, target, simulated))
         return self.say("measurement begun")
@@ -264,17 +271,17 @@ class Operator:
         return self.say("measurement is being stopped")
 
     async def confirm(self, page: str) -> str:
-        return await self._do(page, "confirm", "confirmed")
+        return await self._send_claimed(page, "confirm", "confirmed")
 
-    # the operator's hands on the simulated machine
+    # manual settings of the simulated machine
     async def hand(self, page: str, what: str, value: Any) -> str:
         label, setting = HANDS[check.choice(what, HANDS, "quantity")]
         number = check.setting(value, setting)
         text = f"{label} {number:g} {LIMITS[setting].unit}"
-        return await self._do(page, what, text, value=number)
+        return await self._send_claimed(page, what, text, value=number)
 
     async def unload(self, page: str) -> str:
-        return await self._do(page, "unload", "wheel lifted")
+        return await self._send_claimed(page, "unload", "wheel lifted")
 
     async def plank(
         self, page: str, direction: int, fast: bool = True, stop_at: Any = None
@@ -283,23 +290,23 @@ class Operator:
         limit = math.nan
         if stop_at not in (None, ""):
             limit = check.number(stop_at, "stop position", -1.0, ROAD_LENGTH, "m")
-        move = self._do if direction else self._calm
+        move = self._send_claimed if direction else self._send
         request = {"direction": int(direction), "fast": bool(fast), "stop_at": limit}
         return await move(page, "plank", f"plank {word}", **request)
 
     # helpers
     async def _in_charge(self, page: str) -> None:
-        """ValueError unless the page is in charge here, and this panel at the drive."""
+        """Raise ValueError unless the page is in charge here and this panel at the drive."""
         self.charge.check(page)
         self._judge(Reply(not (reason := await self._claim()), reason))
 
-    async def _do(self, page: str, request: str, text: str, /, **fields: Any) -> str:
-        """What may move something, or begin to: the drive listens to our heartbeat by then."""
+    async def _send_claimed(self, page: str, request: str, text: str, /, **fields: Any) -> str:
+        """Send a request that may cause motion; the drive must be claimed before."""
         await self._in_charge(page)
-        return await self._calm(page, request, text, **fields)
+        return await self._send(page, request, text, **fields)
 
-    async def _calm(self, page: str, request: str, text: str, /, **fields: Any) -> str:
-        """What only stops needs no claim."""
+    async def _send(self, page: str, request: str, text: str, /, **fields: Any) -> str:
+        """Send a request that needs no claim, such as a stop."""
         self.charge.check(page)
         self._judge(await self.link.ask(request, **fields))
         return self.say(text)
@@ -310,13 +317,13 @@ class Operator:
             raise ValueError(reply.reason)
 
     def say(self, text: str) -> str:
-        """One line of the log that every page shows."""
+        """Add a line to the log that every page shows."""
         self.link.state.log.appendleft((time.strftime("%H:%M:%S"), text))
         return text
 
 
 def waveform_of(name: str, values: Mapping[str, Any]) -> Any:
-    """The waveform that a page describes, slips as fractions; ValueError says what is wrong."""
+    """The waveform from the inputs of a page, slips as fractions; ValueError names the fault."""
     kind = WAVEFORMS[check.choice(name, WAVEFORMS, "waveform")]
     numbers = {k: check.number(v, k, -1e6, 1e6) for k, v in values.items()}
     return from_mapping(kind, numbers, f"waveform {name}")

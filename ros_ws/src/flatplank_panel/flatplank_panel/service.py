@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Analysis for the pages: campaigns of the data folder, and the one that each has open."""
+"""Analysis for the pages: campaigns of the data folder, and the open campaign of each page."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from flatplank_panel.next_plan import write_next
 
 MODEL = "model.yaml"
 FITS = "parasitic"
-"""folder of the fits below the data folder"""
+"""folder of the parasitic fits below the data folder"""
 
 
 class AnalysisService:
-    """Requests of all pages, checked; ValueError is a refusal."""
+    """Checked analysis requests of all pages; a ValueError is a refusal."""
 
     def __init__(self, data: Path, log: Path | None = None) -> None:
         self.data = data
@@ -33,7 +33,7 @@ class AnalysisService:
         self.investigating.close()
 
     def folder(self, folder: str) -> Path:
-        """A folder below the data folder that is there."""
+        """An existing folder below the data folder."""
         path = check.inside(self.data, folder)
         if not path.is_dir():
             raise ValueError(f"{str(folder)[:80]!r}: no such folder below the data folder")
@@ -60,8 +60,8 @@ class AnalysisService:
         return await self.browse_jobs.ask("turns", root=str(self.data))
 
     async def identify(self, bag: str, mounting: str) -> tuple[str, dict[str, list[float]]]:
-        """Fit of a mounting from an unloaded run: its file below the data folder, and the
-        once-per-turn forces before and after it [N]."""
+        """Identify the fit of a mounting from an unloaded run; returns its file below the data
+        folder, and the once-per-turn forces before and after it [N]."""
         check.inside(self.data, bag, "run")
         day, name = date.today().isoformat(), check.name(mounting)
         file = f"{FITS}/parasitic_{name}_{day}.yaml"
@@ -73,8 +73,8 @@ class AnalysisService:
 
 
 class PageAnalysis:
-    """The analysis of one page: the campaign that it has open, and its work. Every request says
-    what it is about, so that no page acts on the campaign of another."""
+    """The analysis of one page: its open campaign and its jobs. Every request names its campaign,
+    so that no page acts on that of another."""
 
     def __init__(self, service: AnalysisService) -> None:
         self.service = service
@@ -86,7 +86,7 @@ class PageAnalysis:
 
     @property
     def progress(self) -> tuple[str, float]:
-        """What is being done, and which share of it is done; no text while nothing is."""
+        """Text about the present job and its completed share; empty text without a job."""
         return self._progress if self.busy else ("", 0.0)
 
     @property
@@ -94,18 +94,18 @@ class PageAnalysis:
         return bool(self._work)
 
     def cancel(self) -> None:
-        """End the work of this page, under way or waiting; nobody else's."""
+        """Cancel the running and waiting jobs of this page."""
         for task in self._work:
             task.cancel()
 
     def put_away(self) -> None:
-        """Nothing is open, nothing goes on."""
+        """Cancel all jobs and close the campaign."""
         self.cancel()
         self._work.clear()
         self._open, self.next_run = "", {}
 
     async def open(self, folder: str, model: str = "") -> dict[str, Any]:
-        """Open a campaign; the model file is model.yaml of the campaign when `model` is empty."""
+        """Open a campaign; an empty `model` means its model.yaml."""
         where = self.service.folder(folder)
         path = check.inside(self.service.data, model, "model file") if model else where / MODEL
         if path.suffix != ".yaml":
@@ -115,7 +115,7 @@ class PageAnalysis:
         return opened
 
     async def simulate(self, folder: str, seed: Any) -> str:
-        """A campaign on the twin in a new folder, with an effect hidden in it; the folder."""
+        """Make a campaign with a hidden effect on the twin; returns its new folder."""
         target = check.inside(self.service.data, folder)
         made = target.relative_to(self.service.data.resolve())
         for part in made.parts or ("",):
@@ -141,19 +141,19 @@ class PageAnalysis:
         return await self._think("undo")
 
     async def propose(self) -> dict[str, Any]:
-        """What is left, as the file of an effect."""
+        """Propose an effect file for the residual."""
         return await self._think("propose")
 
     async def accept(self, name: str) -> dict[str, Any]:
-        """The last proposal under a name, in the model."""
+        """Add the last proposal to the model under a name."""
         return await self._think("accept", name=check.name(name))
 
     async def rename(self, old: str, new: str) -> dict[str, Any]:
-        """The proposal, or an effect of the model that was one, under another name."""
+        """Rename the proposal, or an effect of the model that was one."""
         return await self._think("rename", old=check.name(old), new=check.name(new))
 
     async def confirm(self, name: str, new: str) -> dict[str, Any]:
-        """Whether the runs of another campaign agree with an effect."""
+        """Test whether the runs of another campaign agree with an effect."""
         where = str(self.service.folder(new))
         return await self._think("confirm", name=check.name(name), new=where)
 
@@ -163,7 +163,7 @@ class PageAnalysis:
         return Path((await self._think("report", target=str(target)))["page"])
 
     def plan_next(self) -> Path:
-        """The proposed run as a plan that the page Bench offers."""
+        """Write the proposed run as a plan for the page Bench."""
         return write_next(self.next_run, self._checked().name, self.service.data)
 
     def _checked(self) -> Path:
@@ -183,7 +183,7 @@ class PageAnalysis:
         await asyncio.wait([task])
         wanted = task in self._work
         self._work.discard(task)
-        # what was put away meanwhile must not be shown
+        # the result of a closed campaign must not be shown
         if task.cancelled() or not wanted:
             raise ValueError("cancelled")
         return task.result()

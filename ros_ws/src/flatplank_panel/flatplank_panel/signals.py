@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The numbers that the page shows: one table for the ring buffer, the ribbon and the plots."""
+"""Table of the signals on the page, for ring buffer, ribbon and plots."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ SIGNALS = (
     Signal("slip", "Slip", "%", 2),
     Signal("slip_ref", "Slip, reference", "%", 2),
 )
-"""Columns of the ring buffer, in this order."""
+"""columns of the ring buffer, in this order"""
 
 BY_KEY = {signal.key: signal for signal in SIGNALS}
 
@@ -53,11 +53,11 @@ RIBBON = (
     ("Wheel", {"theta": "angle", "omega": "speed", "rl": "loaded radius"}),
     ("Angles", {"steer": "steering", "camber": "road camber"}),
 )
-"""Groups of the ribbon: key -> short name."""
+"""groups of the ribbon: title, key -> short name"""
 
 FORCE_PLOTS = ("fx", "fy", "fz", "mx", "my", "mz")
 DRIVE_PLOTS = (("pos", "pos_ref"), ("vel", "vel_ref"), ("tq", "tq_ref"))
-"""Actual and reference of the wheel drive."""
+"""actual value and reference of the wheel drive"""
 
 CHANNELS = {
     "fx": "Fx [N]", "fy": "Fy [N]", "fz": "Fz [N]",
@@ -65,10 +65,10 @@ CHANNELS = {
     "loaded_radius": "loaded radius [m]", "wheel_velocity": "wheel speed [rad/s]",
     "plank_velocity": "plank speed [m/s]", "motor_torque": "motor torque [N m]",
 }  # fmt: skip
-"""Signals that Runs can draw: column of the measurement table -> title."""
+"""signals on the page Runs: column of the measurement table -> title"""
 OVER = {
     "plank_position": "road displacement [m]",
     "time": "time [s]",
     "wheel_angle": "wheel angle [rad]",
 }
-"""What Runs draws them over."""
+"""abscissae on the page Runs: column -> title"""

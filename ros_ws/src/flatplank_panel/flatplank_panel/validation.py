@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What comes from a page is checked here, on the server: numbers, names, folders, files.
+"""Checks inputs from a page on the server: numbers, names, folders, files.
 
-Every function gives the clean value or raises ValueError with one line: what, and what to do.
+Every function returns the clean value or raises ValueError with one line: what, and what to do.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def note(value: Any) -> str:
 
 
 def inside(root: Path, value: Any, what: str = "folder") -> Path:
-    """A path below `root`, links followed: nothing that a page says leaves the data folder."""
+    """A path below `root` after resolving links, so that no page leaves the data folder."""
     text = str(value or "").strip()
     if "\x00" in text or len(text) > 500:
         raise ValueError(f"{what}: not a path")
@@ -77,7 +77,7 @@ def inside(root: Path, value: Any, what: str = "folder") -> Path:
 
 
 def folder_below(root: Path, value: Any) -> Path:
-    """A data folder below `root`; made when it is not there. Every part must be a plain name."""
+    """A data folder below `root`, made if missing. Every part must be a plain name."""
     text = str(value or "").strip()
     target = inside(root, text)
     for part in Path(text).parts:

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The whole emulated side in one object: namespace, emulator process, control socket, a fitting
-client.
+"""The emulated bus in one object: namespace, emulator process, control socket and matching client.
 
-What `flatplank bench --emulated-bus` and the tests use.
+`flatplank bench --emulated-bus` and the tests use it.
 """
 
 from __future__ import annotations
@@ -29,11 +28,11 @@ _HOLD = (
 
 
 class NamespaceError(ValueError):
-    """No namespace can be had here: one line with the reason."""
+    """No network namespace can be made; one line with the reason."""
 
 
 class BenchNamespace(AbstractContextManager):
-    """Holds the namespace open by a process that waits for the end of its input."""
+    """A network namespace, held open by a process that waits for the end of its input."""
 
     def __init__(self) -> None:
         for tool in ("unshare", "nsenter", "ip"):
@@ -53,14 +52,14 @@ class BenchNamespace(AbstractContextManager):
             raise NamespaceError(f"no network namespace with a veth pair: {text}")
         own = ["-U", "--preserve-credentials"] if os.geteuid() != 0 else []
         self.enter = ["nsenter", "-t", str(self._holder.pid), *own, "-n"]
-        """words in front of a command that shall run inside"""
+        """prefix of a command that is to run inside"""
 
     def run(self, *command: str) -> None:
-        """A command inside, for instance `ip link set veth0 down`."""
+        """Run a command inside, for instance `ip link set veth0 down`."""
         subprocess.run([*self.enter, *command], check=True, capture_output=True)
 
     def close(self) -> None:
-        """Let it go; what still runs inside keeps it alive."""
+        """Release the namespace; processes that still run inside keep it alive."""
         self._holder.communicate()
 
     def __exit__(self, *_: object) -> None:
@@ -68,18 +67,18 @@ class BenchNamespace(AbstractContextManager):
 
 
 REPLY_TIMEOUT_MS = 12.0
-"""how late an answer may be: emulator and master share a computer that has other work"""
+"""reply time-out; long, because emulator and master share a computer with other work [ms]"""
 WAIT_MS = 1000.0
-"""longest wait for the answer of nodes that share the computer"""
+"""longest wait for the answer of nodes that share the computer [ms]"""
 
 
 class EmulatorProcess:
-    """The emulator as a program of its own inside a namespace; ends with this process."""
+    """The emulator as a separate process inside a namespace; it ends with this process."""
 
     def __init__(
         self, namespace: BenchNamespace, bus_file: str | Path, arguments: Sequence[str] = ()
     ) -> None:
-        """arguments: further words of the command line. BusError when it does not start."""
+        """arguments: further command-line arguments. BusError when it does not start."""
         self._folder = tempfile.TemporaryDirectory(prefix="fp-")
         self.control_path = f"{self._folder.name}/control"
         words = [*namespace.enter, sys.executable, "-m", "flatplank_sim.emulator"]
@@ -101,11 +100,11 @@ class EmulatorProcess:
         self.control = Control(self.control_path)
 
     def send(self, do: str, **arguments: Any) -> dict[str, Any]:
-        """One word on the control socket; ControlError with the reason when refused."""
+        """Send one command on the control socket; ControlError with the reason when refused."""
         return self.control.send(do, **arguments)
 
     def close(self, kill: bool = False) -> None:
-        """End it, or kill it."""
+        """End or kill the process."""
         if kill:
             self.process.kill()
         else:
@@ -116,7 +115,7 @@ class EmulatorProcess:
 
 
 class EmulatedBus(AbstractContextManager):
-    """Namespace and emulator; `client()` gives a `BusClient` that fits."""
+    """Namespace and emulator; `client()` returns a matching `BusClient`."""
 
     def __init__(
         self,
@@ -128,8 +127,8 @@ class EmulatedBus(AbstractContextManager):
         wait_for_nodes: bool = False,
     ) -> None:
         """rate_hz 0: as in the bus file; plant: 'simulated' or module:function; options: of the
-        plant, for 'simulated' tire, preset, config; wait_for_nodes: a cycle starts at its time,
-        but not before the last one is answered. NamespaceError where none can be had."""
+        plant, for 'simulated' tire, preset, config; wait_for_nodes: a cycle also waits for the
+        answers to the last one. NamespaceError when no namespace can be made."""
         self.bus_file = bus_file
         self.rate_hz = rate_hz
         self.patience_ms = WAIT_MS if wait_for_nodes else 0.0
@@ -151,7 +150,7 @@ class EmulatedBus(AbstractContextManager):
         on_event: Callable[[dict[str, Any]], None] | None = None,
         batch: int = 1,
     ) -> BusClient:
-        """A client, not started yet. batch: the last of so many cycles is answered."""
+        """A client, not started yet. batch: the nodes answer the last of this many cycles."""
         return BusClient(
             self.bus_file, MASTER, rate_hz=self.rate_hz, fifo=fifo, slip=True, batch=batch,
             reply_timeout_ms=REPLY_TIMEOUT_MS, patience_ms=self.patience_ms,
@@ -159,11 +158,11 @@ class EmulatedBus(AbstractContextManager):
         )  # fmt: skip
 
     def operate(self, switch: str, *arguments: Any) -> None:
-        """A switch of the plant's operator, for instance operate('plank', 1, True)."""
+        """Use a switch of the plant's operator, for instance operate('plank', 1, True)."""
         self.emulator.send("operator", name=switch, arguments=list(arguments))
 
     def close(self) -> None:
-        """End the emulator and let the namespace go."""
+        """End the emulator and release the namespace."""
         self.emulator.close()
         self.namespace.close()
 

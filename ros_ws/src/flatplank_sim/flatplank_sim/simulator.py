@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the other packages ask of the simulated bench (flatplank_control/bench/simulator.py)."""
+"""Implements the interface to the simulated bench, flatplank_control/bench/simulator.py."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ def free_radius(tire: str) -> float:
 
 
 def check(tire: str, preset: str) -> None:
-    """ValueError or OSError when the plant has no such tire or preset."""
+    """Raise ValueError or OSError when the plant has no such tire or preset."""
     PlantConfig.load(tire, preset=preset or None)
 
 
 class RawLog:
-    """Keeps the bridge volts of a twin's run."""
+    """Keeps the bridge volts of a run on the twin."""
 
     def __init__(self) -> None:
         self._rows: list[tuple[int, tuple[float, ...]]] = []
@@ -53,12 +53,12 @@ class RawLog:
 
     @property
     def turn(self) -> Turn:
-        """What was recorded."""
+        """Raw samples of the recorded turns."""
         return turn_of([r[0] for r in self._rows], [r[1] for r in self._rows])
 
 
 def turn_on_twin(setup: BenchSetup) -> Turn:
-    """The run on the simulated bench."""
+    """Turn the unloaded wheel on the twin."""
     log = RawLog()
     TwinBench(Twin(setup), log).perform(plan_of(Measurement(measurement="unloaded_turn")))
     return log.turn
@@ -67,7 +67,8 @@ def turn_on_twin(setup: BenchSetup) -> Turn:
 def filter_on_twin(
     setup: BenchSetup, fit: Path, kappa: float, last: float = 4.0
 ) -> dict[str, tuple[float, float]]:
-    """A slip run without and with the filter: what is left under load and slip."""
+    """Residual once-per-turn signal under load and slip, from a run without and one with the
+    filter."""
     columns = []
     for on in (False, True):
         hub = {"parasitic_fit": str(fit), "filter_on": on}

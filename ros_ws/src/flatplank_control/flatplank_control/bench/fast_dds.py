@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fast DDS: a graph that nobody else hears, and what killed nodes leave behind.
+"""Fast DDS: keeps the ROS graph on this computer, and removes what killed nodes leave behind.
 
-Fast DDS shares memory between processes by default, and a killed node leaves locks and segments
+By default Fast DDS shares memory between processes, and a killed node leaves locks and segments
 behind on which others can wait for ever. With discovery range LOCALHOST rmw_fastrtps adds shared
-memory whatever FASTDDS_BUILTIN_TRANSPORTS says; only a profile of its own keeps it away."""
+memory whatever FASTDDS_BUILTIN_TRANSPORTS says; only an XML profile prevents this."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from contextlib import ExitStack
 from pathlib import Path
 
 PROFILE = Path(__file__).with_name("loopback.xml")
-"""participants on 127.0.0.1 that look for each other there"""
+"""profile for participants that communicate and discover each other on 127.0.0.1 only"""
 
 
 def loopback() -> dict[str, str]:
-    """Environment of such a graph; another middleware stays on this computer by its own means."""
+    """Environment variables for a graph on this computer only, with any middleware."""
     if "fastrtps" not in os.environ.get("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp"):
         return {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
     return {
@@ -28,7 +28,7 @@ def loopback() -> dict[str, str]:
 
 SHARED_MEMORY = Path("/dev/shm")
 LOCKS = ("_el", "_sl")
-"""endings of the files that an owner, or those who share a port, hold locked while they live"""
+"""suffixes of the lock files that the owners of a segment or port hold while they live"""
 
 
 def remove_orphans(folder: Path = SHARED_MEMORY) -> list[str]:
@@ -41,7 +41,7 @@ def remove_orphans(folder: Path = SHARED_MEMORY) -> list[str]:
 
 
 def _remove(folder: Path, name: str) -> bool:
-    """Whether nobody held a lock on it; then it is gone."""
+    """Remove a file unless a process holds a lock on it; true when removed."""
     locks = [lock for ending in LOCKS if (lock := folder / f"{name}{ending}").exists()]
     with ExitStack() as held:
         try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Arguments and ends of `ros2 launch`, in plain words; the launch file only hands them on."""
+"""Arguments of `ros2 launch` and messages at its end, for the launch file."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ ARGUMENTS = {
 
 
 def refuse_unknown(command_line: Sequence[str]) -> None:
-    """ValueError for a `name:=value` that no argument has; launch itself takes them silently."""
+    """Raise ValueError for an unknown `name:=value`, which launch itself accepts silently."""
     for word in command_line:
         name, is_argument, _ = word.partition(":=")
         if is_argument and name not in ARGUMENTS:
@@ -50,7 +50,7 @@ def refuse_unknown(command_line: Sequence[str]) -> None:
 
 
 def setup_of(value: Mapping[str, str]) -> BenchSetup:
-    """The bench that the arguments ask for; ValueError in one line."""
+    """Bench set-up from the arguments; ValueError with one line."""
     for name, argument in ARGUMENTS.items():
         if argument.choices and value[name] not in argument.choices:
             known = ", ".join(argument.choices)
@@ -91,7 +91,7 @@ def setup_of(value: Mapping[str, str]) -> BenchSetup:
 
 
 def why_ended(name: str, code: int) -> str:
-    """Of a node whose end is that of the bench."""
+    """Message for a node whose end has ended the bench."""
     how = f"ended by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
     return TROUBLES["node_ended"].line(f"{name}, {how}")
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Start the nodes of a bench as processes, judge their start, and end them by their ids.
+"""Starts the nodes of a bench as processes, supervises their start, and ends them by their ids.
 
-Waiting for a start follows the nodes, not the clock. A node that loads its modules uses the
-processor or waits for it or for the disk, however slowly; while one does, nobody gives up."""
+The wait for a start depends on the progress of the nodes, not on the clock. A node that loads its
+modules uses the processor, or waits for it or the disk; while one does so, the wait goes on."""
 
 from __future__ import annotations
 
@@ -22,45 +22,45 @@ from flatplank_control.bench.setup import BenchSetup
 from flatplank_hw.process import END_WITH_PARENT, STARTED
 
 STALL_TIMEOUT_S = 60.0
-"""Longest time in which no node gets any further [s of wall clock]."""
+"""longest time without progress of any node [s of wall clock]"""
 
 RUNAWAY_CPU_S = 600.0
-"""A node that has used so much processor and is not up does not come up [s]."""
+"""processor time after which a node that is not up is given up [s]"""
 
 NOTICED_CPU_S = 0.02
-"""Processor time that counts as progress [s]; the clock tick of the kernel is 0.01 s."""
+"""processor time that counts as progress [s]; the clock tick of the kernel is 0.01 s"""
 
 
 @dataclass(frozen=True)
 class Vitals:
-    """What the system says of a process that lives."""
+    """State of a live process, from /proc."""
 
     state: str
-    """R, S, D, T ... as /proc/PID/stat has it"""
+    """process state as in /proc/PID/stat: R, S, D, T, ..."""
     cpu_s: float
     started: bool
-    """its node is made and listens"""
+    """true once its node is ready"""
 
     @property
     def waits_for_the_machine(self) -> bool:
-        """It would go on at once if a processor or the disk were free."""
+        """True when it waits only for a processor or the disk."""
         return self.state in ("R", "D")
 
 
 class Start:
-    """The nodes of a start, what they have answered, and since when nothing has changed."""
+    """Progress of a start: the answers of the nodes, and the time of the last change."""
 
     def __init__(self, names: Collection[str], now: float, stall_s: float = STALL_TIMEOUT_S):
-        """`now`: wall clock [s], as in all methods."""
+        """`now` is the wall clock [s], here and in all methods."""
         self.up_at: dict[str, float] = {}
-        """when the nodes that are up first said so [s]"""
+        """node -> time of its first answer that it is up [s]"""
         self._lacks: dict[str, str | None] = dict.fromkeys(names)
         self._cpu = dict.fromkeys(names, 0.0)
         self._progress_at = now
         self._stall_s = stall_s
 
     def heard(self, name: str, lacks: str, now: float) -> None:
-        """A node has answered: what it still waits for, empty when nothing."""
+        """Register an answer; `lacks`: what the node still waits for, empty when it is up."""
         if self._lacks[name] != lacks:
             self._lacks[name] = lacks
             self._progress_at = now
@@ -77,9 +77,9 @@ class Start:
         return f"{total - len(self.missing)} of {total} nodes are up"
 
     def hopeless(self, vitals: Mapping[str, Vitals], now: float) -> str:
-        """Why waiting on makes no sense, empty while it does.
+        """Why further waiting is useless; empty when it is not.
 
-        `vitals`: of those nodes whose processes are known and live.
+        `vitals`: nodes whose processes are known and live.
         """
         for name in self.missing:
             seen = vitals.get(name)
@@ -108,7 +108,7 @@ class Start:
 
 
 GRACE = 30.0
-"""the nodes have so long to end by themselves [s]"""
+"""time for the nodes to end by themselves [s]"""
 
 TICK_S = 1.0 / os.sysconf("SC_CLK_TCK")
 """unit of the times in /proc/PID/stat [s]"""
@@ -125,8 +125,8 @@ class BenchProcesses:
         log: Path | None = None,
         without: frozenset[str] = frozenset(),
     ) -> None:
-        """`log`: a file for what the nodes print; None: the terminal. `without`: names not
-        started.
+        """`log`: file for the output of the nodes; None: the terminal. `without`: names of nodes
+        that are not started.
         """
         self.setup = setup
         self.running: dict[str, subprocess.Popen] = {}
@@ -161,7 +161,7 @@ class BenchProcesses:
 
     def ended(self) -> dict[str, int]:
         """Nodes that have ended by themselves and their exit codes."""
-        nodes = tuple(self.running.items())  # more may just be started by another thread
+        nodes = tuple(self.running.items())  # another thread may be starting further nodes
         return {name: p.returncode for name, p in nodes if p.poll() is not None}
 
     def why_ended(self) -> str:
@@ -172,7 +172,7 @@ class BenchProcesses:
         )
 
     def vitals(self) -> dict[str, Vitals]:
-        """What the system says of the nodes that live."""
+        """State of the processes of live nodes."""
         found = {}
         for name, process in tuple(self.running.items()):
             try:
@@ -185,7 +185,7 @@ class BenchProcesses:
         return found
 
     def stop(self) -> None:
-        """End all nodes; those that do not end by themselves are killed."""
+        """End all nodes; kill those that do not end by themselves."""
         for process in self.running.values():
             if process.poll() is None:
                 process.send_signal(signal.SIGTERM)
@@ -206,11 +206,11 @@ class BenchProcesses:
         self._folder.cleanup()
 
     def _started(self, name: str) -> Path:
-        """The file by which a node says that it listens."""
+        """File by which a node reports that it is ready."""
         return Path(self._folder.name, f"{name}.started")
 
     def _last_words(self, name: str) -> str:
-        """The last line of the log that is this node's, else the last that is nobody's."""
+        """Last line of the log from this node, else the last line without a node name."""
         if self.log is None:
             return "its last lines are above"
         lines = self.log.read_text(errors="replace").splitlines()

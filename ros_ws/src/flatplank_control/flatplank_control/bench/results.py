@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a campaign leaves beside its data: verdicts of runs, campaign.yaml and tire.yaml."""
+"""Results of a campaign beside its data: verdicts of runs, campaign.yaml and tire.yaml."""
 
 from __future__ import annotations
 
@@ -39,13 +39,13 @@ COLUMNS = [
     "loaded_radius",
 ]  # fmt: skip
 STOOD = 0.02
-"""a wheel that turned by less stood [rad]"""
+"""a wheel that turned by less stood still [rad]"""
 ZERO_LIMIT = 60.0
-"""change of the hub's zero over a run [N]"""
+"""largest change of the hub's zero over a run [N]"""
 
 
 def read(path: Path) -> MeasurementTable:
-    """The samples of a bag or a table from the trigger on."""
+    """Samples of a bag or a table from the motion trigger on."""
     return Run(RunRecord(file=path.name), open_store(path.parent)).table(COLUMNS)
 
 
@@ -57,7 +57,7 @@ def outcome_of(
     after: Standstill,
     turn: TurnWatch | None = None,
 ) -> Outcome:
-    """Verdict, effective rolling radius of a free-rolling run, zeros."""
+    """Outcome of a run: verdict, effective rolling radius of a free-rolling run, zeros."""
     table = read(path)
     enough = ENOUGH in str(describe(open_store(path.parent), path.name).get("stop_reason", ""))
     verdict = judge(table.columns, job.measurement, limits, job.earlier, enough)
@@ -67,7 +67,7 @@ def outcome_of(
     zeros: list[Finding] = []
     if before.fx and after.fx:
         change = max(abs(b - a) for b, a in zip(before.zero, after.zero, strict=True))
-        # without the filter the preloaded shaft turns the zero with the wheel
+        # without the filter the zero varies with the wheel angle, because of the shaft preload
         turned = float(abs(table.columns["wheel_angle"][-1] - table.columns["wheel_angle"][0]))
         hidden = 0.0 if after.filter_on or turned < STOOD else PRELOAD
         zeros = [Finding("zero_change", change, ZERO_LIMIT + hidden)]
@@ -90,7 +90,8 @@ _DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 
 def list_kept(conductor: Conductor, folder: Path) -> None:
-    """List what the journal kept; a crash between the two is made up at the next start."""
+    """Write the kept runs of the journal to campaign.yaml; called again after a crash between the
+    two."""
     kept = conductor.kept()
     counting = {done.counts for done in kept}
     others = {file for done in conductor.journal.done.values() for file in done.files} - counting
@@ -101,7 +102,7 @@ def list_kept(conductor: Conductor, folder: Path) -> None:
 
 
 def write_tire(folder: Path, record: TireRecord) -> None:
-    """The record of the mounted tire beside the runs; one that is there stays."""
+    """Write the record of the mounted tire beside the runs, unless one exists."""
     path = folder / RECORD
     if not path.exists():
         write_atomic(path, record.to_yaml())
@@ -113,7 +114,7 @@ def write_campaign(
     runs: Sequence[tuple[Mapping[str, Any], str]],
     others: Collection[str] = (),
 ) -> None:
-    """Put records and files of runs into the folder's campaign.yaml, and take `others` out."""
+    """Add records and files of runs to the folder's campaign.yaml, and remove `others`."""
     path = folder / CAMPAIGN_FILE
     old = load_yaml(path.read_bytes(), path) if path.exists() else {}
     names = {file for _, file in runs}.union(others)

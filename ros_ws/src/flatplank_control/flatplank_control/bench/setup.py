@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a bench is made of: one description for the ROS graph, the launch file and the twin."""
+"""Set-up of a bench: one description for the ROS graph, the launch file and the twin."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class NodeSpec(NamedTuple):
     executable: str
     name: str
     in_loop: bool = False
-    """its answer is due within the cycle"""
+    """true when its answer is needed within the bus cycle"""
 
 
 BUSES = {
@@ -42,11 +42,11 @@ NODES = (
     NodeSpec("flatplank_control", "recorder", "recorder"),
     NodeSpec("flatplank_control", "measurement_runner", "measurement_runner"),
 )
-"""What runs beside the bus, whatever the bus is."""
+"""nodes that run beside the bus, with any kind of bus"""
 
 
 class AxisNodes(NamedTuple):
-    """A driven axis that a controller leads."""
+    """Nodes of a driven axis with a controller."""
 
     drive: NodeSpec
     controller: NodeSpec
@@ -66,18 +66,18 @@ AXIS_NODES: dict[str, AxisNodes] = {
         NodeSpec("flatplank_control", "axis_hold", "camber_hold", True),
     ),
 }
-"""axis that a controller leads -> its nodes"""
+"""axis with a controller -> its nodes"""
 
 DRIVEN: dict[str, tuple[NodeSpec, ...]] = {
     "plank": (NodeSpec("flatplank_hw", "wheel_drive", "plank_drive", True),),
     **AXIS_NODES,
 }
-"""axis that may be driven beside the wheel -> its nodes, the drive first; the runner leads the
-plank"""
+"""axis that may be driven beside the wheel -> its nodes, the drive first; for the plank only a
+drive"""
 
 
 def axes_of(text: str, option: str) -> tuple[str, ...]:
-    """`vertical,steer` to axes; ValueError names the option and an unknown axis."""
+    """Parse a list such as `vertical,steer`; ValueError names the option and an unknown axis."""
     axes = tuple(word.strip() for word in text.split(",") if word.strip())
     for axis in axes:
         if axis not in DRIVEN:
@@ -86,15 +86,15 @@ def axes_of(text: str, option: str) -> tuple[str, ...]:
 
 
 LOOP_PRIORITY = 20
-"""SCHED_FIFO of the nodes in the loop, below the bus process and the emulator"""
+"""SCHED_FIFO priority of the nodes in the loop, below the bus process and the emulator"""
 
 FOLLOW_UNTIL = 0.25
-"""the wheel makes up a late start before the earliest slip at 0.3 m [m]"""
+"""road up to which the wheel recovers a late start, before the earliest slip at 0.3 m [m]"""
 
 
 @dataclass(frozen=True)
 class BenchSetup:
-    """A bench to be started; parameters come from the packages' files, then from here."""
+    """A bench to be started; parameters here override those in the files of the packages."""
 
     kind: str = "sim"
     tire: str = "toyo"
@@ -107,14 +107,14 @@ class BenchSetup:
     interface: str = ""
     """network interface of the bus, in the lab"""
     bus_file: str = ""
-    """of the EtherCAT bus; empty: one of ours with the axes that are driven"""
+    """bus file of the EtherCAT bus; empty: a packaged one with the driven axes"""
     data: str = "data"
     axes: tuple[str, ...] = ()
-    """driven beside the wheel: keys of DRIVEN"""
+    """axes driven beside the wheel: keys of DRIVEN"""
     parameters: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    """more parameters, by node name"""
+    """node -> further parameters"""
     calibration: str = ""
-    """book whose constants the nodes take; empty, or no such file: those of the packages"""
+    """calibration book with constants for the nodes; empty or missing: packaged constants"""
 
     def nodes(self) -> tuple[NodeSpec, ...]:
         """The processes of this bench, the owner of the bus last."""
@@ -130,19 +130,19 @@ class BenchSetup:
         return {**own, **known.get(node.name, {}), **shared, **self.parameters.get(node.name, {})}
 
     def constants(self) -> dict[str, dict[str, Any]]:
-        """What the nodes are given of all that is calibrated: node -> parameter -> value."""
+        """Calibrated parameters that the nodes are given: node -> parameter -> value."""
         given = {node.name: self.of(node) for node in NODES if node.name in CALIBRATED}
         return {name: {key: given[name][key] for key in keys} for name, keys in CALIBRATED.items()}
 
     def _scheduling(self, node: NodeSpec) -> dict[str, int]:
-        """A bench that runs by the clock must not wait for other work of the computer."""
+        """Real-time priority for a bench that runs by the clock."""
         by_the_clock = self.kind != "sim" or self.pace == "realtime"
         return {"fifo_priority": LOOP_PRIORITY} if node.in_loop and by_the_clock else {}
 
     def _shared(self, name: str) -> dict[str, Any]:
         rate = float(self.rate_hz)
         graph_rate = rate / self.batch
-        # r_0 of the simulated tire, by which the drive knows an unloaded one [m]
+        # r_0 of the simulated tire [m], by which the drive recognises an unloaded tire
         lab = self.kind == "lab"
         radius = {} if lab else {"free_radius": simulator().free_radius(self.tire)}
         of_bus = {"rate_hz": self.rate_hz, "batch": self.batch}
@@ -178,7 +178,7 @@ class BenchSetup:
         return shared.get(name, {})
 
     def write(self, folder: Path) -> dict[str, Path]:
-        """One parameter file per node in `folder`; node name -> file."""
+        """Write one parameter file per node to `folder`; returns node name -> file."""
         folder.mkdir(parents=True, exist_ok=True)
         files = {}
         for node in self.nodes():

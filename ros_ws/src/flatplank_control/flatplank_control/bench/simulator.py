@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The simulated bench, as control and panel see it: no import, an entry point of its package."""
+"""Interface to the simulated bench: control and panel load it by entry point, not by import."""
 
 from __future__ import annotations
 
@@ -13,29 +13,29 @@ GROUP = "flatplank.simulator"
 
 
 class Simulator(Protocol):
-    """What `flatplank_sim.simulator` has."""
+    """Interface of `flatplank_sim.simulator`."""
 
     def free_radius(self, tire: str) -> float:
         """r_0 of a simulated tire [m]."""
 
     def check(self, tire: str, preset: str) -> None:
-        """ValueError or OSError when the plant has no such tire or preset."""
+        """Raise ValueError or OSError when the plant has no such tire or preset."""
 
     def run_on_twin(self, *arguments: Any, **options: Any) -> None:
-        """A campaign plan on the twin."""
+        """Run a campaign plan on the twin."""
 
     def turn_on_twin(self, setup: Any) -> Any:
-        """Raw samples of an unloaded turn."""
+        """Raw samples of a turn of the unloaded wheel."""
 
     def filter_on_twin(self, setup: Any, fit: Path, kappa: float) -> dict[str, Any]:
-        """What the parasitic filter leaves of a slip run, by channel."""
+        """Residual once-per-turn signal of a slip run with the parasitic filter, by channel."""
 
     def make_challenge(self, folder: Path, seed: int, progress: Any) -> Path:
-        """A campaign with something hidden in it."""
+        """Make a campaign with a hidden defect."""
 
 
 def simulator() -> Simulator:
-    """The installed one; FlatplankError without `flatplank_sim`."""
+    """The installed simulator; FlatplankError without `flatplank_sim`."""
     for entry in entry_points(group=GROUP):
         return entry.load()
     raise FlatplankError(

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Calibration of the instruments, each with date, residual and uncertainty."""
+"""Calibrations of the instruments, each with date, residual and uncertainty."""

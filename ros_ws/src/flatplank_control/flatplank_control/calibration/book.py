@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The calibrations of a bench in one file: which, when, how good, and whether they still hold."""
+"""The calibration book: one file with the calibrations of a bench, their dates, quality and
+validity."""
 
 from __future__ import annotations
 
@@ -19,19 +20,19 @@ from flatplank_data.yaml_text import load_yaml
 FORMAT = "flatplank-calibration/1"
 FILE = "calibration.yaml"
 FIT = "parasitic_fit"
-"""the one parameter that is a file, beside the book"""
+"""the only parameter that is a file; it lies beside the book"""
 Constants = Mapping[str, Mapping[str, Any]]
 """node -> parameter -> value"""
 
 
 class Instrument(NamedTuple):
-    """What is calibrated at one time."""
+    """Parameters that are calibrated together."""
 
     days: int
-    """for which a calibration is believed"""
+    """validity of a calibration [days]"""
     parameters: tuple[str, ...]
     nodes: tuple[str, ...]
-    """that have these parameters"""
+    """nodes with these parameters"""
 
 
 HUB, ENCODERS = "measurement_hub", "encoders"
@@ -50,7 +51,7 @@ CALIBRATED = {
     node: tuple(key for i in INSTRUMENTS.values() if node in i.nodes for key in i.parameters)
     for node in dict.fromkeys(node for i in INSTRUMENTS.values() for node in i.nodes)
 }
-"""node -> all of its parameters that are calibrated"""
+"""node -> all its calibrated parameters"""
 
 
 @dataclass(frozen=True)
@@ -61,11 +62,11 @@ class Entry:
     date: str
     """ISO 8601"""
     parameters: Mapping[str, float | str]
-    """names and values of the parameters of the nodes"""
+    """node parameter -> value"""
     residual: float
-    """rms, in the unit of the reading"""
+    """rms residual, in the unit of the reading"""
     uncertainty: Mapping[str, float] = field(default_factory=dict)
-    """standard error of each parameter"""
+    """parameter -> standard error"""
     unit: str = ""
     notes: str = ""
 
@@ -92,7 +93,7 @@ class Entry:
                 raise ValueError(f"{self.instrument}: {name} is {value!r}; calibrate it again")
 
     def age(self, today: datetime.date) -> int:
-        """[days]"""
+        """Age of the calibration [days]."""
         return (today - datetime.date.fromisoformat(self.date)).days
 
 
@@ -102,21 +103,21 @@ def _is_number(value: Any) -> bool:
 
 
 def book_for(folder: Path) -> Book:
-    """The book of a campaign folder, else that of the working directory."""
+    """Path of the book in a campaign folder, else in the working directory."""
     own = folder / FILE
     return Book((own if own.exists() else Path(FILE)).resolve())
 
 
 class Book:
-    """Entries by instrument; the newest counts."""
+    """Calibrations by instrument; the newest is used."""
 
     def __init__(self, path: Path) -> None:
-        """ValueError names what is wrong with a file that is there."""
+        """Read the book if it exists; ValueError names what is wrong with it."""
         self.path = path
         self.entries = _read(path) if path.is_file() else {}
 
     def add(self, entry: Entry) -> None:
-        """Put it down, on disk at once."""
+        """Add an entry and write it to disk at once."""
         self.entries[entry.instrument] = entry
         plain = {}
         for name, e in self.entries.items():
@@ -128,7 +129,7 @@ class Book:
         write_atomic(self.path, text)
 
     def parameters(self) -> dict[str, dict[str, float | str]]:
-        """node -> parameters that it takes from here; ValueError when a file of them is gone."""
+        """node -> parameters from the book; ValueError when a file among them is missing."""
         found: dict[str, dict[str, float | str]] = {}
         for name, entry in self.entries.items():
             values = dict(entry.parameters)
@@ -149,7 +150,7 @@ class Book:
         return path
 
     def status(self, today: datetime.date) -> dict[str, str]:
-        """instrument -> valid, expired or absent, with date: for every run record."""
+        """instrument -> valid, expired or absent, with date; goes into every run record."""
         found = {}
         for name, instrument in INSTRUMENTS.items():
             entry = self.entries.get(name)
@@ -162,8 +163,8 @@ class Book:
         return found
 
     def record(self, today: datetime.date, in_force: Constants) -> dict[str, Any]:
-        """The `calibration` of a run record: what the nodes that are there have, and what is known
-        of it."""
+        """The `calibration` of a run record: parameters of the running nodes, with the entry of
+        the book."""
         stale = {
             (node, key)
             for node, values in self.parameters().items()

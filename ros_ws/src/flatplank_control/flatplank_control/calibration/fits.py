@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fits of the calibrations: a straight line, the once-per-turn force, and whether a parasitic fit
-is still that of the wheel."""
+"""Fits for calibrations: a straight line, the once-per-turn force, check of a parasitic fit."""
 
 from __future__ import annotations
 
@@ -19,11 +18,11 @@ class Line(NamedTuple):
     slope_error: float
     offset_error: float
     residual: float
-    """rms of what is left, in the unit of y"""
+    """rms residual, in the unit of y"""
 
 
 def fit_line(pairs: Sequence[tuple[float, float]], reading: float = 0.0) -> Line:
-    """Least squares through (x, y); `reading`: uncertainty of one y, which counts when two points
+    """Least-squares line through (x, y); `reading`: uncertainty of one y, used when two points
     leave no residual."""
     x = np.array([p[0] for p in pairs], float)
     y = np.array([p[1] for p in pairs], float)
@@ -49,8 +48,9 @@ def fit_line(pairs: Sequence[tuple[float, float]], reading: float = 0.0) -> Line
 def turning_amplitude(
     angle: np.ndarray, force: np.ndarray, drift: np.ndarray | None = None
 ) -> np.ndarray:
-    """Amplitude [N] of a force over the wheel angle [rad], beside a mean and, when told over what,
-    a drift; `force` of shape (n,) or (n, k), the amplitude of shape () or (k,)."""
+    """Once-per-turn amplitude [N] of a force over the wheel angle [rad], fitted with a mean and,
+    if `drift` is given, a drift over it. `force` has shape (n,) or (n, k), the amplitude () or
+    (k,)."""
     columns = [np.ones_like(angle), np.sin(angle), np.cos(angle)]
     if drift is not None:
         columns.insert(1, drift - drift.mean())
@@ -59,13 +59,12 @@ def turning_amplitude(
 
 
 MISMATCH = 40.0
-"""once-per-turn force left with the filter on, from which the fit is no longer that of the wheel
-[N]"""
+"""once-per-turn force with filter above which the fit does not belong to the mounting [N]"""
 
 
 def still_fits(left: float) -> str:
-    """A warning when the once-per-turn force [N] with the filter on says another mounting; else
-    empty."""
+    """A warning when the once-per-turn force [N] with the filter on indicates another mounting;
+    else empty."""
     if not left > MISMATCH:
         return ""
     return (
@@ -77,8 +76,8 @@ def still_fits(left: float) -> str:
 def under_load(
     plain: Mapping[str, np.ndarray], filtered: Mapping[str, np.ndarray], first: float, last: float
 ) -> dict[str, tuple[float, float]]:
-    """Once-per-turn amplitude of Fx and Fz [N] without and with the filter, between two plank
-    positions [m] of two equal runs (Figures C.5, C.6)."""
+    """Once-per-turn amplitude of Fx and Fz [N] without and with the filter, from two equal runs
+    between two plank positions [m] (Figures C.5, C.6)."""
     found = {}
     for name in ("fx", "fz"):
         both = []
@@ -91,6 +90,6 @@ def under_load(
 
 
 def text(found: Mapping[str, tuple[float, float]]) -> Sequence[str]:
-    """For people."""
+    """Text for people."""
     return [f"{name}: {a:.1f} N once per turn, {b:.1f} N filtered" for name, (a, b) in
             found.items()]  # fmt: skip

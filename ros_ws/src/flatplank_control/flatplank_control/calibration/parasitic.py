@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The procedure of Appendix C: three turns of the free wheel, a fit per channel, what is left of
-it."""
+"""The procedure of Appendix C: three turns of the free wheel, a fit per channel, the residual."""
 
 from __future__ import annotations
 
@@ -23,25 +22,25 @@ from flatplank_hw.hub.parasitic import INDEX, ParasiticFit, to_text
 
 TOPIC = "/bus/inputs"
 THREE_TURNS = 5.9 * math.pi
-"""without what the wheel takes to stop [rad]"""
+"""wheel angle of three turns less the stopping angle [rad]"""
 
 
 class Turn(NamedTuple):
-    """Raw samples of an unloaded turn."""
+    """Raw samples of turns of the unloaded wheel."""
 
     angle: np.ndarray
-    """of the wheel encoder's own counter, shape (n,) [rad]"""
+    """angle by the wheel encoder's own counter, shape (n,) [rad]"""
     volts: np.ndarray
     """C1..C6, shape (n, 6) [V]"""
 
 
 def turn_of(counts: Any, volts: Any) -> Turn:
-    """From the counter of the wheel encoder and the bridge volts."""
+    """Samples from the counter of the wheel encoder and the bridge volts."""
     return Turn(np.array(counts) * 2.0 * math.pi / COUNTS_PER_TURN, np.array(volts, float))
 
 
 def turn_of_bag(path: Path) -> Turn:
-    """The run from its bag."""
+    """Samples from the bag of a run."""
     try:
         found = arrays_of(path, TOPIC, ("wheel_counts", "bridge_volts"))
     except (FlatplankError, OSError) as error:
@@ -54,7 +53,7 @@ def turn_of_bag(path: Path) -> Turn:
 def identify_turn(
     turn: Turn, mounting: str, date: str, path: Path, hub: HubParameters | None = None
 ) -> dict[str, tuple[float, float]]:
-    """Write the fit of a mounting to `path`; once-per-turn Fx, Fz without it and after it [N].
+    """Write the fit of a mounting to `path`; returns once-per-turn Fx, Fz [N] without and with it.
 
     ValueError when the wheel was not turned three times.
     """
@@ -73,9 +72,9 @@ def identify_turn(
 
 
 def amplitudes(turn: Turn, fit: ParasiticFit | None, hub: HubParameters) -> dict[str, float]:
-    """Once-per-turn amplitude of Fx and Fz at the wheel [N], without a fit or after it.
+    """Once-per-turn amplitude of Fx and Fz at the wheel [N], without or with a fit.
 
-    From the third turn, which the fit has not seen.
+    It uses the third turn, which the fit does not use.
     """
     inside = np.abs(turn.angle - turn.angle[0])
     keep = (inside > 4.0 * math.pi) & (inside < THREE_TURNS)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The pre-flight sheet: plays by dial gauge, steering zero by protractor, run-out; starting
-values for the search."""
+"""The pre-flight sheet: plays by dial gauge, steering zero by protractor, run-out. They are
+starting values for the diagnosis."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ class Line(NamedTuple):
     how: str
     unit: str
     effect: str
-    """of the library of missing effects"""
+    """name in the library of missing effects"""
     parameter: str
     factor: float
-    """from the unit of the sheet to SI"""
+    """factor from the unit of the sheet to SI"""
     most: float
-    """a larger reading is a slip of the pen, in the unit of the sheet"""
+    """largest plausible reading, in the unit of the sheet"""
 
 
 MM, DEG = 1e-3, math.pi / 180.0
@@ -39,17 +39,17 @@ LINES: dict[str, Line] = {
     "steering_zero": Line("protractor at zero", "deg", "steering_zero", "zero", DEG, 5.0),
     "run_out": Line("half the swing at the tread", "mm", "runout_1", "cos", MM, 5.0),
 }
-"""plays and run-out by dial gauge, angles by protractor"""
+"""name of a line -> line; plays and run-out by dial gauge, angles by protractor"""
 
 
 def blank(date: str) -> str:
-    """A sheet to be filled in."""
+    """An empty sheet."""
     head = f"format: {FORMAT}\ndate: {date}\nby: ''\nreadings:\n"
     return head + "".join(f"  {n}: null   # {x.unit}; {x.how}\n" for n, x in LINES.items())
 
 
 def starting_values(text: str, where: str) -> dict[str, dict[str, float]]:
-    """Effect -> parameter -> value [SI] of a filled sheet; blank lines are left out."""
+    """effect -> parameter -> value [SI] from a filled sheet, without empty lines."""
     data = load_yaml(text, where)
     if not isinstance(data, Mapping) or data.get("format") != FORMAT:
         raise ValueError(f"{where}: not a pre-flight sheet; expected 'format: {FORMAT}'")

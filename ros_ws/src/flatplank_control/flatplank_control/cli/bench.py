@@ -48,7 +48,7 @@ def parser() -> argparse.ArgumentParser:
 
 
 def setup_of(o: argparse.Namespace) -> BenchSetup:
-    """The bench that the options ask for; ValueError when a given book is not there."""
+    """Bench set-up from the options; ValueError when a given book does not exist."""
     if o.calibration is not None and not o.calibration.exists():
         raise ValueError(f"--calibration {o.calibration}: no such file")
     book = Book(o.calibration.resolve()) if o.calibration else book_for(o.data)
@@ -88,7 +88,7 @@ def main(argv: list[str]) -> int:
 
 
 def watch(processes: BenchProcesses, over: threading.Event) -> str:
-    """Tell how many nodes are up, then wait; why the bench cannot go on, empty at Ctrl-C."""
+    """Print how many nodes are up, then wait; returns why the bench has ended, empty at Ctrl-C."""
     start = Start(processes.running, time.monotonic())
     while not over.wait(0.2):
         if why := processes.why_ended():

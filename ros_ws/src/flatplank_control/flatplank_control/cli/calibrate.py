@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Calibrate an instrument: hub, lvdt, plank, motor, parasitic; or status, sheet."""
+"""Calibrates an instrument: hub, lvdt, plank, motor, parasitic; or shows status or sheet."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ HUB_AXES = ("fx", "fy", "fz")
 
 
 def pairs_of(text: str) -> list[tuple[float, float]]:
-    """`0:0.1,1000:996` to pairs."""
+    """Parse pairs such as `0:0.1,1000:996`."""
     try:
         return [(float(a), float(b)) for a, b in (item.split(":") for item in text.split(","))]
     except ValueError:
@@ -33,12 +33,12 @@ def pairs_of(text: str) -> list[tuple[float, float]]:
 
 
 def in_force(book: Book, node: str) -> dict[str, Any]:
-    """What is calibrated of a node, as a bench that was started with this book has it."""
+    """Calibrated parameters of a node on a bench that is started with this book."""
     return BenchSetup(kind="lab", calibration=str(book.path)).constants()[node]
 
 
 def scaled(o: argparse.Namespace, book: Book, instrument: str, line: Line, unit: str) -> Entry:
-    """The constants that a bench has with this book, by the slope of a line."""
+    """Constants of an instrument in this book, scaled by the slope of a line."""
     have = in_force(book, INSTRUMENTS[instrument].nodes[0])
     old = {name: have[name] for name in INSTRUMENTS[instrument].parameters}
     values = {name: value * line.slope for name, value in old.items()}
@@ -47,7 +47,7 @@ def scaled(o: argparse.Namespace, book: Book, instrument: str, line: Line, unit:
 
 
 def hub(o: argparse.Namespace, book: Book) -> int:
-    """Known loads against the hub's force: the bridge constants of one axis."""
+    """Calibrate the bridge constants of one axis by known loads."""
     line = fit_line(pairs_of(o.pairs), o.reading)
     if not 0.5 < line.slope < 2.0:
         raise ValueError(f"hub: {o.axis} reads {line.slope:.3g} times the load; check the wiring")
@@ -55,7 +55,7 @@ def hub(o: argparse.Namespace, book: Book) -> int:
 
 
 def lvdt(o: argparse.Namespace, book: Book) -> int:
-    """Axle heights by ruler against LVDT volts: gain and offset."""
+    """Calibrate gain and offset of the LVDT by axle heights measured with a ruler."""
     line = fit_line([(volts, height) for height, volts in pairs_of(o.pairs)], o.reading)
     values = {"lvdt_gain": line.slope, "lvdt_offset": line.offset}
     errors = {"lvdt_gain": line.slope_error, "lvdt_offset": line.offset_error}
@@ -63,19 +63,19 @@ def lvdt(o: argparse.Namespace, book: Book) -> int:
 
 
 def plank(o: argparse.Namespace, book: Book) -> int:
-    """Measured travel against the encoder's: pitch radius of the pinion."""
+    """Calibrate the pitch radius of the pinion by measured travel against encoder travel."""
     line = fit_line([(read, known) for known, read in pairs_of(o.pairs)], o.reading)
     return put(book, scaled(o, book, "plank_encoder", line, "m"))
 
 
 def motor(o: argparse.Namespace, book: Book) -> int:
-    """Wheel angle against motor angle over the gear: the gear's ratio."""
+    """Calibrate the gear ratio by wheel angle against motor angle."""
     line = fit_line(pairs_of(o.pairs), o.reading)
     return put(book, scaled(o, book, "motor", line, "rad"))
 
 
 def parasitic(o: argparse.Namespace, book: Book) -> int:
-    """Three turns of the unloaded wheel: the file of this mounting."""
+    """Identify the parasitic fit of this mounting by three turns of the unloaded wheel."""
 
     from flatplank_control.calibration.parasitic import identify_turn, turn_of_bag
 
@@ -97,7 +97,7 @@ def parasitic(o: argparse.Namespace, book: Book) -> int:
 
 
 def filter_effect(o: argparse.Namespace, book: Book) -> int:
-    """What the parasitic filter leaves under load and slip: two equal runs, or --sim."""
+    """Print what the parasitic filter leaves under load and slip, from two equal runs or --sim."""
 
     from flatplank_control.bench.results import read
     from flatplank_control.calibration.fits import text, under_load
@@ -117,7 +117,7 @@ def filter_effect(o: argparse.Namespace, book: Book) -> int:
 
 
 def status(o: argparse.Namespace, book: Book) -> int:
-    """Which calibrations hold; 1 when one is expired or absent."""
+    """Print which calibrations are valid; returns 1 when one is expired or absent."""
     found = book.status(date.fromisoformat(o.date))
     for name, text in found.items():
         print(f"{name:14} {text}")
@@ -125,7 +125,7 @@ def status(o: argparse.Namespace, book: Book) -> int:
 
 
 def sheet(o: argparse.Namespace, book: Book) -> int:
-    """A blank pre-flight sheet, or the starting values of a filled one."""
+    """Print an empty pre-flight sheet, or the starting values of a filled one."""
     if o.file is None:
         print(blank(o.date), end="")
         return 0
@@ -142,7 +142,7 @@ WORK: dict[str, Work] = {
 
 
 def put(book: Book, entry: Entry) -> int:
-    """Write down and say it."""
+    """Write an entry to the book and print it."""
     book.add(entry)
     for name, value in entry.parameters.items():
         error = entry.uncertainty.get(name)
@@ -183,6 +183,6 @@ def parser() -> argparse.ArgumentParser:
 
 
 def main(argv: list[str]) -> int:
-    """0: done."""
+    """Run the command; 0: done."""
     o = parser().parse_args(argv)
     return WORK[o.what](o, Book(o.book.resolve()))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Say what is there and what is not: Python, ROS, compiler, workspace, permissions, disk."""
+"""Reports what is installed and permitted: Python, ROS, compiler, workspace, permissions, disk."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from flatplank_data.arguments import Parser
 
 
 def project_root() -> Path:
-    """The checkout: as `./flatplank` says, else the one around the working directory."""
+    """The checkout named by `./flatplank`, else the one that contains the working directory."""
     if given := os.environ.get("FLATPLANK_ROOT"):
         return Path(given)
     here = Path.cwd()
@@ -35,7 +35,7 @@ ENOUGH_GB = 2.0
 
 
 class Finding(NamedTuple):
-    """One line of the report; `remedy` says what to do when it is not there."""
+    """One line of the report; `remedy`: what to do when the item is missing."""
 
     there: bool
     detail: str
@@ -43,7 +43,7 @@ class Finding(NamedTuple):
 
 
 def attempt(*command: str, timeout: float = 20.0) -> tuple[bool, str]:
-    """Run a command: did it work, and the last line that it said."""
+    """Run a command; returns whether it succeeded, and its last line."""
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=timeout)
     except (OSError, subprocess.TimeoutExpired) as error:
@@ -53,13 +53,13 @@ def attempt(*command: str, timeout: float = 20.0) -> tuple[bool, str]:
 
 
 def python_import(module: str, remedy: str) -> Finding:
-    """Import in a process of its own: a broken compiled module must not take the doctor along."""
+    """Import in a separate process, because a broken compiled module may crash it."""
     works, said = attempt(sys.executable, "-c", f"import {module}; print({module}.__file__)")
     return Finding(works, said, remedy)
 
 
 def program(*names: str, package: str) -> Finding:
-    """The first of these programs that is on PATH."""
+    """First of these programs on PATH."""
     path = os.environ.get("PATH", "") + ":/usr/sbin:/sbin"
     found = [where for name in names if (where := shutil.which(name, path=path))]
     return Finding(bool(found), found[0] if found else "", f"sudo apt-get install {package}")
@@ -90,7 +90,7 @@ def workspace() -> Finding:
 
 
 def namespaces() -> Finding:
-    """A network namespace with a veth pair: what the emulated bus and its tests need."""
+    """Check for a network namespace with a veth pair; the emulated bus and its tests need it."""
     as_root = [] if os.geteuid() == 0 else ["--user", "--map-root-user"]
     ip = shutil.which("ip", path=os.environ.get("PATH", "") + ":/usr/sbin:/sbin") or "ip"
     pair = ["link", "add", "fpdoctor0", "type", "veth", "peer", "name", "fpdoctor1"]
@@ -100,7 +100,7 @@ def namespaces() -> Finding:
 
 
 def real_time() -> Finding:
-    """SCHED_FIFO for the bus process and the nodes in the loop; tried and undone."""
+    """Check for SCHED_FIFO, for the bus process and the nodes in the loop, by trying it."""
     remedy = "add '@realtime - rtprio 90' to /etc/security/limits.conf and join that group"
     policy, priority = os.sched_getscheduler(0), os.sched_getparam(0)
     try:
@@ -133,7 +133,7 @@ NEEDED: dict[str, Callable[[], Finding]] = {
     "messages": lambda: python_import("flatplank_msgs.msg", "./flatplank builds them"),
     "disk": disk,
 }
-"""Without these the bench does not start."""
+"""checks that must pass for the bench to start"""
 
 OPTIONAL: dict[str, Callable[[], Finding]] = {
     "compiler": lambda: program("c++", package="g++"),
@@ -147,11 +147,11 @@ OPTIONAL: dict[str, Callable[[], Finding]] = {
         "chromium", "chromium-browser", "google-chrome", package="chromium"
     ),
 }
-"""What works less, or not at all, without: building, the EtherCAT bus, the browser tests."""
+"""checks for building, the EtherCAT bus and the browser tests"""
 
 
 def main(argv: list[str]) -> int:
-    """Print the findings; 1 when something needed is not there."""
+    """Print the findings; returns 1 when a needed item is missing."""
     parser = Parser(prog="flatplank doctor", description=__doc__)
     parser.add_argument("--json", action="store_true", help="for programs: {name: {...}}")
     options = parser.parse_args(argv)

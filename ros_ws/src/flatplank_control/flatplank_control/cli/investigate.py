@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measure until it is decided what is missing: diagnose, choose the next run, measure, again."""
+"""Measures until the missing effect is decided: diagnose, choose the next run, measure, repeat."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def parser() -> argparse.ArgumentParser:
 
 
 def main(argv: list[str]) -> int:
-    """0: it came to an end, whatever the verdict; 1: stopped by the bench; 130: Ctrl-C."""
+    """Exit code 0: finished, whatever the verdict; 1: stopped by the bench; 130: Ctrl-C."""
     o = parser().parse_args(argv)
     return common.guarded("investigate", lambda: _run(o))
 
@@ -94,13 +94,13 @@ def _executor(o: argparse.Namespace, folder: Path) -> Execute:
 
 @contextmanager
 def listen(client: Any, journal: Path) -> Iterator[Callable[[], None]]:
-    """The keys of `flatplank run` while a batch is made; what they say goes beside the result."""
+    """Offer the keys of `flatplank run` during a batch; their output goes to stderr."""
     with redirect_stdout(sys.stderr), Keys() as keys:
         yield lambda: on_key(keys, client, journal)
 
 
 def on_graph(folder: Path, simulated: bool) -> Execute:
-    """The runner of the running bench makes the batches, while an operator may have wishes."""
+    """Let the runner of the running bench make the batches; the operator may press keys."""
 
     def execute(plan: CampaignPlan, text: str, left: float) -> None:
         from flatplank_control.nodes.client import BenchClient
@@ -111,7 +111,7 @@ def on_graph(folder: Path, simulated: bool) -> Execute:
 
         def hear(f) -> None:
             line = f.prompt or f.step
-            if line != said[0] or f.prompt:  # what is asked again is said again
+            if line != said[0] or f.prompt:  # a repeated prompt is printed again
                 said[0] = line
                 tell(f"{line}; {left + f.time_left / 60.0:.0f} min left")
 
@@ -125,5 +125,5 @@ def on_graph(folder: Path, simulated: bool) -> Execute:
 
 
 def tell(line: str) -> None:
-    """Progress goes beside what a program reads."""
+    """Print progress to stderr; stdout is for programs."""
     print(line, file=sys.stderr, flush=True)

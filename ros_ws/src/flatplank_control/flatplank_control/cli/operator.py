@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the operator of `run`, `slip` and `investigate` reads and presses."""
+"""Keys and progress lines for the operator of `run`, `slip` and `investigate`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from flatplank_control.runner.campaign import CampaignPlan, Journal
 
 
 class Keys:
-    """A context manager; without a terminal no key ever comes."""
+    """Key presses, as a context manager; without a terminal there are none."""
 
     def __enter__(self) -> Keys:
         self._terminal = sys.stdin.isatty()
@@ -29,13 +29,13 @@ class Keys:
             termios.tcsetattr(sys.stdin, termios.TCSADRAIN, self._before)
 
     def pressed(self) -> str:
-        """A key that was pressed, or an empty text."""
+        """The pressed key, or an empty text."""
         if not self._terminal or not select.select([sys.stdin], [], [], 0.0)[0]:
             return ""
         return sys.stdin.read(1)
 
     def line(self, prompt: str) -> str:
-        """A whole line, with echo."""
+        """Read a whole line, with echo."""
         if not self._terminal:
             return ""
         termios.tcsetattr(sys.stdin, termios.TCSADRAIN, self._before)
@@ -46,11 +46,11 @@ class Keys:
 
 
 class Wish(NamedTuple):
-    """What a key is for."""
+    """Meaning of a key."""
 
     text: str
     service: str
-    """of the runner"""
+    """service of the runner"""
 
 
 OF_A_RUN = {
@@ -66,7 +66,7 @@ OF_A_CAMPAIGN = {
 
 
 def tell(client: Any, wishes: Mapping[str, Wish], key: str) -> None:
-    """Call the service of a key and print what came of it; other keys do nothing."""
+    """Call the service of a key and print its answer; other keys do nothing."""
     if key not in wishes:
         return
     from std_srvs.srv import Trigger
@@ -76,20 +76,20 @@ def tell(client: Any, wishes: Mapping[str, Wish], key: str) -> None:
 
 
 NOT_ALL_GOOD = 3
-"""exit code"""
+"""exit code when runs are flagged or skipped"""
 
 
 class Talk:
-    """Lines with progress and, at the pace so far, the time left."""
+    """Prints progress and the time left at the present pace."""
 
     def __init__(self, left: float = 0.0, now: Callable[[], float] = time.monotonic) -> None:
-        """`left`: bench time of what is to be made, else of the first line [s]."""
+        """`left`: bench time of all runs [s]; if not given, that of the first line."""
         self._most, self._now = left, now
         self._began, self._last = now(), ""
 
     def __call__(self, done: int, total: int, text: str, left: float, asks: bool = False) -> None:
-        """`left`: bench time of the runs to come [s]. What was just said is not said again, but
-        what `asks` is."""
+        """Print a line; `left`: bench time of the remaining runs [s]. An unchanged line is not
+        repeated, unless it `asks` the operator for something."""
         self._most = max(self._most, left)
         if text == self._last and not asks:
             return
@@ -101,7 +101,7 @@ class Talk:
 
 
 def conclude(plan: CampaignPlan, journal: Journal) -> int:
-    """Say what became of every run; 0 when all are there and good."""
+    """Print what became of every run; returns 0 when all exist and are good."""
     known = [(run, journal.done[run.key]) for run in plan.runs if run.key in journal.done]
     made = [done for _, done in known if done.ok]
     doubtful = [(run, done) for run, done in known if journal.doubtful(run.key)]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Learn the road's travel from the force of kappa = 0 runs that were made with --road follow."""
+"""Identifies the map of the road's travel from the force of kappa = 0 runs with --road follow."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def runs_of(folder: Path) -> list[Run]:
 
 
 def main(argv: list[str]) -> int:
-    """Write the map; 0."""
+    """Write the map; exit code 0."""
     p = Parser(prog="flatplank road-map", description=__doc__)
     p.add_argument("folder", type=Path, help="campaign folder")
     p.add_argument("--cx", type=float, required=True, help="C_x of the tire [N/mm]")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measure a campaign plan: PLAN.yaml on a running bench, or with --sim on the twin."""
+"""Measures a campaign plan, PLAN.yaml, on a running bench, or with --sim on the twin."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ KEYS = {
     "n": "note",
     "p": "pressure of the tire after the latest run",
 }
-"""key -> what it does"""
+"""key -> its effect"""
 
 
 def parser() -> argparse.ArgumentParser:
@@ -58,7 +58,7 @@ def parser() -> argparse.ArgumentParser:
 
 
 def find_plan(name: str) -> Path:
-    """A file, or a shipped plan by name."""
+    """Find a plan: a file, or a packaged plan by name."""
     path = Path(name)
     if path.exists() or path.suffix:
         return path
@@ -71,13 +71,13 @@ def find_plan(name: str) -> Path:
 
 
 def shipped_plans() -> str:
-    """Names, for people."""
+    """Names of the packaged plans, as one text."""
     one = config_file("flatplank_control", "tires.yaml")
     return ", ".join(sorted(p.stem for p in (one.parent / "plans").glob("*.yaml"))) if one else ""
 
 
 def redo(plan: CampaignPlan, folder: Path) -> None:
-    """Have flagged and skipped runs made once more; ValueError when there is no journal."""
+    """Schedule flagged and skipped runs again; ValueError when there is no journal."""
     path = folder / f"{plan.name}{SUFFIX}"
     if not path.is_file():
         raise ValueError(f"--redo: {folder} has no runs of this plan yet; leave it out")
@@ -89,7 +89,7 @@ def redo(plan: CampaignPlan, folder: Path) -> None:
 
 
 def on_twin(plan: CampaignPlan, paper: DryRun, o: argparse.Namespace, folder: Path) -> int:
-    """The campaign in this process."""
+    """Run the campaign on the twin, in this process."""
     from flatplank_control.bench.simulator import simulator
     from flatplank_control.speed_map import with_road
 
@@ -117,7 +117,7 @@ def on_twin(plan: CampaignPlan, paper: DryRun, o: argparse.Namespace, folder: Pa
 
 
 def on_bench(plan: CampaignPlan, o: argparse.Namespace, folder: Path) -> int:
-    """The campaign on a running bench, by its runner."""
+    """Run the campaign on a running bench, by its runner node."""
     from flatplank_control.nodes.client import BenchClient, BenchError
 
     text = Path(plan.where).read_text(encoding="utf-8")
@@ -142,7 +142,7 @@ def on_bench(plan: CampaignPlan, o: argparse.Namespace, folder: Path) -> int:
 
 
 def on_key(keys: Keys, client: Any, journal: Path) -> None:
-    """One key is one request."""
+    """Perform the request of a pressed key."""
     key = keys.pressed()
     if key == "n":
         note(journal, keys.line("note: "))
@@ -160,7 +160,7 @@ def _pressure(journal: Path, text: str) -> None:
 
 
 def main(argv: list[str]) -> int:
-    """0: all runs are there and good; 1: stopped by the bench; 2: the plan is refused; 3: runs are
+    """Exit code 0: all runs exist and are good; 1: stopped by the bench; 2: plan refused; 3: runs
     flagged or skipped; 130: Ctrl-C."""
     o = parser().parse_args(argv)
     try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Have a running bench make one measurement: a slip step, or free rolling."""
+"""Makes one measurement on a running bench: a slip step, or free rolling."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def say(text: str) -> None:
 
 
 def main(argv: list[str]) -> int:
-    """Exit code 0: the bag is there."""
+    """Exit code 0: the bag was recorded."""
     options = parser().parse_args(argv)
     if (options.kappa is None) != options.free_rolling:
         print("flatplank slip: give a slip in %, or --free-rolling", file=sys.stderr)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Run the project's tests: [--long] [-k EXPR] [FILE ...]; further options go to pytest."""
+"""Runs the tests of the project: [--long] [-k EXPR] [FILE ...]; further options go to pytest."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ CALCULATIONS = (
     "analysis_data", "analysis_models", "blind", "campaign", "control", "discovery", "formats",
     "investigate", "plant", "slip_sweeps",
 )  # fmt: skip
-"""folders of tests that only compute: they run beside the others, which wait for real time most
-of the time, and give way to them"""
+"""folders of tests that only compute; they run at low priority beside the others, which mostly
+wait for real time"""
 WHOLE = ("-q", "-v", "--long", "--durations")
-"""options with which the whole suite runs, in two parts"""
+"""options with which the whole suite still runs, in two parts"""
 LESS_URGENT = 10
-"""niceness of the calculations"""
+"""niceness of the tests in CALCULATIONS"""
 PYTEST = (sys.executable, "-m", "pytest")
 
 
 def main(argv: list[str]) -> int:
-    """Become pytest, in the checkout: its closing line is the last, its exit code ours."""
+    """Run pytest in the checkout; the exit code is that of pytest."""
     os.chdir(project_root())
     if all(word.split("=")[0] in WHOLE for word in argv):
         here = [*PYTEST, *argv, *(f"--ignore=tests/{name}" for name in CALCULATIONS)]
@@ -37,8 +37,8 @@ def main(argv: list[str]) -> int:
 
 
 def side_by_side(here: Sequence[str], beside: Sequence[str]) -> int:
-    """Run two commands at once, the second one with less urgency; its output follows that of the
-    first. The exit code of the first that failed."""
+    """Run two commands at once, the second at lower priority; its output follows that of the
+    first. Returns the exit code of the first that failed."""
     with tempfile.TemporaryFile() as output:
         second = subprocess.Popen(
             ["nice", "-n", str(LESS_URGENT), *beside], stdout=output, stderr=subprocess.STDOUT
@@ -60,7 +60,7 @@ def side_by_side(here: Sequence[str], beside: Sequence[str]) -> int:
 
 
 def follow(descriptor: int, process: subprocess.Popen) -> None:
-    """Print what a process has written and writes, until it ends."""
+    """Print the output of a process until it ends."""
     place, ended = 0, False
     while not ended:
         ended = process.poll() is not None

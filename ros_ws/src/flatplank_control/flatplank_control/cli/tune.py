@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Gains of the free-rolling controller for a tire: from C_x and sigma, or from C_Fk and sigma."""
+"""Computes gains of the free-rolling controller for a tire, from C_x or C_Fk and sigma."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def margins(loop: control.TransferFunction) -> tuple[float, float, float]:
 
 
 def draw(path: Path, loops: dict[str, control.TransferFunction]) -> None:
-    """Magnitude and phase of the loops, and their closed-loop steps."""
+    """Plot magnitude and phase of the loops, and their closed-loop step responses."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(8.0, 9.0), layout="constrained")
@@ -87,7 +87,7 @@ def parser() -> argparse.ArgumentParser:
 
 
 def main(argv: list[str]) -> int:
-    """0: the gains keep 30 deg; 1: they do not."""
+    """Exit code 0: the phase margin is at least 30 deg; 1: it is not."""
     o = parser().parse_args(argv)
     for name in ("cx", "cfk", "sigma", "rate", "delay_cycles"):
         value = getattr(o, name)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The free-rolling controller (5.10)-(5.12): motor torque that holds a small longitudinal
+"""The free-rolling controller (5.10)-(5.12): computes the motor torque for a small longitudinal
 force."""
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from flatplank_hw.samples import EncoderSample, HubSample, Reference
 
 SOURCE = "free_rolling"
 _BACKWARDS = -0.0005
-"""A plank slower than this goes back [m/s]."""
+"""the plank moves backward below this velocity [m/s]"""
 
 
 class ControllerState(NamedTuple):
-    """Inside of the controller after a step."""
+    """State of the controller after a step."""
 
     reference: float
     """[N]"""
@@ -37,7 +37,8 @@ class ControllerState(NamedTuple):
 
 
 class FreeRollingController:
-    """PI, then lead, both by the bilinear rule; starts from zero each time the plank starts."""
+    """PI and lead compensator, both discretized by the bilinear rule; reset each time the plank
+    starts."""
 
     def __init__(self, p: FreeRollingParameters) -> None:
         self.parameters = p
@@ -50,12 +51,12 @@ class FreeRollingController:
 
     @property
     def gains(self) -> Gains:
-        """In force; those of the parameters until a start has set others."""
+        """Gains in use: those of the parameters until a start has estimated others."""
         return self._gains
 
     @property
     def tire(self) -> Tire:
-        """Estimate of the last start, in automatic mode."""
+        """Tire estimate of the last start, in automatic mode."""
         return self._tire
 
     def _set_gains(self, gains: Gains) -> None:
@@ -68,14 +69,14 @@ class FreeRollingController:
 
     @property
     def state(self) -> ControllerState:
-        """What the last step did."""
+        """State after the last step."""
         return ControllerState(
             self.parameters.reference, self._error, self._p, self._i, self._lead, self._output,
             self._saturated, self._inside > self._needed,
         )  # fmt: skip
 
     def step(self, hub: HubSample, encoders: EncoderSample) -> Reference:
-        """Torque reference of this cycle [N m at the motor]; about 2 us."""
+        """Torque reference of this cycle [N m at the motor]; takes about 2 us."""
         fx = hub.contact.fx
         valid = -1e6 < fx < 1e6
         running = encoders.plank_moving and encoders.plank_velocity > _BACKWARDS
@@ -93,7 +94,7 @@ class FreeRollingController:
         return Reference(hub.cycle, hub.stamp_ns, SOURCE, self._output, valid)
 
     def reset(self) -> None:
-        """Start from zero, as if the plank had not moved yet."""
+        """Reset to the state before the plank moves."""
         self._running = False
         self._error = self._p = self._i = self._lead = self._output = 0.0
         self._pi_before = self._error_before = 0.0
@@ -118,7 +119,8 @@ class FreeRollingController:
         self._pi_before = self._lead = self._p + self._i
 
     def _retune_from_estimate(self, start: Start, fx: float, encoders: EncoderSample) -> None:
-        """Gains from the whole of the first centimetres; the torque does not jump."""
+        """Set the gains from the estimate over the first centimetres, without a jump of the
+        torque."""
         start.observe(fx, encoders)
         tire = start.tire
         if tire is None or not tire.stiffness > 0.0:
@@ -140,7 +142,7 @@ class FreeRollingController:
         output = min(max(wanted, p.torque_min), p.torque_max)
         excess = wanted - output
         if excess * error > 0.0:
-            # anti-windup: a step that would only push further into the limit is not integrated
+            # anti-windup: do not integrate further into the limit
             integral = self._i
             pi = proportional + integral
         self._error, self._error_before = error, error

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Gains of the free-rolling controller from the tire's stiffness, in closed form: cheap enough
-for the running loop.
+"""Computes gains of the free-rolling controller from the tire's stiffness, in closed form, fast
+enough for the control loop.
 
 Above its resonance the plant (5.9c) is gear eta C_x r_e / (J_eff s^2): only C_x = C_Fk / sigma
 sets the gain at the
@@ -17,17 +17,17 @@ from typing import NamedTuple
 from flatplank_data.machine import FAST, GEAR_RATIO
 
 CROSSOVER = 20.0
-"""of the thesis's own loop, 3.14 Hz [rad/s]; reached when the delay allows it"""
+"""crossover of the loop in the thesis, 3.14 Hz [rad/s]; used when the delay allows it"""
 DELAY_PHASE = 0.32
-"""of the crossover times the delay, at most [rad]: 18 deg"""
+"""largest phase of the delay at the crossover, 18 deg [rad]"""
 LEAD_ALPHA = 0.08
-"""58 deg of lead"""
+"""alpha of the lead; gives 58 deg"""
 INTEGRAL_SHARE = 1.0 / 15.0
-"""zero of the PI over the crossover: takes 3.8 deg"""
+"""zero of the PI over the crossover; costs 3.8 deg of phase"""
 
 
 class Gains(NamedTuple):
-    """Of (5.12)."""
+    """Gains of (5.12)."""
 
     proportional: float
     """[N m/N]"""
@@ -40,7 +40,7 @@ class Gains(NamedTuple):
 
 @dataclass(frozen=True)
 class Machine:
-    """What the wheel drive is to the loop; Table 5.1 with J_eff by (5.5)."""
+    """Constants of the wheel drive in the loop; Table 5.1 with J_eff by (5.5)."""
 
     gear: float = GEAR_RATIO
     efficiency: float = 0.392
@@ -63,14 +63,14 @@ class Machine:
 
 
 def crossover_for(delay: float) -> float:
-    """Crossover [rad/s] for a loop delay with the hold [s]."""
+    """Crossover [rad/s] for a loop delay including the hold [s]."""
     return min(CROSSOVER, DELAY_PHASE / delay) if delay > 0.0 else CROSSOVER
 
 
 def design(
     stiffness: float, relaxation: float, delay: float, machine: Machine | None = None
 ) -> Gains:
-    """Gains for C_x [N/m], sigma [m] and the loop delay with the hold [s].
+    """Gains for C_x [N/m], sigma [m] and the loop delay including the hold [s].
 
     sigma may be infinite or NaN: it only damps the resonance, which is far below the crossover.
     """
@@ -88,7 +88,7 @@ def design(
 def phase_margin(
     gains: Gains, stiffness: float, relaxation: float, delay: float, machine: Machine | None = None
 ) -> float:
-    """Smallest phase margin over all crossovers [deg]; the delay [s] contains the hold."""
+    """Smallest phase margin over all crossovers [deg]; the delay [s] includes the hold."""
     machine = machine or Machine()
     worst, before = 180.0, None
     for k in range(4000):

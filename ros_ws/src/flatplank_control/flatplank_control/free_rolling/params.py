@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters of the free-rolling controller; the defaults are (5.10)-(5.12) but for the pole of
+"""Parameters of the free-rolling controller; the defaults are (5.10)-(5.12) except for the pole of
 the lead."""
 
 from __future__ import annotations
@@ -10,17 +10,17 @@ from flatplank_data.machine import GEAR_RATIO
 from flatplank_data.params import Params, param
 
 THESIS_LEAD_ALPHA = 0.2174
-"""alpha_l of (5.11). With two cycles of delay and the zero-order hold at 250 Hz it leaves 28.6
-deg."""
+"""alpha_l of (5.11). With two cycles of delay and the zero-order hold at 250 Hz the phase margin
+is 28.6 deg."""
 
 
 @dataclass(frozen=True)
 class FreeRollingParameters(Params):
     """PI and lead compensator, start, limits.
 
-    `lead_alpha` is smaller than in the thesis: the pole of the lead moves away from the crossover
-    by as much phase as the real loop delay takes (11.3 deg at 250 Hz), which gives back the 39.9
-    deg of the design. Set 0.2174 for the controller of the thesis as printed.
+    `lead_alpha` is smaller than in the thesis: it moves the pole of the lead away from the
+    crossover. This recovers the phase that the real loop delay costs (11.3 deg at 250 Hz) and so
+    the 39.9 deg of the design. Set 0.2174 for the controller as printed in the thesis.
     """
 
     rate_hz: float = param(250.0, "bus rate", unit="Hz", bounds=(10.0, 4000.0))
@@ -77,5 +77,5 @@ class FreeRollingParameters(Params):
 
     @property
     def loop_delay(self) -> float:
-        """Sample to effect with the hold [s]."""
+        """Delay from sample to effect, including the hold [s]."""
         return (self.delay_cycles + 0.5) / self.rate_hz

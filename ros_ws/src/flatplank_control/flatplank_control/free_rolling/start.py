@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The first centimetres of a free-rolling run: the tire is estimated, then the wheel makes up the
-travel it has lost.
+"""Start of a free-rolling run: estimates the tire, then lets the wheel recover the travel it has
+lost.
 
-While the gears lock the wheel, the moving road winds the tire up: dFx/dx is its stiffness C_x =
-C_Fk / sigma. Then the wheel is driven like a servo to the angle that belongs to the road's travel,
-and the force loop takes over.
+While the self-locking gear holds the wheel, the moving road deflects the tire: dFx/dx is its
+stiffness C_x = C_Fk / sigma. Then a servo drives the wheel to the angle that corresponds to the
+road's travel, and the force loop takes over.
 
-Stiffness and relaxation length come by least squares on the integrated transient tire, F = F_0
-+ C_x (r_e theta - x) - (1/sigma) int F dx, with the travel x of the road and the angle theta of
-the wheel since the start. Linear in C_x, C_x r_e, 1/sigma and F_0."""
+Stiffness and relaxation length follow by least squares from the integrated transient tire model, F
+= F_0 + C_x (r_e theta - x) - (1/sigma) int F dx, with the travel x of the road and the angle theta
+of the wheel since the start. The model is linear in C_x, C_x r_e, 1/sigma and F_0."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ from flatplank_control.sequencer.params import FASTEST, JUMP
 from flatplank_hw.samples import EncoderSample
 
 SIGMA = (0.05, 2.0)
-"""relaxation lengths that are believed [m]"""
+"""plausible relaxation lengths [m]"""
 
 
 class Tire(NamedTuple):
-    """An estimate; NaN where the run does not determine it."""
+    """Estimate of the tire; NaN where the run does not determine a value."""
 
     stiffness: float
     """C_x [N/m]"""
     relaxation: float
-    """sigma [m]; the least certain of the three, and the one that the gains hardly need"""
+    """sigma [m]; the least certain of the three; the gains hardly depend on it"""
     effective_radius: float
     """[m]"""
 
@@ -49,16 +49,16 @@ class StiffnessEstimator:
         self._before: tuple[float, float] | None = None
 
     def add(self, x: float, angle: float, force: float) -> None:
-        """Travel [m], wheel angle [rad] and force [N] since the start."""
+        """Add a sample: travel [m], wheel angle [rad] and force [N] since the start."""
         if self._before is not None:
             self._integral += 0.5 * (force + self._before[1]) * (x - self._before[0])
         self._before = (x, force)
-        # metres times 1e3 and N m as they are: columns of one size
+        # scale lengths by 1e3, so that all columns have a similar magnitude
         row = np.array([1e3 * (self._radius * angle - x), 1e3 * x, self._integral, 1.0, force])
         self._sums += np.outer(row, row)
 
     def solve(self) -> Tire:
-        """The tire; UNKNOWN when the run does not determine it."""
+        """Estimate the tire; UNKNOWN when the run does not determine it."""
         a, b = self._sums[:4, :4].copy(), self._sums[:4, 4].copy()
         n, squares = a[3, 3], float(self._sums[4, 4])
         if n <= 8:
@@ -69,7 +69,7 @@ class StiffnessEstimator:
             return UNKNOWN
         p = inverse @ b
         variance = max(squares - float(p @ b), 0.0) / (n - 4.0)
-        # s is made with a guess of r_e: C_x r_e / guess = p0 and C_x (r_e / guess - 1) = p1
+        # s uses a guess of r_e: C_x r_e / guess = p0 and C_x (r_e / guess - 1) = p1
         stiffness, error = 1e3 * (p[0] - p[1]), 1e3 * math.sqrt(max(variance * inverse[0, 0], 0.0))
         if not (stiffness > 0.0 and error < 0.2 * stiffness):
             return UNKNOWN
@@ -81,25 +81,25 @@ class StiffnessEstimator:
 
 LISTEN, CATCH, OVER = range(3)
 NOTICED = 25.0
-"""force change from which samples count [N]"""
+"""smallest force change of a sample that is used [N]"""
 ENOUGH_FORCE = 450.0
-"""[N]"""
+"""force change after which the stiffness is computed [N]"""
 ENOUGH_TRAVEL = 0.0012
-"""from the first sample that counts [m]"""
+"""travel since the first used sample after which the stiffness is computed [m]"""
 LONGEST = 0.004
-"""road without any force, then it is given up [m]"""
+"""road without a force change after which the estimate is given up [m]"""
 FEWEST = 5
-"""samples"""
+"""smallest number of samples for the stiffness"""
 CATCH_AT_LEAST = 0.25
-"""[s]"""
+"""shortest time of the servo phase [s]"""
 CATCH_AT_MOST = 0.05
-"""[m] of road"""
+"""longest road of the servo phase [m]"""
 ESTIMATE_OVER = 0.05
-"""road over which the tire is estimated [m]"""
+"""road over which stiffness, relaxation length and radius are estimated [m]"""
 
 
 class Start:
-    """One start; `stiffness` is NaN until it is estimated."""
+    """One start of a run; `stiffness` is NaN until it is estimated."""
 
     def __init__(self, p: FreeRollingParameters) -> None:
         self._p = p
@@ -107,11 +107,11 @@ class Start:
         self.stiffness = math.nan
         """C_x [N/m]"""
         self.torque = 0.0
-        """slow mean of what the servo needs [N m]"""
+        """low-passed torque of the servo [N m]"""
         self.travel = 0.0
-        """of the road since the start [m]"""
+        """travel of the road since the start [m]"""
         self.tire: Tire | None = None
-        """estimate of the first centimetres, once they are over"""
+        """estimate over the first ESTIMATE_OVER of road, once it is complete"""
         self._estimator = StiffnessEstimator(p.effective_radius)
         self._zero: tuple[float, float] | None = None
         self._position = 0.0
@@ -127,18 +127,18 @@ class Start:
         assert self._zero is not None, "set by observe"
         force = fx - self._zero[1]
         if self.phase == LISTEN:
-            self._listen(x, force)
+            self._estimate_stiffness(x, force)
             if self.phase == LISTEN:
                 return 0.0
-        return self._catch(x, force, encoders)
+        return self._catch_up(x, force, encoders)
 
     def observe(self, fx: float, encoders: EncoderSample) -> float:
-        """Take in a sample, also after the start; the road's travel since then [m]."""
+        """Add a sample, also after the start; returns the road's travel since the start [m]."""
         if self._zero is None:
             self._zero, self._position = (encoders.wheel_angle, fx), encoders.plank_position
         step = encoders.plank_position - self._position
         self._position = encoders.plank_position
-        # the motion trigger sets the position to zero on the way
+        # the motion trigger may set the position to zero meanwhile
         self.travel += step if abs(step) < JUMP else encoders.plank_velocity / self._p.rate_hz
         if self.travel < ESTIMATE_OVER:
             self._estimator.add(
@@ -148,7 +148,7 @@ class Start:
             self.tire = self._estimator.solve()
         return self.travel
 
-    def _listen(self, x: float, force: float) -> None:
+    def _estimate_stiffness(self, x: float, force: float) -> None:
         if -force < NOTICED:
             if x > LONGEST:
                 self.phase = CATCH
@@ -165,13 +165,13 @@ class Start:
                 self.stiffness = -(sxf - sx * sf / self._n) / spread
             self.phase = CATCH
 
-    def _catch(self, x: float, force: float, encoders: EncoderSample) -> float:
+    def _catch_up(self, x: float, force: float, encoders: EncoderSample) -> float:
         p = self._p
         radius = p.effective_radius
         ahead = (p.reference / self.stiffness) if self.stiffness > 0.0 else 0.0
         assert self._zero is not None, "set by observe"
         lost = x + ahead - radius * (encoders.wheel_angle - self._zero[0])
-        # the plank's own velocity comes from a window: near the start its travel says more
+        # the plank velocity is a mean over a window; near the start the travel is more accurate
         speed = max(encoders.plank_velocity, 0.0)
         wanted = p.gear_ratio / radius * (speed + p.catch_rate * lost)
         wanted = min(max(wanted, 0.0), FASTEST * p.gear_ratio / radius * max(speed, 0.01))

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An investigation on a bench: plans, the campaign that makes them, the journal on the disk."""
+"""An investigation on a bench: plans, campaigns, and the journal on disk."""

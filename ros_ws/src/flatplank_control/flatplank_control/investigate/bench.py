@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The bench of an investigation: batches are campaigns in one folder, judged as any other."""
+"""The bench of an investigation: each batch is a campaign in one folder, judged like any other."""
 
 from __future__ import annotations
 
@@ -23,21 +23,21 @@ from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError, NothingUsableError
 
 SET_UP = {"fz": 0.0, "pressure": 5.0, "alpha_deg": 2.0}
-"""what changes of a condition take beside the dry run, in which a simulated operator has his hands
-at everything [min]: air and its settling, the steering's lock"""
+"""setting -> time that a real operator needs to change it, beyond that in the dry run [min]:
+inflating and settling of the tire, unlocking of the steering"""
 Radii = Mapping[tuple[float, float, float], float]
-"""condition of a setting -> effective rolling radius [m], where it is known"""
+"""condition of a setting -> effective rolling radius [m], where known"""
 
 
 def batch_name(number: int) -> str:
-    """Of a plan and its journal."""
+    """Name of a batch, for its plan and its journal."""
     return f"batch_{number:02d}"
 
 
 def text_of(
     name: str, tire: str, settings: Sequence[Setting], radii: Radii, first_run: int
 ) -> str:
-    """A plan of settings of one condition; r_e is measured where it is not known."""
+    """Text of a plan with settings of one condition; it measures r_e where it is unknown."""
     radius = radii.get(settings[0].condition)
     given = {} if radius is None else {"effective_rolling_radius": radius}
     plan = {
@@ -49,7 +49,7 @@ def text_of(
 
 
 def settings_of(plan: CampaignPlan) -> dict[str, Setting]:
-    """The settings of a plan's slip runs by key."""
+    """key of a slip run in a plan -> its setting."""
     out = {}
     for run in plan.runs:
         m = run.measurement
@@ -63,8 +63,8 @@ def settings_of(plan: CampaignPlan) -> dict[str, Setting]:
 def price_of(
     tire: str, settings: Sequence[Setting], radii: Radii, stands: Setting | None
 ) -> Price:
-    """Minutes of a batch's dry run, the plank's way back before its first run with it, and of
-    what is changed from how the bench stands."""
+    """Cost of a batch [min]: its dry run, with the plank's return before the first run, and the
+    changes of settings from the present state of the bench."""
     text = text_of("price", tire, (settings[0], *settings), radii, 0)
     before, minutes, changes = stands, _dry_minutes(text), 0
     for s in settings:
@@ -78,19 +78,20 @@ def price_of(
 
 @lru_cache(maxsize=512)
 def _dry_minutes(text: str) -> float:
-    """Without the first run, which finds the plank at the front."""
+    """Duration of the dry run [min] without its first run, for which the plank need not return."""
     times = list(dry_run(plan_from_text(text, "batch")).durations.values())
     return sum(times[1:]) / 60.0
 
 
 REPORT = "investigation"
-"""folder of the page; no run"""
+"""folder of the report page; contains no run"""
 Execute = Callable[[CampaignPlan, str, float], None]
-"""has a plan (its text, too) made in the folder; the last: minutes of the budget after it"""
+"""(plan, its text, minutes of the budget left after it) -> None; makes the plan in the folder"""
 
 
 class CampaignBench:
-    """`execute` makes a plan, or what is lacking of it; its journal says what came of it."""
+    """Bench of an investigation; `execute` makes a plan or its missing runs, and the journal has
+    the outcome."""
 
     def __init__(
         self,
@@ -104,11 +105,11 @@ class CampaignBench:
         self._stands: Setting | None = None
 
     def files(self) -> list[str]:
-        """Slip runs that are there."""
+        """Files of the existing slip runs."""
         return [r.info.file for r in self._campaign().runs if r.info.measurement == "slip"]
 
     def session(self, files: Collection[str]) -> Session:
-        """These runs."""
+        """Session with these runs."""
         wanted = set(files)
         campaign = self._campaign().where(lambda info: info.file in wanted)
         if lost := wanted - {r.info.file for r in campaign.runs}:
@@ -119,25 +120,25 @@ class CampaignBench:
         return Session.of(campaign, self.effects)
 
     def seed(self) -> Candidate:
-        """Six runs at the nominal load and pressure of the tire."""
+        """The first settings: six runs at the nominal load and pressure of the tire."""
         return seed_of(self.tire.nominal_load, self.tire.nominal_pressure)
 
     def price(self, candidate: Candidate) -> Price:
-        """Minutes, and what is changed from the last run."""
+        """Cost of a candidate [min], and the settings that change from the last run."""
         radii = self._known()[0]
         try:
             return price_of(self.tire.name, candidate.settings, radii, self._stands)
-        except (PlanFailed, ValueError):  # the bench cannot make it
+        except (PlanFailed, ValueError):  # not possible on this bench
             return Price(float("inf"), 0)
 
     def plan(self, number: int, candidate: Candidate) -> str:
-        """The plan's text."""
+        """Text of the plan for a candidate."""
         radii, first = self._known()
         name = batch_name(number)
         return text_of(name, self.tire.name, candidate.settings, radii, first)
 
     def measure(self, number: int, plan: str, left: float) -> Made:
-        """Have the batch made; what the journal flags or skips is handed back."""
+        """Make the batch; returns the files of good runs and the settings of the others."""
         parsed = plan_from_text(plan, batch_name(number))
         self.execute(parsed, plan, left)
         journal = Journal(self.folder / f"{parsed.name}{SUFFIX}", parsed.name, parsed.digest)
@@ -158,7 +159,7 @@ class CampaignBench:
     _radii: tuple[dict[tuple[float, float, float], float], int] | None = None
 
     def _known(self) -> tuple[dict[tuple[float, float, float], float], int]:
-        """Rolling radii by condition, and the number of the next run."""
+        """Known rolling radii by condition, and the number of the next run."""
         if self._radii is None:
             infos = self._campaign().infos
             radii = {
@@ -178,7 +179,7 @@ class CampaignBench:
         return self._radii
 
     def _campaign(self) -> Campaign:
-        """What is there; nothing is no fault."""
+        """The campaign so far; an empty one when there are no runs yet."""
         try:
             return Campaign.load(self.folder)
         except NothingUsableError:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An investigation in a folder: its log, who makes its batches, its loop, and what it leaves."""
+"""Opens an investigation in a folder: its log, the maker of its batches, loop and results."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ FORMAT = "flatplank-investigation/1"
 
 
 class DiskLog:
-    """Events of `flatplank_analysis.investigation.loop`; begins or goes on."""
+    """Log of the events of `flatplank_analysis.investigation.loop`; starts or continues a file."""
 
     def __init__(self, folder: Path) -> None:
         self.path = folder / NAME
@@ -48,21 +48,21 @@ class DiskLog:
         self.events: list[dict[str, Any]] = lines
 
     def write(self, event: Mapping[str, Any]) -> None:
-        """Keep one more."""
+        """Append an event."""
         line = dict(event) if self.events else {"format": FORMAT, **event}
         write_line(self.path, line)
         self.events.append(line)
 
 
 def conductor_of(folder: Path, plan: CampaignPlan) -> Conductor:
-    """What there is of a batch."""
+    """Conductor with the state of a batch."""
     return Conductor(plan, Journal(folder / f"{plan.name}{SUFFIX}", plan.name, plan.digest))
 
 
 def on_twin(
     folder: Path, preset: str, plant: str, seed: int, jobs: int | None, say: Callable[[str], None]
 ) -> Execute:
-    """Every batch with the same plant."""
+    """Make every batch on the twin, with the same plant."""
     setup = BenchSetup(
         preset=preset, plant_file=plant, seed=seed, pace="hold",
         calibration=str(book_for(folder).path),
@@ -81,7 +81,7 @@ def on_twin(
 
 
 def made_elsewhere(folder: Path) -> Execute:
-    """The batch was made by a runner already; PlanFailed when a part of it is lacking."""
+    """Use batches that a runner has made already; PlanFailed when a run is missing."""
 
     def execute(plan: CampaignPlan, _text: str, _left: float) -> None:
         conductor = conductor_of(folder, plan)
@@ -105,7 +105,7 @@ def open_loop(
     effects: tuple[str, ...] = (),
     say: Say = lambda _: None,
 ) -> Loop:
-    """The loop of a folder, with what its log has."""
+    """Loop of the investigation in a folder, with the events of its log."""
     bench = CampaignBench(folder, tire_of(tire, folder), execute, effects)
 
     def at_end(session: Session, result: Diagnosis) -> dict[str, Any] | None:
@@ -117,13 +117,13 @@ def open_loop(
 
 
 def keep(loop: Loop, folder: Path) -> Path:
-    """The notebook as text and as a page, which is returned."""
+    """Write the notebook as text and as a page; returns the page."""
     write_atomic(folder / NOTEBOOK, text_of(loop.log.events) + "\n")
     return write_notebook(loop.log.events, folder / REPORT, str(folder))
 
 
 def tire_of(name: str, folder: Path) -> TireEntry:
-    """As named, else as the runs of the folder say, else the first one that is known."""
+    """The tire `name`, else that of the runs in the folder, else the first known one."""
     known = known_tires()
     if not name and (folder / "campaign.yaml").exists():
         name = Campaign.load(folder).tire
@@ -136,13 +136,14 @@ def tire_of(name: str, folder: Path) -> TireEntry:
 
 
 def proposed(session: Session, result: Diagnosis, folder: Path) -> dict[str, Any] | None:
-    """What the grammar of effects says to what no library explains, and its file."""
+    """Effect proposed by the grammar for a residual that the library does not explain, and its
+    file."""
     if result.verdict not in (verdict.NONE, verdict.PARTLY):
         return None
     made = of_diagnosis(session, result)
     if made.verdict != PROPOSED or made.sentence is None:
         return {"verdict": made.verdict, "reason": made.reason}
     path = folder / f"{made.name}.py"
-    if not path.exists():  # somebody may have changed it by hand
+    if not path.exists():  # it may have been edited by hand
         write_atomic(path, made.text)
     return {"verdict": made.verdict, "reason": made.sentence.words(), "file": str(path)}

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""ROS shells of the control cores."""
+"""ROS nodes around the control cores."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Questions to other nodes: calls without a time limit, and their parameters."""
+"""Calls to other nodes without a time limit, and requests for their parameters."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from flatplank_control.runner.steps import PlanFailed
 class _Question(NamedTuple):
     client: Client
     servers: frozenset[bytes]
-    """identities of the writers that an answer may come from, known when it was asked"""
+    """DDS writers (GIDs) that could answer when the call was made"""
     answer: Future
 
 
 class Asking:
-    """Waits for answers as long as those who were asked are there; `look` now and then.
+    """Waits for answers while the called nodes exist; call `look` now and then.
 
-    A node that ends says so, one that is killed leaves the graph when its lease is over
-    (20 s with Fast DDS). One of the same name that is started meanwhile has not received the
-    question: servers are told apart by the identity of their writer, not by their name.
+    A node that ends leaves the graph at once; a killed one when its lease expires (20 s with Fast
+    DDS). A new node with the same name has not received the call, so servers are identified by
+    their writer, not by name.
     """
 
     def __init__(self, node: Node) -> None:
@@ -36,7 +36,8 @@ class Asking:
         self._open: list[_Question] = []
 
     async def ask(self, client: Client, request: Any) -> Any:
-        """The answer, however long it takes; PlanFailed when nobody is left to give it."""
+        """Call a service and wait for the answer without limit; PlanFailed when its node has
+        ended."""
         servers = self._servers(client)
         question = _Question(client, servers, client.call_async(request))
         self._open.append(question)
@@ -47,7 +48,7 @@ class Asking:
             client.remove_pending_request(question.answer)
 
     def look(self) -> None:
-        """Give up what nobody will answer."""
+        """Fail the calls whose node has ended."""
         for question in self._open:
             here = self._servers(question.client)
             gone = not question.client.service_is_ready() or not question.servers <= here
@@ -58,14 +59,14 @@ class Asking:
                 )
 
     def _servers(self, client: Client) -> frozenset[bytes]:
-        """By the names that ROS gives to topics of DDS; empty where there is none of them."""
+        """Writers of the answer topic, by its DDS name; empty with other middleware."""
         topic = f"rr{client.service_name}Reply"
         found = self._node.get_publishers_info_by_topic(topic, no_mangle=True)
         return frozenset(bytes(info.endpoint_gid) for info in found)
 
 
 class Asked:
-    """Answers of all nodes that are there; `wake` is called whenever one has come."""
+    """Parameters of all running nodes; `wake` is called at each answer."""
 
     def __init__(self, clients: dict[str, Client], wake: Callable[[], None]) -> None:
         self._clients = {n: c for n, c in clients.items() if c.service_is_ready()}
@@ -76,21 +77,21 @@ class Asked:
             self._answers[name] = answer
 
     def waiting(self) -> list[str]:
-        """Nodes that have not answered."""
+        """Nodes that have not answered yet."""
         return [name for name, answer in self._answers.items() if not answer.done()]
 
     def take(self) -> dict[str, dict[str, Any]]:
-        """node -> parameter -> value; what was not answered is asked no more."""
+        """node -> parameter -> value; cancels unanswered requests."""
         for name in self.waiting():
             self._clients[name].remove_pending_request(self._answers.pop(name))
         found = {}
         for name, answer in self._answers.items():
-            # none where a node does not have one of them: a real bus simulates no machine
+            # a node that lacks one of the parameters returns none, for instance a real bus
             if values := [parameter_value_to_python(v) for v in answer.result().values]:
                 found[name] = dict(zip(ASKED[name], values, strict=True))
         return found
 
 
 def clients(node: Node) -> dict[str, Client]:
-    """Of every node that a run record is made of."""
+    """Parameter clients of all nodes whose parameters go into a run record."""
     return {name: node.create_client(GetParameters, f"/{name}/get_parameters") for name in ASKED}

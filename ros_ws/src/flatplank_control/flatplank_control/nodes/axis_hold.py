@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Angle of a driven steering or camber axis: the shell of `flatplank_control.steering_hold`.
+"""Node around `flatplank_control.steering_hold`: angle of a driven steering or camber axis.
 
-`steering_hold` has the steering; the node under another name with another file has the camber.
+The same node runs as `steering_hold` and, with another name and file, as `camber_hold`.
 """
 
 from __future__ import annotations
@@ -15,8 +15,7 @@ from flatplank_msgs.srv import SetValue, SetWaveform
 
 
 class AxisHoldNode(FollowerNode):
-    """Holds the angle of its axis, or leads it along a profile, while its drive is in mode
-    follow."""
+    """Holds the angle of its axis, or moves it along a profile, in mode follow of its drive."""
 
     PARAMETERS = AngleParameters
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a plan sees of the bench: the latest samples of its nodes, and when the next ones come."""
+"""The latest samples of the nodes of the bench, for plans, and the arrival of the next ones."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ SOURCES = {
     "drive": (DriveStatus, "/wheel_drive/status", convert.drive_from_msg),
 }
 OF_HUB = ("hub", "contact")
-"""sources that are one sample: looked at together, of one cycle"""
+"""topics that form one hub sample: joined by cycle"""
 
 
 class BenchSamples:
-    """The latest of every source, kept as it came and read when it is asked for."""
+    """Latest message of every source, kept serialised and decoded on request."""
 
     def __init__(self, node: Node) -> None:
         self._node = node
@@ -60,7 +60,7 @@ class BenchSamples:
             self._raw |= latest
 
     async def arrival(self, listening: bool = True) -> None:
-        """A sample has come, when it is listened for, or somebody has called `wake`."""
+        """Wait for a sample, if `listening`, or for a call of `wake`."""
         self._arrival, self._listening = Future(), listening
         await self._arrival
 
@@ -69,7 +69,7 @@ class BenchSamples:
             self._arrival.set_result(None)
 
     def snapshot(self) -> Snapshot | None:
-        """The latest samples, when all are there."""
+        """The latest samples; None until each source has one."""
         if len(self._raw) < len(SOURCES):
             return None
         read = {
@@ -80,11 +80,11 @@ class BenchSamples:
         return Snapshot(read["encoders"], hub, read["drive"])
 
     def of_drive(self) -> bytes | None:
-        """The drive's latest, whose cycle is the last to be whole; as it came."""
+        """Latest message of the drive, serialised; its cycle is the last complete one."""
         return self._raw.get("drive")
 
     def silent(self, cycle: int) -> list[str]:
-        """Sources whose sample of a cycle has not come."""
+        """Sources without a sample of this cycle."""
         s = self.snapshot()
         if s is None:
             return sorted(set(SOURCES) - set(self._raw))

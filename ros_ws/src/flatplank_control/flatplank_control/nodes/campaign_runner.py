@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A campaign on the graph: the conductor says what, the bench makes it, the bag is judged."""
+"""Runs a campaign on the graph: the conductor selects a run, the bench makes it, its bag is
+judged."""
 
 from __future__ import annotations
 
@@ -23,15 +24,16 @@ from flatplank_control.runner.plans import axes_of
 from flatplank_control.runner.steps import Manual, PlanFailed
 
 WISHES = ("skip", "repeat", "discard")
-"""what an operator may want of the run under way, beside seeing enough of it"""
+"""requests of the operator about the present run, beside `enough`"""
 
 
 class Wished(Exception):
-    """The operator ended the run under way."""
+    """The operator has ended the present run."""
 
 
 class CampaignRunner:
-    """One campaign; `wish` is set from outside and looked at between steps and during waits."""
+    """One campaign; `wish` holds a request of the operator, checked between steps and during
+    waits."""
 
     def __init__(self, bench: RosBench, text: str, folder: str, resume: bool) -> None:
         if not folder:
@@ -52,10 +54,10 @@ class CampaignRunner:
             )
 
     async def run(self, cancelled: Callable[[], bool], tell: Callable[[str], None]) -> None:
-        """Until the plan is done; PlanFailed when the bench stops it or it is cancelled."""
+        """Run the plan to its end; PlanFailed when the bench stops it or it is cancelled."""
         self._cancelled, self._tell = cancelled, tell
         self.bench.interrupt = self._stop
-        await self._leave_behind()
+        await self._clean_up()
         list_kept(self.conductor, self.folder)
         self.bench.interrupt = self._look
         while job := self.conductor.take():
@@ -64,18 +66,18 @@ class CampaignRunner:
             try:
                 outcome = await self._make(job)
             except Wished as wish:
-                await self._grant(str(wish), job)
+                await self._apply_wish(str(wish), job)
                 continue
             outcome = self.conductor.finish(job, outcome)
             list_kept(self.conductor, self.folder)
             tell(f"{outcome.file}: {outcome.text()}")
 
     def time_left(self) -> float:
-        """Bench time of the runs to come [s]."""
+        """Bench time of the remaining runs [s]."""
         return self.conductor.time_left(self._durations)
 
-    async def _leave_behind(self) -> None:
-        """What an earlier runner may have left: a wheel that turns, a bag that is open."""
+    async def _clean_up(self) -> None:
+        """Clean up after an interrupted runner: stop the wheel, close its bag."""
         if not self.journal.interrupted:
             return
         self._tell("an earlier campaign was interrupted: stop the wheel, close its bag")
@@ -84,7 +86,7 @@ class CampaignRunner:
         if adopted is not None:
             self._tell(f"{self.journal.path.name}: the run that was not written down is there")
             self._tell(f"{adopted.file}: {adopted.text()}")
-            if self.conductor.over:  # no further run begins by unloading
+            if self.conductor.over:  # no further run follows that would unload the tire
                 await self.bench.do(Manual("unload", 0.0))
 
     async def _end(self, status: str, why: str) -> None:
@@ -92,7 +94,7 @@ class CampaignRunner:
             self._tell(refusal)
 
     def _adopt(self) -> Outcome | None:
-        """The runner may have died between the end of a bag and its line in the journal."""
+        """Adopt a complete bag that an interrupted runner has not entered into the journal."""
         job = self.conductor.take(self.journal.interrupted)
         if job is None:
             return None
@@ -123,7 +125,7 @@ class CampaignRunner:
         path = Path(self.bench.bags[-1])
         return outcome_of(path, job, self.conductor.plan.quality, before, after, turn)
 
-    async def _grant(self, wish: str, job: Job) -> None:
+    async def _apply_wish(self, wish: str, job: Job) -> None:
         await self._end("discarded", f"{wish} by the operator")
         if wish == "repeat":
             self.conductor.give_back(job)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A program that asks a running bench for something: connect, measure, call services."""
+"""Client of a running bench: connect, measure, call services."""
 
 from __future__ import annotations
 
@@ -26,12 +26,11 @@ from flatplank_msgs.action import RunMeasurement
 
 
 class Interrupt:
-    """While entered, Ctrl-C within `held` is kept until its end, or until `look`.
+    """Context in which Ctrl-C within `held` is delayed until its end, or until `look`.
 
-    KeyboardInterrupt in the midst of rclpy loses the message that was being taken, and may leave
-    its receiver deaf for ever: a goal could then neither be cancelled nor be heard of. The first
-    Ctrl-C is kept; who is impatient has the second one at once. Where Ctrl-C is ignored or means
-    something else it stays so.
+    A KeyboardInterrupt inside rclpy loses the message that is being taken, and its receiver may
+    never get another one. A goal could then neither be cancelled nor followed. So the first Ctrl-C
+    is delayed; a second one acts at once. Other handlers of Ctrl-C are left unchanged.
     """
 
     def __init__(self) -> None:
@@ -57,14 +56,14 @@ class Interrupt:
             self.look()
 
     def look(self) -> None:
-        """KeyboardInterrupt, once, when Ctrl-C was pressed."""
+        """Raise KeyboardInterrupt, once, when Ctrl-C was pressed."""
         if self._asked and not self._told:
             self._told = True
             raise KeyboardInterrupt
 
     @contextmanager
     def held(self) -> Iterator[None]:
-        """No first Ctrl-C in here; it comes at the end of the outermost one."""
+        """Delay a first Ctrl-C to the end of the outermost `held`."""
         self._depth += 1
         try:
             yield
@@ -75,7 +74,7 @@ class Interrupt:
 
     @contextmanager
     def let(self) -> Iterator[None]:
-        """Within `held`: Ctrl-C comes through at once, for what waits for a person."""
+        """Within `held`, let Ctrl-C act at once, while the operator is waited for."""
         depth, self._depth = self._depth, 0
         try:
             self.look()
@@ -87,24 +86,24 @@ class Interrupt:
 Say = Callable[[str], None]
 Hear = Callable[[RunMeasurement.Feedback], None]
 SERVER_GONE = 10.0
-"""[s of wall clock]"""
+"""a server that is absent for longer is gone [s of wall clock]"""
 LISTEN = 0.05
-"""Longest wait for one message while something is awaited [s of wall clock]."""
+"""longest wait for one message while an answer is awaited [s of wall clock]"""
 ANSWER_TIMEOUT_S = 5.0
-"""A node that was asked whether it is connected is asked anew after this [s of wall clock]."""
+"""a connection request without answer is repeated after this time [s of wall clock]"""
 ASK_AGAIN_S = 0.5
-"""A node that said that it is not connected is asked again after this [s of wall clock]."""
+"""a node that is not connected yet is asked again after this time [s of wall clock]"""
 
 
 class BenchError(FlatplankError):
-    """The bench does not answer or says no."""
+    """The bench does not answer or refuses."""
 
 
 class BenchClient:
-    """A short-lived node; a context manager."""
+    """Client of the bench as a short-lived node; a context manager."""
 
     def __init__(self, name: str = "flatplank_client") -> None:
-        # with handlers of its own rclpy would be gone before a Ctrl-C cancels anything
+        # with its own signal handlers rclpy would shut down before a Ctrl-C can cancel a goal
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         self.node = Node(name)
         self._executor = SingleThreadedExecutor()
@@ -144,11 +143,11 @@ class BenchClient:
         timeout: float = STALL_TIMEOUT_S,
         say: Say = lambda _text: None,
     ) -> dict[str, float]:
-        """Until every node says that its topics have somebody at the other end.
+        """Wait until every node reports that all its topics have a partner.
 
-        Of a bench that was started here, it is known whether a node still gets on; BenchError says
-        which one has ended or hangs. `timeout`: longest time without any progress [s]. `say` gets
-        how many are up, whenever that changes. Returns when each was (time.monotonic) [s].
+        For a bench started by this program, BenchError names a node that has ended or hangs.
+        `timeout`: longest time without any progress [s]. `say` gets the number of nodes that are
+        up, whenever it changes. Returns node -> time when it was up (time.monotonic) [s].
         """
         ours = nodes if isinstance(nodes, BenchProcesses) else None
         start = Start(list(ours.running if ours else nodes), time.monotonic(), timeout)
@@ -172,7 +171,7 @@ class BenchClient:
     def _ask_connected(
         self, name: str, asked: dict[str, tuple[Future | None, float]], start: Start
     ) -> None:
-        """Ask a node that is there, take its answer, ask again when that was lost or was no."""
+        """Ask a node whether it is connected; repeat when the answer is lost or negative."""
         service = f"/{name}/connected"
         client = self._client(Trigger, service)
         now = time.monotonic()
@@ -182,24 +181,24 @@ class BenchClient:
             start.heard(name, "" if answer.success else answer.message, now)
             asked[name] = None, now
         elif future is not None and now - since > ANSWER_TIMEOUT_S:
-            # the request may have gone to a node that died meanwhile
+            # the request may have gone to a node that has died since
             self.node.destroy_client(self._clients.pop(service))
             del asked[name]
         elif future is None and now - since >= ASK_AGAIN_S and client.service_is_ready():
             asked[name] = client.call_async(Trigger.Request()), now
 
     def spin(self, seconds: float) -> None:
-        """Let messages come for a while [s of wall clock]."""
+        """Process messages for a time [s of wall clock]."""
         with self._interrupt.held():
             self._executor.spin_once(timeout_sec=seconds)
 
     def _until(self, future: Any, seconds: float) -> None:
-        """Let messages come until a future is done, or for so long [s of wall clock].
+        """Process messages until a future is done, at most for `seconds` [s of wall clock].
 
-        The executor's own way leaves a callback in the future with every message, and as many
-        tasks that the next wait must do first, with a callback each: it gets slower for ever.
-        Every wait is as long as the one before: with another length the executor begins its
-        round again, and a topic that always has something to say keeps it from the answer.
+        The method of the executor adds a callback to the future with every message, and the next
+        wait must process them all, so it gets slower and slower. All waits have the same length:
+        with another one the executor restarts its round, and a busy topic would keep it from
+        reaching the answer.
         """
         end = time.monotonic() + seconds
         while not future.done() and time.monotonic() < end:
@@ -216,11 +215,11 @@ class BenchClient:
         hear: Hear = lambda _feedback: None,
         idle: Callable[[], None] = lambda: None,
     ) -> list[str]:
-        """Have the runner make a measurement or a campaign (its YAML); the bags.
+        """Let the runner make a measurement or a campaign, given as YAML; returns the bags.
 
-        BenchError with the runner's reason, also when the runner goes away. `say` gets the words
-        of the feedback and `hear` all of it; `idle` is called ten times a second. Ctrl-C waits
-        for the safe end, 20 s at most, and has its reason.
+        BenchError has the reason of the runner, also when the runner goes away. `say` gets the
+        text of the feedback, `hear` the whole message; `idle` is called ten times a second. Ctrl-C
+        cancels and waits for the safe end, 20 s at most, and for its reason.
         """
 
         last = ""
@@ -251,8 +250,8 @@ class BenchClient:
     def _goal(
         self, client: ActionClient, goal: Any, on_feedback: Hear, idle: Callable[[], None]
     ) -> Any:
-        """The runner's result. What was sent is cancelled at Ctrl-C: until it is accepted there
-        is nothing to cancel, and Ctrl-C waits.
+        """Send the goal and return its result. Ctrl-C cancels it; before it is accepted it cannot
+        be cancelled, so Ctrl-C is delayed.
         """
         sent = client.send_goal_async(goal, on_feedback)
         self._await(sent, client)
@@ -263,7 +262,7 @@ class BenchClient:
         try:
             self._await(result, client, idle)
         except KeyboardInterrupt:
-            # the runner ends safely first, and says what is left to do by hand
+            # the runner first ends safely, and reports what is left to do by hand
             cancelled = handle.cancel_goal_async()
             self._until(cancelled, 5.0)
             self._until(result, 20.0)
@@ -274,8 +273,8 @@ class BenchClient:
     def _await(
         self, future: Any, client: ActionClient, idle: Callable[[], None] | None = None
     ) -> None:
-        """Until the future is done; BenchError when the server has been gone for a while.
-        Ctrl-C comes through where something is to be done meanwhile.
+        """Wait for the future; BenchError when the server is gone for `SERVER_GONE`. Ctrl-C acts
+        at once while `idle` is called.
         """
         seen = time.monotonic()
         while not future.done():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Contact force to motor torque: the shell of `flatplank_control.free_rolling`."""
+"""Node around `flatplank_control.free_rolling`: contact force to motor torque."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Vertical force to axle speed: the shell of `flatplank_control.load_control`."""
+"""Node around `flatplank_control.load_control`: vertical force to axle speed."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes a measurement from beginning to end: the action server over `flatplank_control.runner`."""
+"""Makes measurements from start to end: the action server around `flatplank_control.runner`."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from flatplank_hw.nodes.support import BenchNode, answer, run
 from flatplank_msgs.action import RunMeasurement
 
 OFTEN = 1.0
-"""progress is told so often during a wait [s of wall clock]"""
+"""interval of the feedback during a wait [s of wall clock]"""
 SHARE = 0.05
-"""and at once when so much more of the measurement is done: a simulated bench is fast"""
+"""progress after which feedback is sent at once, since a simulated bench may be fast [-]"""
 
 
 class Feedback:
-    """The feedback message of one goal, filled bit by bit."""
+    """Feedback of one goal."""
 
     def __init__(self, goal: Any) -> None:
         self.message = RunMeasurement.Feedback(measurements=1, measurement=1)
@@ -39,22 +39,22 @@ class Feedback:
         self._step, self._told, self._share = 0, 0.0, 0.0
 
     def say(self, text: str, prompt: str = "") -> None:
-        """What is going on, and what the operator must do."""
+        """Send what is going on, and what the operator must do."""
         self.message.step, self.message.prompt = text, prompt
         self._goal.publish_feedback(self.message)
 
     def follow(self, progress: Progress) -> None:
-        """The steps of a single measurement begin."""
+        """Start to follow the steps of a single measurement."""
         self._progress, self._step, self._share = progress, 0, 0.0
         self.passing(0.0)
 
     def next_step(self) -> None:
-        """One more step is done."""
+        """Count one more completed step."""
         self._step += 1
         self.passing(0.0)
 
     def passing(self, seconds: float) -> None:
-        """The present step takes so long [s of bench time]; told now and then."""
+        """Send the progress after `seconds` of the present step [s of bench time]."""
         progress, now = self._progress, time.monotonic()
         if progress is None:
             return
@@ -68,7 +68,7 @@ class Feedback:
 
 @dataclass(frozen=True)
 class RunnerParameters(Params):
-    """How measurements are made."""
+    """Options of the runner."""
 
     held: bool = param(
         False, "simulated bus in pace hold: cycles are asked for, runs repeat exactly"
@@ -77,14 +77,14 @@ class RunnerParameters(Params):
 
 
 class MeasurementRunnerNode(BenchNode):
-    """Action /run_measurement; the operator answers prompts with ~/confirm."""
+    """Serves action /run_measurement; the operator answers prompts with ~/confirm."""
 
     PARAMETERS = RunnerParameters
 
     def connect(self) -> None:
         self.busy = False
         self.asking = False
-        """a prompt waits for the operator"""
+        """true while a prompt waits for the operator"""
         self.server = ActionServer(
             self,
             RunMeasurement,
@@ -117,7 +117,7 @@ class MeasurementRunnerNode(BenchNode):
         return answer(response, asking, "" if asking else "nothing is being asked")
 
     def on_enough(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        """The road under way ends here; the run is kept."""
+        """End the present run here and keep it."""
         if self.bench is None:
             return answer(response, False, "no measurement is under way")
         self.bench.enough = True
@@ -161,7 +161,7 @@ class MeasurementRunnerNode(BenchNode):
             make = self.many if is_campaign(data) else self.one
             result.message = await make(goal, bench, data, feedback)
             result.success = True
-        except Exception as error:  # whatever it was, the bench is left safe
+        except Exception as error:  # after any error the bench is left safe
             result.message = await self.stopped(bench, error, request.simulated)
         finally:
             bench.close()
@@ -171,7 +171,7 @@ class MeasurementRunnerNode(BenchNode):
         return result
 
     async def stopped(self, bench: RosBench, error: Exception, simulated: bool) -> str:
-        """Leave the bench safe when it was asked for anything; the reason for the client."""
+        """Leave the bench safe if a step has begun; returns the reason for the client."""
         reason = " ".join(str(error).split()) or type(error).__name__
         if not bench.begun:
             self.troubles.happened("refused", f"/run_measurement: {reason}")
@@ -186,7 +186,7 @@ class MeasurementRunnerNode(BenchNode):
     async def one(
         self, goal: ServerGoalHandle, bench: RosBench, data: Any, feedback: Feedback
     ) -> str:
-        """A single measurement."""
+        """Make a single measurement."""
 
         def look() -> None:
             if goal.is_cancel_requested:
@@ -206,7 +206,7 @@ class MeasurementRunnerNode(BenchNode):
     async def many(
         self, goal: ServerGoalHandle, bench: RosBench, _data: Any, feedback: Feedback
     ) -> str:
-        """A campaign; its journal lies beside its bags."""
+        """Make a campaign; its journal lies beside its bags."""
         request = goal.request
         self.campaign = campaign = CampaignRunner(
             bench, request.plan, request.folder, request.resume

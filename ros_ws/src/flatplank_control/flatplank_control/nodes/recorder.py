@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Everything on the bench into bags: the shell of `flatplank_control.recording`."""
+"""Records all topics of the bench into bags: the node around `flatplank_control.recording`."""
 
 from __future__ import annotations
 
@@ -34,16 +34,15 @@ from flatplank_msgs.msg import Run
 from flatplank_msgs.srv import StartRecording, StopRecording
 
 CLOSE_TIMEOUT_S = 5.0
-"""a close waits so long for messages that are under way; one that was lost comes again after 3 s
-[s]"""
+"""time-out for messages in transit when a bag is closed [s]; a lost one is sent again after 3 s"""
 MODE = "/wheel_drive/mode"
 INTRODUCTION = 8.0
-"""a start waits so long for the first messages of nodes that are there; clients wait 10 s [s]"""
+"""time-out for the first messages of running nodes at a start [s]; clients wait 10 s"""
 
 
 @dataclass(frozen=True)
 class RecorderParameters(Params):
-    """Where bags go."""
+    """Folder of bags, and what they keep."""
 
     folder: str = param("data", "data folder; made when it is not there")
     pre_trigger: float = param(
@@ -63,7 +62,7 @@ def utc_now() -> str:
 
 
 class RecorderNode(BenchNode):
-    """All topics of the table, serialised as they come -> one MCAP bag per measurement; says
+    """All topics of the table, serialised as received -> one MCAP bag per measurement; publishes
     /run.
     """
 
@@ -78,7 +77,7 @@ class RecorderNode(BenchNode):
         self.arrivals = Arrivals()
         self.told = told("")
         self.mode = ""
-        software_version()  # git is asked here: samples must not wait for it when a bag is opened
+        software_version()  # git runs here: samples must not wait for it when a bag is opened
 
     def connect(self) -> None:
         self.changed_something: Future | None = None
@@ -116,14 +115,14 @@ class RecorderNode(BenchNode):
             self.changed_something.set_result(None)
 
     async def something(self) -> None:
-        """The next message or look at the clock; several may wait for it."""
+        """Wait for the next message or timer tick; several coroutines may wait."""
         if self.changed_something is None or self.changed_something.done():
             self.changed_something = Future()
         await self.changed_something
 
     async def hear(self, stamp: Time, patience: float, mode: str = "") -> list[str]:
-        """Wait for messages up to a stamp on all topics that have a publisher, also those of this
-        operation mode alone; returns the topics that lack them at the end."""
+        """Wait for messages up to `stamp`, at most `patience` [s], on all topics with a publisher
+        that this operation mode uses; returns the topics that lack them."""
         wanted = stamp.sec * 1_000_000_000 + stamp.nanosec
         end = time.monotonic() + patience
         there = [t for t in at_every_cycle(mode) if self.count_publishers(t)]
@@ -132,7 +131,8 @@ class RecorderNode(BenchNode):
         return behind
 
     async def answers(self, asked: Asked, end: float) -> InForce:
-        """Parameters of the nodes, until `end` of the monotonic clock; warns of those without."""
+        """Wait for parameters of the nodes until `end` of the monotonic clock; warns of missing
+        ones."""
         while asked.waiting() and time.monotonic() < end:
             await self.something()
         for name in asked.waiting():
@@ -227,7 +227,7 @@ class RecorderNode(BenchNode):
         return answer(response, True, f"{path} is deleted")
 
     def finish(self) -> None:
-        """The bag is closed whatever ends the node."""
+        """Close the bag, whatever ends the node."""
         if hasattr(self, "session"):
             self.session.close()
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The bench as a plan sees it, over the topics and services of the graph."""
+"""The bench for plans, over the topics and services of the ROS graph."""
 
 from __future__ import annotations
 
@@ -46,10 +46,10 @@ from flatplank_msgs.srv import (
 PLANT = "/simulated_plant"
 TICK = 0.25
 SAMPLES_TIMEOUT_S = 2.0
-"""samples of a cycle that is over are waited for so long [s]"""
+"""time-out for the samples of a completed cycle [s]"""
 ATTEMPTS = 10
 SILENCE = 5.0
-"""a bench that says nothing for so long is gone [s]"""
+"""a bench without messages for this time is gone [s]"""
 BY_HAND = {
     "load": "load_to",
     "steer_deg": "set_steer_deg",
@@ -58,15 +58,15 @@ BY_HAND = {
     "pressure_bar": "set_pressure_bar",
     "cleat_mm": "set_cleat_mm",
 }
-"""quantity -> service of the simulated operator"""
+"""quantity set by hand -> service of the simulated operator"""
 
 AXIS_OF = {node.name: axis for axis, nodes in DRIVEN.items() for node in nodes}
 """node of a driven axis -> the axis"""
 
 Seen = Callable[[], bool]
-"""the sensors say that it was done"""
+"""true when the sensors show that it is done"""
 Prompt = Callable[[str, Seen], Awaitable[None]]
-"""ask the operator; over when he says that it is done, or when it is seen"""
+"""prompt the operator; ends when the operator confirms, or when the sensors show it"""
 
 
 def _named(name: str, parameters: Mapping[str, float]) -> dict[str, Any]:
@@ -76,7 +76,8 @@ def _named(name: str, parameters: Mapping[str, float]) -> dict[str, Any]:
 
 
 class RosBench:
-    """Does the steps of a plan by service calls; `prompt` asks where there is no service."""
+    """Performs the steps of a plan by service calls; prompts the operator where there is no
+    service."""
 
     def __init__(
         self,
@@ -89,28 +90,28 @@ class RosBench:
         prompt: Prompt | None = None,
         say: Callable[[str], None] = lambda _text: None,
     ) -> None:
-        """`held`: the simulated bus makes cycles only when asked, so that a run can be repeated
+        """`held`: the simulated bus makes cycles only on request, so that a run can be repeated
         exactly. `driven_plank`: the plank has a drive instead of the switch.
         """
         self.node, self.driven_plank = node, driven_plank
         self.held, self.simulated, self.folder = held, simulated, folder
         self.axes: tuple[str, ...] = ()
-        """driven axes that the plan moves beside the wheel; let go at a safe end"""
+        """driven axes that the plan moves beside the wheel; released at a safe end"""
         self.bags: list[str] = []
         self.batch = 1
         self._rate_hz: float | None = None
         self.enough = False
-        """the operator has seen enough of what is under way"""
+        """true when the operator wants to end the present run and keep it"""
         self.interrupt: Callable[[], None] = lambda: None
-        """asked during waits; raises when the plan shall end"""
+        """called during waits; raises when the plan is to end"""
         self.prompt, self._say = prompt, say
         self.begun = False
-        """something was asked of the bench"""
+        """true once a step was performed"""
         self.passing: Callable[[float], None] = lambda _seconds: None
-        """told during waits how long this one has taken [s of bench time]"""
+        """called during waits with the time waited [s of bench time]"""
         self._stops = StopWatch()
         self._stopped = False
-        """the operator has turned the plank's switch to stop"""
+        """true when the operator has turned the plank's switch to stop"""
         self._clients: dict[str, Any] = {}
         self._asking = Asking(node)
         self.samples = BenchSamples(node)
@@ -142,15 +143,15 @@ class RosBench:
             self.node.destroy_client(client)
 
     async def do(self, step: S.Step) -> None:
-        """One step; PlanFailed with the reason when the bench refuses."""
+        """Perform one step; PlanFailed with the reason when the bench refuses."""
         self.begun = True
         await self._do[type(step)](step)
 
     async def end(self, status: str, why: str) -> list[str]:
-        """Whatever happened: nothing is driven any more and the bag is closed with `status`.
+        """Safe end: disable all drives and close the bag with `status`.
 
-        Nobody is waited for: the operator is told, and no wish interrupts. What was refused,
-        but for a bag that is closed already.
+        It does not wait for the operator, only informs, and ignores his requests. Returns the
+        refusals, except for a bag that is closed already.
         """
         refused = []
         prompt, interrupt = self.prompt, self.interrupt
@@ -170,7 +171,8 @@ class RosBench:
 
     # waiting
     async def until(self, said: Callable[[], bool]) -> None:
-        """As long as it takes, with or without samples; interrupted like every wait."""
+        """Wait until `said()`, without limit, with or without samples; `interrupt` may end the
+        wait."""
         while not said():
             self.interrupt()
             await self.samples.arrival(listening=False)
@@ -180,10 +182,10 @@ class RosBench:
         self.samples.wake()
 
     async def advance(self, cycles: int) -> None:
-        """Let a held bus make cycles, and see the samples of the last one.
+        """Let a held bus make cycles, and wait for the samples of the last one.
 
-        Samples are lost only until a node and this one have found each other, and a held bus makes
-        no more of them by itself: one more cycle then. Later ones all arrive.
+        Samples are lost only before DDS has connected a node with this one, and a held bus sends
+        no more by itself. So the bus makes one more cycle in that case. Later samples all arrive.
         """
         cycle = (await self.call(Advance, f"{PLANT}/advance", cycles=cycles)).cycle
         for _ in range(ATTEMPTS):
@@ -202,7 +204,7 @@ class RosBench:
 
     # services
     async def call(self, kind: type, name: str, /, **fields: Any) -> Any:
-        """Call a service; PlanFailed when it is not there, says no, or leaves unanswered."""
+        """Call a service; PlanFailed when it is missing, refuses, or ends without an answer."""
         client = self._clients.get(name)
         if client is None:
             client = self._clients[name] = self.node.create_client(kind, name)
@@ -223,7 +225,7 @@ class RosBench:
         if not self.simulated:
             if self.prompt is None:
                 raise S.PlanFailed(f"nobody to ask: {text}")
-            await self.prompt(text, lambda: False)  # no sensor sees it
+            await self.prompt(text, lambda: False)  # no sensor measures it
         elif step.quantity == "unload":
             await self.call(Trigger, f"{PLANT}/unload")
         elif step.quantity == "flexplates":
@@ -245,7 +247,8 @@ class RosBench:
             await self._plank_by_hand(step)
 
     async def _plank_by_hand(self, step: S.Plank) -> None:
-        """What the encoder sees needs no key; without a change of motion the key says it."""
+        """Prompt for the plank's switch; the encoder confirms a change of motion, otherwise the
+        operator."""
         moves = step.direction != 0
         if self._stopped and not moves and not self.samples.plank_moves():
             return
@@ -291,7 +294,7 @@ class RosBench:
         await self._follow(step.axis, step.parameters is not None)
 
     async def _follow(self, axis: str, on: bool) -> None:
-        """The controller of a driven axis takes it, or lets go."""
+        """Switch the controller of a driven axis on or off."""
         drive = f"/{AXIS_NODES[axis].drive.name}"
         if on:
             await self.call(SetOperationMode, f"{drive}/set_operation_mode", mode="follow")
@@ -334,7 +337,7 @@ class RosBench:
             await self.call(SetPace, f"{PLANT}/set_pace", pace="hold", batch=self.batch)
 
     async def _rate(self) -> float:
-        """Bus rate of the simulated plant [Hz], asked once."""
+        """Bus rate of the simulated plant [Hz], requested once."""
         if self._rate_hz is None:
             found = await self.call(GetParameters, f"{PLANT}/get_parameters", names=["rate_hz"])
             self._rate_hz = float(found.values[0].integer_value)

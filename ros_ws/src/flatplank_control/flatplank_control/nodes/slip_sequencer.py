@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Slip over plank position to wheel velocity: the shell of `flatplank_control.sequencer`."""
+"""Node around `flatplank_control.sequencer`: slip over plank position to wheel velocity."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the sources of set-points do alike: they work only while their drive is in their mode."""
+"""Base of the nodes that send references: they work only while their drive is in their mode."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from flatplank_msgs.msg import Reference as ReferenceMsg
 
 
 class SourceNode(BenchNode):
-    """Joins the samples of a cycle, asks its core, and publishes the reference of its drive.
+    """Joins the samples of a cycle, calls its core, and publishes the reference for its drive.
 
     A subclass has `core` (with `reset()`), `MODE`, the `KINDS` of samples that it needs, and
     `compute(latest)`. Where it has `STATE`, that message shows the `state` of its core.
@@ -45,8 +45,8 @@ class SourceNode(BenchNode):
             self.publish_state = self.add_publisher(self.STATE, "~/state", STREAM)
 
     def listen_to_mode(self) -> None:
-        """The last of `connect`: what a node hears first is called back first, so samples of the
-        cycle before a new mode are over when the mode comes."""
+        """Subscribe to the mode, last in `connect`: callbacks run in order of subscription, so the
+        samples before a change of mode are processed before it."""
         self.add_subscription(String, f"/{self.drive}/mode", self.on_mode, LATCHED)
 
     def on_mode(self, msg: String) -> None:
@@ -67,7 +67,7 @@ class SourceNode(BenchNode):
 
     def on_cycle(self, _at: int, latest: Mapping[str, Any]) -> None:
         if any(sample is None for sample in latest.values()):
-            return  # the first cycle came with less than all: nothing to say of it yet
+            return  # the first cycle is incomplete: no reference yet
         reference: Reference = self.compute(latest)
         convert.reference_to_msg(reference, self.message)
         self.publish(self.message)
@@ -80,7 +80,7 @@ class SourceNode(BenchNode):
 
 
 class FollowerNode(SourceNode):
-    """Controller of a driven axis beside the wheel; its core has `reference(hub, encoders)`."""
+    """Controller of a further driven axis; its core has `reference(hub, encoders)`."""
 
     MODE = "follow"
 

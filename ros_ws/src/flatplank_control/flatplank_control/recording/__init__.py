@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measurements on disk: one rosbag2 MCAP bag and one run record each; no ROS needed."""
+"""Writes measurements to disk without ROS: one rosbag2 MCAP bag and one run record each."""

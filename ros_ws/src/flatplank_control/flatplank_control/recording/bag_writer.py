@@ -23,22 +23,22 @@ from flatplank_data.naming import check_name
 CHUNK_SIZE = 512 * 1024
 """[bytes]"""
 FLUSH_PERIOD = 0.5
-"""a kill loses what came in this time [s]"""
+"""a kill loses at most the messages of this time [s]"""
 RESERVE_NAME = ".reserve"
 RESERVE_SIZE = 1024 * 1024
-"""room to finish the bag when the disk is full [bytes]"""
+"""disk space reserved to finish the bag when the disk is full [bytes]"""
 
 
 def bag_file_name(name: str) -> str:
-    """rosbag2 numbers the files of a bag; ours are never split."""
+    """File name in a bag: rosbag2 numbers the files, and ours are never split."""
     return f"{name}_0.mcap"
 
 
 class BagWriter:
     """A folder `name` with `name_0.mcap`; `metadata.yaml` appears when it is closed.
 
-    What was written before a kill is on the disk but for the last half second; when nothing
-    is written for a while, `poll` does what `write` would have done.
+    After a kill only the last half second is missing on disk. While no message comes, `poll`
+    flushes in place of `write`.
     """
 
     def __init__(
@@ -52,7 +52,7 @@ class BagWriter:
         clock: Callable[[], float] = time.monotonic,
         open_file: Callable[[Path], McapFile] = McapFile.create,
     ) -> None:
-        """`folder` exists and gets the bag's folder; periods in s, sizes in bytes."""
+        """The bag's folder is made in the existing `folder`; periods in s, sizes in bytes."""
         self.path = Path(folder) / check_name(name)
         self.file_name = bag_file_name(name)
         self.error: str | None = None
@@ -75,11 +75,11 @@ class BagWriter:
 
     @property
     def message_count(self) -> int:
-        """Messages on the disk."""
+        """Number of messages written to disk."""
         return self._file.index.messages
 
     def write(self, topic: str, cdr: bytes, stamp_ns: int) -> None:
-        """One serialised message; the stamp is the time of the bench [ns]."""
+        """Write a serialised message; the stamp is bench time [ns]."""
         if self.error or self._closed:
             raise RecordingError(self.error or f"{self.path}: the bag is closed")
         try:
@@ -92,7 +92,7 @@ class BagWriter:
             self.flush()
 
     def write_blocks(self, blocks: Sequence[TopicBlock]) -> None:
-        """Many messages of many topics, merged in time order; see `TopicBlock`."""
+        """Write many messages of many topics, merged in time order; see `TopicBlock`."""
         if self.error or self._closed:
             raise RecordingError(self.error or f"{self.path}: the bag is closed")
         for block in blocks:
@@ -104,12 +104,12 @@ class BagWriter:
             self._guarded(lambda: self._file.add_chunk(*chunk))
 
     def poll(self) -> None:
-        """Flush when it is time; call it now and then while no message comes."""
+        """Flush when it is due; call it now and then while no message comes."""
         if not self.error and not self._closed and self._clock() >= self._next_flush:
             self.flush()
 
     def flush(self) -> None:
-        """Everything to the disk."""
+        """Write everything to disk."""
         self._next_flush = self._clock() + self._flush_period
         self._guarded(self._file.flush)
 
@@ -173,7 +173,7 @@ METADATA = "metadata.yaml"
 
 
 def finish_bag(file: McapFile, folder: Path, custom: Mapping[str, str]) -> None:
-    """Finish the file and write the folder's metadata; `custom`: text for people and programs."""
+    """Finish the file and write the folder's metadata; `custom`: goes into `custom_data`."""
     content = _information(file.index, bag_file_name(folder.name), custom)
     text = yaml.safe_dump(content, sort_keys=False)
     file.add_metadata("rosbag2", {"serialized_metadata": text})

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Many messages of many topics, as the twin makes them, in time order and without a loop."""
+"""Arrays of messages of many topics, as the twin makes them; merges them in time order."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def _records(block: TopicBlock, channel: int) -> np.ndarray:
 
 
 def _scatter(data: np.ndarray, where: np.ndarray, record: np.ndarray) -> None:
-    """Each row of `record` to its offset; evenly spaced ones, the usual case, as one copy."""
+    """Copy each row of `record` to its offset; evenly spaced rows, the usual case, in one copy."""
     count, size = record.shape
     step = int(where[1] - where[0]) if count > 1 else size
     if step >= size and (count < 2 or bool(np.all(np.diff(where) == step))):
@@ -102,16 +102,16 @@ def _scatter(data: np.ndarray, where: np.ndarray, record: np.ndarray) -> None:
 
 
 class BlockSink(Protocol):
-    """A BagWriter or a RecordingSession."""
+    """Target of blocks: a BagWriter or a RecordingSession."""
 
     def write_blocks(self, blocks: Sequence[TopicBlock]) -> None: ...
 
 
 class TwinWriter:
-    """Collects chunks of a run per topic; `flush` writes what has come since the last one.
+    """Collects chunks of a run per topic; `flush` writes those added since the last one.
 
-    Messages of one stamp follow the order of `layouts`. A second or so of bench time per
-    flush is quick; memory is what lies between two flushes.
+    Messages with one stamp follow the order of `layouts`. One flush per second of bench time is
+    efficient; the memory needed is that between two flushes.
     """
 
     def __init__(self, sink: BlockSink, layouts: Mapping[str, CdrLayout]) -> None:
@@ -126,10 +126,10 @@ class TwinWriter:
         columns: Mapping[str, Any],
         layout: CdrLayout | None = None,
     ) -> None:
-        """N messages: `stamps_ns` int64 [N] [ns] go into the header, `columns` into the rest.
+        """Add N messages: `stamps_ns` int64 [N] [ns] fill the header, `columns` the rest.
 
-        Columns are named as in `CdrLayout.dtype`; [N], [N, n] or one value for all. Messages
-        whose texts are other ones than the topic's have a `layout` of their own.
+        Columns are named as in `CdrLayout.dtype`; shape [N], [N, n] or one value for all. Messages
+        with other texts than the topic's need their own `layout`.
         """
         if topic not in self._layouts:
             raise RecordingError(f"{topic}: not a topic of this writer; give its layout")

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cycle numbers, stamps and the motion trigger of /bus/inputs, and how far other topics lag
-behind.
+"""Reads cycle numbers, stamps and motion trigger of /bus/inputs, and finds topics that lag behind.
 
-Read out of the serialised message: at every cycle, beside all the writing."""
+It reads them from the serialised message, which is fast enough for every cycle."""
 
 from __future__ import annotations
 
@@ -23,24 +22,24 @@ TRIGGER_BIT = 1
 _TYPE = "flatplank_msgs/msg/BusInputs"
 _NUMBERS = ("header.stamp.sec", "header.stamp.nanosec", "cycle", "period_ns", "count")
 _LAYOUTS: dict[int, _Places] = {}
-"""bytes of a message -> where its numbers lie; a bus hardly has more than one"""
+"""size of a message [bytes] -> positions of its numbers; a bus usually has one size"""
 
 
 class BusImage(NamedTuple):
-    """The cycles of one message."""
+    """Cycles of one message."""
 
     first: int
     last: int
     trigger: bool
-    """in any of them"""
+    """true when any cycle has the trigger"""
     stamp_ns: int = 0
-    """of the last one [ns]"""
+    """stamp of the last cycle [ns]"""
     period_ns: int = 0
-    """of the bus; 0: it does not say [ns]"""
+    """period of the bus [ns]; 0: unknown"""
 
 
 class _Places(NamedTuple):
-    """Slices of the bytes of messages whose sequences have the same lengths."""
+    """Positions of the numbers in messages whose sequences have the same lengths."""
 
     lengths: tuple[tuple[slice, bytes], ...]
     numbers: tuple[slice, ...]
@@ -53,7 +52,7 @@ def _kind() -> MessageType:
 
 
 def _places(cdr: bytes) -> _Places:
-    """Of a message like this one, from the definition of its type."""
+    """Positions for messages like this one, from the definition of the type."""
     found = _LAYOUTS.get(len(cdr))
     if found is None or any(cdr[at] != value for at, value in found.lengths):
         try:
@@ -74,7 +73,7 @@ def _places(cdr: bytes) -> _Places:
 
 
 def read_bus_image(cdr: bytes) -> BusImage:
-    """Of a serialised flatplank_msgs/BusInputs, little endian."""
+    """Cycles of a serialised flatplank_msgs/BusInputs, little endian."""
     places = _places(cdr)
     seconds, nanoseconds, cycle, period, count = (
         int.from_bytes(cdr[at], "little") for at in places.numbers
@@ -86,23 +85,23 @@ def read_bus_image(cdr: bytes) -> BusImage:
 
 @dataclass
 class CycleCount:
-    """Counts bus cycles by their numbers and by their stamps, whichever shows more gaps: a bus
-    that was started anew counts from another number, and its pause is in the stamps only.
+    """Counts lost bus cycles by numbers and by stamps, whichever shows more: a restarted bus
+    counts from another number, and only the stamps show the pause.
     """
 
     first: int | None = None
     last: int | None = None
     stamp_ns: int = 0
-    """of the last cycle [ns]"""
+    """stamp of the last cycle [ns]"""
     received: int = 0
     lost: int = 0
     restarts: int = 0
-    """times that the numbers went back: another bus took over"""
+    """number of times that the cycle numbers went back, because the bus was restarted"""
 
     def add_many(
         self, first: np.ndarray, last: np.ndarray, stamps_ns: np.ndarray, period_ns: int
     ) -> None:
-        """Many messages at once: first and last cycle and stamp of each, [N]."""
+        """Add many messages at once: first cycle, last cycle and stamp of each, [N]."""
         if not len(first):
             return
         first, last = np.asarray(first, np.int64), np.asarray(last, np.int64)
@@ -145,11 +144,11 @@ class CycleCount:
 
 
 BEHIND_NS = 500_000_000
-"""a topic that is published at every cycle is never so far behind the bus"""
+"""largest lag of a topic that is published at every cycle [ns]"""
 
 
 class Arrivals:
-    """The latest stamp of every topic."""
+    """Latest stamp of every topic."""
 
     def __init__(self) -> None:
         self.bus_ns = 0
@@ -157,10 +156,10 @@ class Arrivals:
         self._last: dict[str, int] = {}
 
     def add(self, topic: str, stamp_ns: int) -> int:
-        """A message came; returns its place in bench time [ns].
+        """Register a message; returns its bench time [ns].
 
-        Stamps that are not of the bench (diagnostics, by the wall clock) are put at the present
-        cycle.
+        A stamp that is not bench time (diagnostics use the wall clock) is replaced by that of the
+        present cycle.
         """
         if topic == TOPIC:
             self.bus_ns = stamp_ns
@@ -170,9 +169,9 @@ class Arrivals:
         return stamp_ns
 
     def behind(self, stamp_ns: int, topics: Iterable[str]) -> list[str]:
-        """Those of some topics, published at every cycle, that have not come up to a stamp: a
-        message was lost and comes again, or two nodes that have just started have not found each
-        other yet. Without a stamp (0): that are behind the bus.
+        """Topics among `topics`, published at every cycle, without a message up to the stamp: a
+        lost message is sent again, or DDS has not connected two new nodes yet. With stamp 0:
+        topics behind the bus.
         """
         wanted = stamp_ns or self.bus_ns - BEHIND_NS
         return [t for t in topics if self._last.get(t, -1) < wanted]

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A whole run of one topic as one array whose rows are serialised messages.
+"""Serialises a whole run of one topic: one array whose rows are serialised messages.
 
-A message whose texts and sequence lengths do not change has one fixed layout in CDR
-(XCDR1, little endian, as all ROS 2 middlewares send it). `CdrLayout` works it out once, as a
-numpy structured type over the serialised bytes: filling columns is serialising.
+A message whose texts and sequence lengths do not change has one fixed layout in CDR (XCDR1, little
+endian, as all ROS 2 middlewares send it). `CdrLayout` computes it once, as a numpy structured type
+over the serialised bytes: filling its columns serialises the messages.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ _FORMATS = {kind: f"<{code}" for kind, code in PRIMITIVES.items()} | {"bool": "?
 class CdrLayout:
     """Serialised form of one message type with given texts and lengths.
 
-    `fixed` maps field paths to what does not change: a text for a string, a list of texts for
-    a sequence of strings, a length for any other sequence. What is left out is empty. Columns
-    of `dtype` are the paths of the numbers: `header.stamp.sec`, `wrench.force.x`,
-    `position` (n entries), `status[0].level`.
+    `fixed` maps field paths to constants: a text for a string, a list of texts for a sequence of
+    strings, a length for any other sequence. Missing ones are empty. Columns of `dtype` are the
+    paths of the numbers: `header.stamp.sec`, `wrench.force.x`, `position` (n entries),
+    `status[0].level`.
     """
 
     def __init__(self, msgtype: str, fixed: Mapping[str, Any] | None = None) -> None:
@@ -39,7 +39,7 @@ class CdrLayout:
         self._fixed = dict(fixed or {})
         self._used: set[str] = set()
         self._columns: list[tuple[str, Any, int]] = []
-        """name, format and offset"""
+        """(name, format, offset) of each column"""
         self._constants: list[tuple[int, bytes]] = [(0, ENCAPSULATION)]
         self._end = 4
         if msgtype not in self._store.fielddefs:
@@ -96,7 +96,7 @@ class CdrLayout:
     def _message(self, msgtype: str, prefix: str) -> None:
         for name, (node, detail) in self._store.fielddefs[msgtype][1]:
             if name == "structure_needs_at_least_one_member":
-                self._end += 1  # nobody fills it
+                self._end += 1  # never filled
             else:
                 self._field(prefix + name, node, detail)
 
@@ -141,6 +141,6 @@ def set_stamps(messages: np.ndarray, stamps_ns: np.ndarray, path: str = "header.
 
 
 def to_bytes(messages: np.ndarray) -> list[bytes]:
-    """Each row as the bytes of one message."""
+    """Convert each row to the bytes of one message."""
     data, size = np.ascontiguousarray(messages).tobytes(), messages.dtype.itemsize
     return [data[at : at + size] for at in range(0, len(data), size)]

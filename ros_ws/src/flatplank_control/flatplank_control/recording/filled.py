@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A run record whose missing fields are filled in from the messages in the bag."""
+"""Fills missing fields of a run record from the messages in the bag."""
 
 from __future__ import annotations
 
@@ -18,27 +18,27 @@ from flatplank_data.readers.bag import MEASURED, import_bag
 from flatplank_data.run_record import RunRecord, record_from_dict, record_from_yaml
 
 ESSENTIAL = frozenset({"measurement", "kappa", "fz"})
-"""keys without which a record is filled in"""
+"""keys that a record must state; otherwise it is filled in"""
 BY_HAND = "by_hand"
-"""name of a bag that was given none, with nothing to make one of"""
+"""name of a bag when neither request nor record gives one"""
 
 
 @dataclass(frozen=True)
 class Told:
-    """A record, and which of its keys somebody has said."""
+    """A record, and the keys that the request has set."""
 
     record: RunRecord
     said: Collection[str]
 
     @property
     def whole(self) -> bool:
-        """Nothing has to be read out of the bag."""
+        """True when nothing has to be read from the bag."""
         return set(self.said) >= ESSENTIAL
 
     def filled_in(self, record: RunRecord, bag: Path) -> RunRecord:
-        """The record of a bag that is still open with what its messages show of the other keys.
+        """The record, completed from the messages of a bag that is still open.
 
-        What was said stays; where the messages show something else the notes say so.
+        Keys of the request stay; where the messages differ, the notes say so.
         """
         try:
             measured = import_bag(bag, OWN).facts[MEASURED]
@@ -52,7 +52,7 @@ class Told:
 
 
 def told(text: str, name: str = "") -> Told:
-    """The record of a start request: YAML, empty when there is none, and the name of the bag."""
+    """Record of a start request; `text`: YAML, may be empty; `name`: name of the bag."""
     if not text.strip():
         record = record_from_dict({"tire": UNKNOWN, "name": name or BY_HAND})
         return Told(record, {"name"} if name else ())
@@ -65,7 +65,7 @@ def told(text: str, name: str = "") -> Told:
 
 
 def _refuse_settings(text: str) -> None:
-    """RecordingError for what the machine cannot be set to; all else is the record's to judge."""
+    """Raise RecordingError for settings beyond the machine; the record checks all other keys."""
     try:
         data = yaml.safe_load(text)
     except yaml.YAMLError:
@@ -77,7 +77,7 @@ def _refuse_settings(text: str) -> None:
 
 
 def in_words(record: RunRecord) -> str:
-    """What was recorded, on one line for people."""
+    """Summary of the recording, on one line for people."""
     if not record.cycles_received:
         return (
             "nothing was recorded: the plank did not start to move "

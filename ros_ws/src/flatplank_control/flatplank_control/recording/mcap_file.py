@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An MCAP file that grows by whole chunks, so that whatever stops it leaves it readable.
+"""An MCAP file that grows by whole chunks, so that it stays readable after any interruption.
 
-The records are those of the `mcap` package; what is added to its own writer: a chunk and its
-index reach the disk in one write, a write that fails is taken back, and a file that was cut
-off can be taken up again and finished (`recovery`). Format: https://mcap.dev/spec.
+It uses the records of the `mcap` package. Beyond its writer, a chunk and its index are written at
+once, a failed write is undone, and a truncated file can be continued and finished (`recovery`).
+Format: https://mcap.dev/spec.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def encode(*records: McapRecord) -> bytes:
 
 @dataclass
 class Index:
-    """What the summary at the end of a file says about it."""
+    """Content of the summary at the end of a file."""
 
     schemas: dict[int, Schema] = field(default_factory=dict)
     channels: dict[int, Channel] = field(default_factory=dict)
@@ -62,7 +62,8 @@ class Index:
         self, at: int, end: int, start_ns: int, end_ns: int, size: int,
         offsets: dict[int, int], counts: Mapping[int, int],
     ) -> None:  # fmt: skip
-        """A chunk from `at` to the `end` of its message indexes, whose records are `size` [bytes].
+        """Add a chunk from `at` to the `end` of its message indexes, with records of `size`
+        [bytes].
 
         By channel: `offsets` of the message indexes and `counts` of messages.
         """
@@ -100,7 +101,7 @@ class McapFile:
     """Appends to one MCAP file; keeps the index for the summary."""
 
     def __init__(self, stream: FileIO, index: Index | None = None, position: int = 0) -> None:
-        """`stream` is unbuffered; `index` and `position` [bytes] take up a file that was cut."""
+        """`stream` is unbuffered; `index` and `position` [bytes] continue a truncated file."""
         self._stream = stream
         self.index = index or Index()
         self.position = position
@@ -110,14 +111,14 @@ class McapFile:
 
     @classmethod
     def create(cls, path: Path) -> McapFile:
-        """A new file, locked while it is open, so that nobody mends what is being written."""
+        """Create a file, locked while it is open, so that no recovery touches it."""
         stream = FileIO(path, "xb")
         fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
         return cls(stream)
 
     @property
     def pending(self) -> int:
-        """Bytes that a kill would lose."""
+        """Number of bytes that a kill would lose."""
         return self._offset
 
     def add_schema(self, name: str, definition: str) -> int:
@@ -139,7 +140,7 @@ class McapFile:
         return number
 
     def add(self, channel: int, stamp_ns: int, data: bytes) -> None:
-        """One message; on disk with the next `flush`."""
+        """Add a message; the next `flush` writes it to disk."""
         size = len(data)
         self._parts.append(MESSAGE.pack(5, 22 + size, channel, 0, stamp_ns, stamp_ns))
         self._parts.append(data)
@@ -151,7 +152,7 @@ class McapFile:
         self._offset += 31 + size
 
     def flush(self) -> None:
-        """Write what is pending as one chunk."""
+        """Write the pending messages as one chunk."""
         if not self._offset:
             return
         data = b"".join(self._parts)
@@ -164,7 +165,7 @@ class McapFile:
         self.add_chunk(data, min(stamps), max(stamps), index)
 
     def add_chunk(self, data: bytes, start_ns: int, end_ns: int, index: dict[int, bytes]) -> None:
-        """Message records ready for the disk.
+        """Append serialised message records as one chunk.
 
         `index` per channel: pairs of uint64, time [ns] and offset in `data` [bytes].
         """
@@ -185,7 +186,7 @@ class McapFile:
         self.index.add_chunk(at, offset, start_ns, end_ns, size, offsets, counts)
 
     def add_metadata(self, name: str, values: dict[str, str]) -> None:
-        """A metadata record, such as rosbag2's own."""
+        """Add a metadata record, such as that of rosbag2."""
         self.flush()
         data = encode(Metadata(name=name, metadata=values))
         entry = MetadataIndex(offset=self.position, length=len(data), name=name)
@@ -200,12 +201,12 @@ class McapFile:
         self._stream.close()
 
     def abandon(self) -> None:
-        """Close as it is; what is pending is lost."""
+        """Close without finishing; pending messages are lost."""
         self._clear()
         self._stream.close()
 
     def drop_pending(self) -> None:
-        """Forget what has not reached the disk."""
+        """Discard the pending messages."""
         self._clear()
 
     def _clear(self) -> None:
@@ -214,7 +215,7 @@ class McapFile:
         self._offset = 0
 
     def _append(self, data: bytes) -> None:
-        """All of it or nothing."""
+        """Write all of the data or nothing."""
         try:
             view = memoryview(data)
             while view:

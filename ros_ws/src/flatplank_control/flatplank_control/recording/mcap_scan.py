@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads an MCAP file of ours that nobody closed: what is whole in it, and where it is cut."""
+"""Scans an unfinished MCAP file of the recorder for complete records and its truncation."""
 
 from __future__ import annotations
 
@@ -34,23 +34,23 @@ class ScannedMessage(NamedTuple):
 
 @dataclass
 class Scan:
-    """What is whole."""
+    """Complete parts of a file."""
 
     index: Index = field(default_factory=Index)
     end: int = 0
-    """where the next record goes [bytes]; what is beyond is cut or belongs to the old end"""
+    """position for the next record [bytes]; the rest is truncated or the old summary"""
     rest: list[ScannedMessage] = field(default_factory=list)
-    """whole messages of the chunk that was being written"""
+    """complete messages of the chunk that was being written"""
     finished: bool = False
-    """has its summary and closing magic"""
+    """true when the file has its summary and closing magic"""
 
 
 class _DamageError(Exception):
-    """The bytes here are not what they say."""
+    """The bytes are not a valid record."""
 
 
 def messages_of(data: bytes) -> Iterator[ScannedMessage]:
-    """Messages in the records of a chunk, as far as they are whole."""
+    """Complete messages in the records of a chunk."""
     at, size = 0, len(data)
     while at + MESSAGE.size <= size:
         opcode, length, channel, _, stamp_ns, _ = MESSAGE.unpack_from(data, at)
@@ -62,7 +62,7 @@ def messages_of(data: bytes) -> Iterator[ScannedMessage]:
 
 
 def stored_messages(path: Path, index: Index) -> Iterator[ScannedMessage]:
-    """All messages of a scanned file, chunk by chunk."""
+    """Yield all messages of a scanned file, chunk by chunk."""
     with path.open("rb") as file:
         for chunk in index.chunks:
             file.seek(chunk.chunk_start_offset + CHUNK.size)
@@ -70,7 +70,7 @@ def stored_messages(path: Path, index: Index) -> Iterator[ScannedMessage]:
 
 
 def scan(path: Path) -> Scan:
-    """Read `path` from its beginning; a file that is not ours is refused."""
+    """Scan `path` from its beginning; refuse a file from another writer."""
     with path.open("rb") as file:
         data = file.read()
     result = Scan(finished=data.endswith(MAGIC) and len(data) > 2 * len(MAGIC))
@@ -102,7 +102,7 @@ def scan(path: Path) -> Scan:
 
 
 def _goes_on(data: bytes, at: int) -> bool:
-    """Whether a further whole chunk follows the record at `at`."""
+    """True when a further complete chunk follows the record at `at`."""
     while at + _RECORD.size <= len(data):
         at += _RECORD.size + _RECORD.unpack_from(data, at)[1]
         if data[at : at + 1] == bytes([Opcode.CHUNK]):
@@ -121,7 +121,7 @@ def _header(result: Scan, data: bytes, at: int, end: int) -> None:
 
 
 def _listed(name: str, kind: type[Schema] | type[Channel]) -> _Reader:
-    """Takes a record by its id into a table of the index."""
+    """Reader that puts a record into a table of the index, by its id."""
 
     def read(result: Scan, data: bytes, at: int, end: int) -> None:
         record = kind.read(ReadDataStream(BytesIO(data[at + 9 : end])))
@@ -132,7 +132,8 @@ def _listed(name: str, kind: type[Schema] | type[Channel]) -> _Reader:
 
 
 def _chunk(result: Scan, data: bytes, at: int, end: int) -> None:
-    """A chunk counts when all its message indexes follow; else its messages are the rest."""
+    """Read a chunk; it is complete when all its message indexes follow, else its messages go to
+    `rest`."""
     content = data[at + CHUNK.size : end]
     messages = list(messages_of(content))
     result.rest = messages
@@ -154,7 +155,7 @@ def _chunk(result: Scan, data: bytes, at: int, end: int) -> None:
 
 
 def _indexes(data: bytes, at: int) -> tuple[dict[int, int], int]:
-    """Whole message indexes at `at`: where they are by channel, and where they end [bytes]."""
+    """Complete message indexes at `at`: position by channel, and their end [bytes]."""
     offsets: dict[int, int] = {}
     while at + _INDEX.size <= len(data):
         opcode, length, channel, _ = _INDEX.unpack_from(data, at)
@@ -171,5 +172,5 @@ _READERS: dict[int, _Reader] = {
     Opcode.SCHEMA: _listed("schemas", Schema),
     Opcode.CHANNEL: _listed("channels", Channel),
     Opcode.CHUNK: _chunk,
-    Opcode.MESSAGE_INDEX: lambda *_: None,  # taken with its chunk
+    Opcode.MESSAGE_INDEX: lambda *_: None,  # read with its chunk
 }

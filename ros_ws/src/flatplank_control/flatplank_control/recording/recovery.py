@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Mends, at the next start, the bags that a killed recorder left open."""
+"""Repairs bags that a killed recorder left open, at its next start."""
 
 from __future__ import annotations
 
@@ -34,19 +34,19 @@ _REASON = "the recorder ended without closing the bag; mended at the next start"
 
 
 class Mended(NamedTuple):
-    """A bag that was looked at and needed something."""
+    """A bag that was repaired, or could not be."""
 
     path: Path
     messages: int
     note: str
-    """what was done, or why not"""
+    """what was done, or why nothing could be done"""
 
     def __str__(self) -> str:
         return f"{self.path.name}: {self.note}"
 
 
 def mend(folder: Path | str) -> list[Mended]:
-    """Every bag of this recorder in the data folder; those that are being written are left."""
+    """Repair every bag of this recorder in the data folder, except those being written."""
     mended = []
     for path in sorted(path for path in Path(folder).iterdir() if path.is_dir()):
         if not (path / bag_file_name(path.name)).is_file():
@@ -61,7 +61,7 @@ def mend(folder: Path | str) -> list[Mended]:
 
 
 def mend_bag(path: Path) -> Mended | None:
-    """One bag; None when there is nothing to do."""
+    """Repair one bag; None when there is nothing to do."""
     if _is_whole(path):
         return None
     file = path / bag_file_name(path.name)
@@ -85,7 +85,7 @@ def mend_bag(path: Path) -> Mended | None:
 def _finish(
     stream: FileIO, path: Path, found: Scan, record: RunRecord | None, is_final: bool
 ) -> None:
-    """Append to what is whole: the last messages, the record, metadata and summary."""
+    """Append the last messages, the record, metadata and summary to the complete part."""
     stream.truncate(found.end)
     stream.seek(found.end)
     file = McapFile(stream, found.index, found.end)
@@ -104,7 +104,7 @@ def _finish(
 
 
 def _is_whole(path: Path) -> bool:
-    """Closed: the metadata are written last but for the run record."""
+    """True for a closed bag: only the run record is written after the metadata."""
     if not (path / METADATA).is_file():
         return False
     run = path / run_record.FILE_NAME
@@ -113,7 +113,7 @@ def _is_whole(path: Path) -> bool:
 
 
 def _readable_record(path: Path, found: Scan) -> tuple[RunRecord | None, bool, str]:
-    """Messages are saved even when the run record cannot be read."""
+    """The run record, or a substitute when it cannot be read, so that the messages are saved."""
     try:
         return *_record(path, found), ""
     except (RecordingError, SerdeError) as error:
@@ -121,7 +121,7 @@ def _readable_record(path: Path, found: Scan) -> tuple[RunRecord | None, bool, s
 
 
 def _record(path: Path, found: Scan) -> tuple[RunRecord | None, bool]:
-    """The run record as it has to be closed, and whether the bag already says so.
+    """The final run record, and whether the bag already contains it.
 
     The last message on /run is newer than the file beside it.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The recorder's core: idle, armed (waits for the motion trigger), recording."""
+"""The core of the recorder, with states idle, armed (waits for the motion trigger), recording."""
 
 from __future__ import annotations
 
@@ -22,27 +22,27 @@ from flatplank_data.naming import free_name
 from flatplank_data.run_record import RunRecord
 
 NOTHING = "nothing is being recorded; start first"
-"""refusal to stop or discard"""
+"""reason for a refused stop or discard"""
 FREE_DISK = 200_000_000
-"""less is a full disk [bytes]"""
+"""the disk counts as full below this free space [bytes]"""
 
 
 RING_LENGTH = 1_000_000
-"""messages kept before the trigger at most"""
+"""largest number of messages kept before the trigger"""
 
 
 class _Waiting(NamedTuple):
-    """A message before the trigger."""
+    """A message received before the trigger."""
 
     since_ns: int
-    """its stamp, or the time of the bus when it came if it is stamped by a clock ahead of it"""
+    """its stamp, but at most the bus time at its arrival [ns]"""
     topic: str
     cdr: bytes
     stamp_ns: int
 
 
 class State(Enum):
-    """Of the session."""
+    """State of the session."""
 
     IDLE = "idle"
     ARMED = "armed"
@@ -50,10 +50,11 @@ class State(Enum):
 
 
 class RecordingSession:
-    """One measurement after another into a data folder; the node feeds every message to it.
+    """Records one measurement after another into a data folder; the node passes every message to
+    it.
 
-    Writes `/run` itself, at the begin and at the close of each bag. A refused call raises
-    RecordingError with the reason and changes nothing.
+    It writes `/run` itself, at the start and end of each bag. A refused call raises RecordingError
+    with the reason and changes nothing.
     """
 
     def __init__(
@@ -65,11 +66,11 @@ class RecordingSession:
         open_bag: Callable[..., BagWriter] = BagWriter,
         free_disk: Callable[[Path], int] = lambda folder: shutil.disk_usage(folder).free,
     ) -> None:
-        """`pre_trigger`: what came in this time before the motion trigger is kept [s]."""
+        """`pre_trigger`: time before the motion trigger that is recorded [s]."""
         self.folder = Path(folder).absolute()
         self.state = State.IDLE
         self.record: RunRecord | None = None
-        """of the running or the last measurement"""
+        """record of the present or last measurement"""
         self.path: Path | None = None
         self.cycles = CycleCount()
         self._topics = [*(t for t in topics if t.name != RUN_TOPIC.name)]
@@ -77,7 +78,7 @@ class RecordingSession:
         self._latched = {
             topic.name: b"" for topic in self._topics if topic.qos.durability == "transient_local"
         }
-        """what was said last, for whoever comes later: every bag begins with it"""
+        """topic -> last latched message; every bag begins with these"""
         self._pre_trigger_ns = round(pre_trigger * 1e9)
         self._open_bag = open_bag
         self._free_disk = free_disk
@@ -94,7 +95,7 @@ class RecordingSession:
         folder: Path | str | None = None,
         at_once: bool = False,
     ) -> Path:
-        """Describe a run and arm; `at_once` does not wait for the trigger. Returns the bag."""
+        """Arm for a run; `at_once` starts without the trigger. Returns the path of the bag."""
         if self.state is not State.IDLE:
             name = self.record.name if self.record else ""
             raise RecordingError(f"{name} is {self.state.value}; stop or discard it first")
@@ -119,9 +120,9 @@ class RecordingSession:
         return bag.path
 
     def write(self, topic: str, cdr: bytes, stamp_ns: int) -> None:
-        """A message came; when idle only what is latched is kept for the next bag.
+        """Process a message; when idle only latched messages are kept, for the next bag.
 
-        When the disk takes no more the run is closed as failed and the reason is raised, once.
+        When the disk is full, the run is closed as failed and RecordingError is raised, once.
         """
         if topic not in self._names:
             return
@@ -131,7 +132,7 @@ class RecordingSession:
         image = read_bus_image(cdr) if topic == BUS_TOPIC else None
         if image is not None:
             if stamp_ns < self._bus_ns:
-                self._clear_ring()  # another bus took over
+                self._clear_ring()  # the bus was restarted
             self._bus_ns = stamp_ns
         if self.state is State.RECORDING:
             self._put(topic, cdr, stamp_ns, image)
@@ -144,7 +145,7 @@ class RecordingSession:
                 self._begin()
 
     def write_blocks(self, blocks: Sequence[TopicBlock]) -> None:
-        """The same for many messages of the twin; payloads are arrays of `CdrLayout`."""
+        """Like `write`, for many messages of the twin; payloads are arrays of `CdrLayout`."""
         blocks = [block for block in blocks if block.topic in self._names]
         bag = self._bag
         if self.state is not State.RECORDING or bag is None:
@@ -161,7 +162,7 @@ class RecordingSession:
                 self.cycles.add_many(first, last, block.stamps_ns, period)
 
     def poll(self) -> None:
-        """Bring to the disk what waits; call it a few times a second."""
+        """Write pending messages to disk; call it a few times a second."""
         if self._bag is not None:
             self._guarded(self._bag.poll)
 
@@ -175,7 +176,7 @@ class RecordingSession:
     ) -> RunRecord:
         """Close the bag; `ended` is the time of day, ISO 8601. Returns the closed record.
 
-        `fill` may read the messages of the bag's folder, and completes the record.
+        `fill` completes the record; it may read the messages in the bag's folder.
         """
         bag = self._bag
         if bag is None or self.record is None:
@@ -187,7 +188,7 @@ class RecordingSession:
         return self._finish(status, reason, ended)
 
     def discard(self) -> Path:
-        """Stop and delete the bag; returns where it was."""
+        """Stop and delete the bag; returns its path."""
         if self._bag is None or self.record is None:
             raise RecordingError(NOTHING)
         bag, self._bag = self._bag, None
@@ -198,7 +199,7 @@ class RecordingSession:
         return bag.path
 
     def close(self) -> None:
-        """At the end of the program: nothing stays open."""
+        """Close an open bag at the end of the program."""
         if self.state is not State.IDLE:
             self._finish("interrupted", "the recorder was shut down", "")
 
@@ -269,7 +270,7 @@ class RecordingSession:
             raise RecordingError(str(error)) from error
 
     def _finish(self, status: str, reason: str, ended: str) -> RunRecord:
-        """Close whatever happens; what fails on the way is told in the record."""
+        """Close the bag in any case; the record states what has failed."""
         bag, self._bag = self._bag, None
         assert bag is not None and self.record is not None
         self.state = State.IDLE

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The topics of the bench that go into a bag, for recorder, twin and documentation."""
+"""Table of the topics that are recorded, for recorder, twin and documentation."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _INFINITE_NS = 2**63 - 1
 
 @dataclass(frozen=True)
 class Qos:
-    """Offered profile; the words are those of `ros2 topic info --verbose` in lower case."""
+    """Offered QoS profile, in the terms of `ros2 topic info --verbose` in lower case."""
 
     depth: int = 10
     reliability: str = "reliable"
@@ -46,7 +46,7 @@ def _duration(ns: int) -> dict[str, int]:
 
 
 def qos_text(qos: Qos) -> str:
-    """The offered profile as in the metadata of an MCAP channel."""
+    """The offered profile as text for the metadata of an MCAP channel."""
     profile = {
         "history": qos.history,
         "depth": qos.depth,
@@ -68,7 +68,7 @@ class BenchTopic(NamedTuple):
     rate: str
     says: str
     modes: tuple[str, ...] = ()
-    """operation modes of the wheel drive in which it is published at every cycle, and only then"""
+    """operation modes of the wheel drive in which alone it is published, at every cycle"""
 
 
 def _row(name: str, kind: str, rate: str, says: str, qos=STREAM, modes=()) -> BenchTopic:
@@ -107,13 +107,13 @@ TABLE = (
     _row("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", "1 Hz",
          "health of the nodes", HEALTH),
 )  # fmt: skip
-"""Beside these the recorder itself says `/run` (flatplank_msgs/Run), latched: the run record."""
+"""recorded topics; the recorder adds `/run` (flatplank_msgs/Run), latched: the run record"""
 
 RECORDED = tuple(row.spec for row in TABLE)
 
 
 def at_every_cycle(mode: str) -> list[str]:
-    """Topics that are published at every cycle in an operation mode of the wheel drive."""
+    """Topics published at every cycle in an operation mode of the wheel drive."""
     return [row.spec.name for row in TABLE if row.rate == "cycle" or mode in row.modes]
 
 

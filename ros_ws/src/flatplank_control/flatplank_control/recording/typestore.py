@@ -56,9 +56,9 @@ def _store(folder: Path) -> Typestore:
 
 @lru_cache(maxsize=64)
 def message_definition(msgtype: str) -> str:
-    """Definition as rosbag2 stores it (`ros2msg`): the type, then all that it depends on.
+    """Definition as rosbag2 stores it (`ros2msg`): the type, then its dependencies.
 
-    Our own keep their comments: they carry the units.
+    Definitions of `flatplank_msgs` keep their comments, which state the units.
     """
     parts: list[str] = []
     seen = {_short(msgtype)}

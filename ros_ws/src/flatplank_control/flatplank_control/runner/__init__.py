@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How a measurement is made, apart from the bench that it is made on."""
+"""Measurement procedures, independent of the bench that performs them."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a plan waits for, judged by the measured samples alone; what an operator sets by hand."""
+"""Conditions that a plan waits for, by the measured samples alone; and settings made by hand."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from flatplank_hw.hub.params import SETUP_CONSTANTS as OF_HUB
 Condition = Callable[[Snapshot], bool]
 AT_ANGLE = math.radians(0.2)
 STILL = 1e-3
-"""wheel speed of a wheel that stands [rad/s]"""
+"""a wheel stands below this speed [rad/s]"""
 PRELOAD = 300.0
 """largest force of the preloaded shaft while the parasitic filter is off [N], thesis 3.1"""
 RADIUS_STILL = 3e-4
-"""of an axle that rests [m]"""
+"""an axle rests while its height changes by less [m]"""
 STILL_FOR = 300_000_000
-"""[ns]"""
+"""time for which an axle must rest [ns]"""
 
 
 def plank_rests() -> Condition:
@@ -34,7 +34,7 @@ def plank_moves() -> Condition:
 
 
 def travelled(distance: float) -> Condition:
-    """The plank has gone so far [m] since the first look, or rests again before."""
+    """The plank has travelled `distance` [m] since the first call, or has come to rest."""
     first: float | None = None
 
     def check(s: Snapshot) -> bool:
@@ -48,12 +48,13 @@ def travelled(distance: float) -> Condition:
 
 
 def plank_beyond(position: float) -> Condition:
-    """At `position` [m] after the trigger, or at rest before it: the end of the road."""
+    """The plank has passed `position` [m] after the trigger, or rests before it, at the end of the
+    road."""
     return lambda s: s.encoders.plank_position >= position or not s.encoders.plank_moving
 
 
 class Remembered:
-    """A condition that remembers whether it held when it was last asked."""
+    """A condition that remembers its last result."""
 
     def __init__(self, condition: Condition) -> None:
         self._condition = condition
@@ -74,10 +75,10 @@ def wheel_at(angle_deg: float) -> Condition:
 
 
 def loaded(fz: float, zero: float = math.nan) -> Condition:
-    """The load [N] is there, within 1 % and 10 N.
+    """The load [N] is reached, within 1 % and 10 N.
 
-    `zero`: force of the unloaded hub at this wheel angle [N]. Without it the largest force of the
-    preloaded shaft is allowed for.
+    `zero`: Fz of the unloaded hub at this wheel angle [N]. Without it the tolerance includes the
+    largest spurious force of the preloaded shaft.
     """
     known = not math.isnan(zero)
 
@@ -90,7 +91,7 @@ def loaded(fz: float, zero: float = math.nan) -> Condition:
 
 
 def unloaded() -> Condition:
-    """Hardly any force, and the axle has come to rest."""
+    """The force is small, and the axle is at rest."""
     radius, since = math.inf, 0
 
     def check(s: Snapshot) -> bool:
@@ -106,13 +107,13 @@ def unloaded() -> Condition:
 
 @dataclass(frozen=True)
 class Quantity:
-    """A manual setting."""
+    """A quantity that is set by hand."""
 
     prompt: str
-    """with {value}"""
+    """text with {value}"""
     verify: Callable[..., Condition]
     timeout: float = 120.0
-    """for a simulated operator [s of bench time]"""
+    """time-out of a simulated operator [s of bench time]"""
 
 
 def _near(read: Callable[[Snapshot], float], tolerance: float) -> Callable[[float], Condition]:
@@ -124,7 +125,7 @@ def _not_measured(_value: float) -> Condition:
 
 
 def condition_of(step: Manual) -> Condition:
-    """What the sensors must say when it is done."""
+    """Condition by which the sensors confirm a manual setting."""
     quantity = QUANTITIES[step.quantity]
     if step.zero == step.zero:
         return quantity.verify(step.value, step.zero)
@@ -132,14 +133,14 @@ def condition_of(step: Manual) -> Condition:
 
 
 def prompt_of(step: Manual) -> str:
-    """What an operator reads; a load is read with the zero of the display."""
+    """Prompt for the operator; a load includes the zero of the display."""
     quantity = QUANTITIES[step.quantity]
     value = step.value + step.zero if step.zero == step.zero else step.value
     return quantity.prompt.format(value=round(value, 2))
 
 
 def prompt_of_plank(step: Plank) -> str:
-    """What an operator reads at the plank's switch; the position is the encoder's."""
+    """Prompt for the plank's switch; the position is that of the encoder."""
     speed = {1: ", fast" if step.fast else ", slow"}.get(step.direction, "")
     stop = step.stop_at - TRIGGER_AT
     until = f"; stop it {stop:g} m behind the trigger" if not math.isnan(stop) else ""
@@ -147,7 +148,7 @@ def prompt_of_plank(step: Plank) -> str:
 
 
 SWITCH = {1: "forward", 0: "stop", -1: "reverse"}
-"""direction of the plank -> word at its switch"""
+"""direction of the plank -> label at its switch"""
 
 QUANTITIES: dict[str, Quantity] = {
     "unload": Quantity("lift the wheel off the road", lambda _: unloaded()),
@@ -168,4 +169,4 @@ QUANTITIES: dict[str, Quantity] = {
     "wheel_camber_deg": Quantity("set the camber of the hub to {value:g} deg", _not_measured),
 }
 SET_UP = {"measurement_hub": OF_HUB, "encoders": OF_ENCODERS}
-"""node -> constants of the set-up that every run record copies from it"""
+"""node -> set-up constants that are copied to every run record"""

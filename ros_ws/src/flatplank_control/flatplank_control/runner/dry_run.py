@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A plan on paper: performed by kinematics alone, for bench time, progress, road and load."""
+"""Dry run of a plan: performs it by kinematics alone, for bench time, progress, road and load."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ from flatplank_hw.cia402 import State
 from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Wrench
 
 STEP = 0.1
-"""[s]"""
+"""time step [s]"""
 WHEEL_SPEED = 0.15
-"""of a move [rad/s]"""
+"""wheel speed of a move [rad/s]"""
 BY_HAND = {"load": 7.0, "unload": 5.0, "pressure_bar": 0.2, "cleat_mm": 0.2}
-"""typical time of an operator's action on the simulated bench [s]; angles: at 2 deg/s"""
+"""setting -> typical time of an operator on the simulated bench [s]; angles change at 2 deg/s"""
 ANGLE_SPEED = 2.0
 
 
 class DryBench:
-    """`time` is the bench time [s] of all that was performed."""
+    """Kinematic bench; `time` is the bench time [s] of all performed steps."""
 
     def __init__(self) -> None:
         self.time = 0.0
         self.plank = self.wheel = 0.0
         self.road_used = 0.0
-        """farthest position of the plank behind the trigger [m]"""
+        """farthest position of the plank from the trigger [m]"""
         self.steps: list[S.Step] = []
         self._direction, self._fast, self._stop_at = 0, True, math.nan
         self._target = math.nan
@@ -54,7 +54,7 @@ class DryBench:
         }
 
     def perform(self, plan: Iterable[S.Step]) -> None:
-        """A whole plan; PlanFailed when it waits for what never comes."""
+        """Perform a plan; PlanFailed when it waits for something that never happens."""
         for step in plan:
             self.steps.append(step)
             act = self._do.get(type(step))
@@ -109,7 +109,7 @@ class DryBench:
         )
 
     def snapshot(self) -> S.Snapshot:
-        """What a bench without noise would say."""
+        """Samples as measured on a bench without noise."""
         stamp, cycle = round(self.time * 1e9), round(self.time / STEP)
         moves = self._moves
         fz = self._set.get("load", 0.0)
@@ -130,26 +130,26 @@ class DryBench:
 
 
 class Progress:
-    """`step` steps of the plan are done and the next one takes `seconds` so far."""
+    """Progress of a plan: `step` steps are done, the next one has taken `seconds` so far."""
 
     def __init__(self, ends: Sequence[float]) -> None:
-        """`ends`: bench time at the end of each step on paper [s]."""
+        """`ends`: bench time at the end of each step in the dry run [s]."""
         self._ends = list(ends)
         self.total = self._ends[-1] if self._ends else 0.0
 
     def left(self, step: int, seconds: float = 0.0) -> float:
-        """Bench time to come [s]; a step that takes longer than on paper counts as done."""
+        """Remaining bench time [s]; a step that takes longer than planned counts as done."""
         begin = self._ends[step - 1] if step else 0.0
         end = self._ends[min(step, len(self._ends) - 1)] if self._ends else 0.0
         return self.total - min(begin + seconds, end)
 
     def done(self, step: int, seconds: float = 0.0) -> float:
-        """Share that is done, 0 .. 1."""
+        """Completed share, 0 .. 1."""
         return 1.0 - self.left(step, seconds) / self.total if self.total else 1.0
 
 
 def on_paper(plan: Iterable[S.Step]) -> Progress:
-    """Perform a plan on paper; what waits for something that paper does not have takes no time."""
+    """Dry-run a plan; a wait for something that the dry run does not simulate takes no time."""
     bench, ends = DryBench(), []
     for step in plan:
         with suppress(PlanFailed):
@@ -160,26 +160,26 @@ def on_paper(plan: Iterable[S.Step]) -> Progress:
 
 @dataclass(frozen=True)
 class DryRun:
-    """What a campaign will take."""
+    """Expected effort of a campaign."""
 
     durations: dict[str, float]
-    """bench time of each run by its key [s]"""
+    """key of a run -> bench time [s]"""
     kinds: dict[str, int]
-    """runs per kind of measurement and role"""
+    """kind of measurement and role -> number of runs"""
     road: float
     """farthest position of the plank [m]"""
     largest_load: float
-    """[N]"""
+    """largest load [N]"""
     prompts: int
-    """things that an operator sets by hand"""
+    """number of settings made by hand"""
 
     @property
     def total(self) -> float:
-        """[s]"""
+        """Total bench time [s]."""
         return sum(self.durations.values())
 
     def lines(self, plan: CampaignPlan) -> list[str]:
-        """For people."""
+        """Text for people."""
         kinds = ", ".join(f"{n} {kind}" for kind, n in self.kinds.items())
         hours = self.total / 3600.0
         return [
@@ -191,7 +191,7 @@ class DryRun:
 
 
 def dry_run(plan: CampaignPlan) -> DryRun:
-    """Perform every run on paper, one after the other; PlanFailed names line and reason."""
+    """Dry-run all runs, one after the other; PlanFailed names line and reason."""
     bench = DryBench()
     durations: dict[str, float] = {}
     for run in plan.runs:

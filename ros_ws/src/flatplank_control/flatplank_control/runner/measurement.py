@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What one measurement is, checked before anything moves."""
+"""Definition of one measurement, checked before anything moves."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from flatplank_hw.hub import HubParameters
 
 DIRECTIONS = {"forward": 1, "reverse": -1}
 TRIGGER_AT = 0.02
-"""position of the machine at which the motion trigger is, and that of the encoder 0 [m]"""
+"""machine position of the motion trigger, where the plank position becomes 0 [m]"""
 SETTINGS = {
     **RECORDED,
     "end_position": LIMITS["end_position"],
@@ -30,23 +30,23 @@ SETTINGS = {
     "profile_time": Limit(0.1, 3600.0, "s"),
     "optical_trigger": Limit(0.0, 1.0, "m"),
 }
-"""field -> its range"""
+"""field -> range"""
 ON_THE_ROAD = ("slip", "cleat", "turning", "camber_sweep")
-"""kinds that roll by the wheel's speed and need an effective rolling radius"""
+"""kinds with a driven, rolling wheel, which need an effective rolling radius"""
 DRAGGED = ("stiffness_longitudinal", "stiffness_lateral", "locked_wheel")
-"""kinds with a held wheel: the road may move to either side"""
+"""kinds with a held wheel, where the road may move in both directions"""
 PROFILED = ("parking", "turning", "camber_sweep")
 OF_THE_PLAN = (
     "end_position", "distance", "cleat_mm", "profile_time", "hold_load", "optical_trigger",
     "flexplates",
 )  # fmt: skip
-"""fields that say how it is made and are no field of the run record"""
+"""fields about the procedure, which the run record does not have"""
 START_ANGLES = {1: 0.0, 2: 120.0, 3: 240.0}
-"""starting position -> wheel angle [deg]"""
+"""start position -> wheel angle [deg]"""
 
 
 class MeasurementError(ValueError):
-    """A measurement that cannot be: `key` is the field at fault, `reason` what is wrong."""
+    """An impossible measurement; `key`: field at fault, `reason`: what is wrong."""
 
     def __init__(self, text: str, key: str = "", reason: str = "") -> None:
         super().__init__(text)
@@ -55,11 +55,11 @@ class MeasurementError(ValueError):
 
 @dataclass(frozen=True)
 class Measurement:
-    """One run on the road. Angles in deg, pressure in bar as people say them; the rest SI."""
+    """One run on the road. Angles in deg, pressure in bar, all else SI."""
 
     tire: str = "TOY"
     measurement: str = "slip"
-    """slip or free_rolling; a key of plans.PLANS"""
+    """kind of measurement, a key of plans.PLANS"""
     kappa: float = 0.0
     fz: float = 3700.0
     pressure: float = 2.5
@@ -75,26 +75,26 @@ class Measurement:
     waveform: str = "step"
     waveform_parameters: Mapping[str, float] = field(default_factory=dict)
     speed: float = SPEED
-    """of the plank: one of the two of its switch [m/s]"""
+    """speed of the plank, one of the two of its switch [m/s]"""
     direction: str = "forward"
-    """of the road: forward or reverse"""
+    """direction of the road: forward or reverse"""
     start_angle_deg: float | None = None
-    """wheel angle in place of that of `start`"""
+    """wheel angle that overrides that of `start`"""
     wheel_camber_deg: float | None = None
-    """part of gamma_deg that the hub takes; the road takes the rest"""
+    """camber of the hub; the road takes the rest of gamma_deg"""
     flexplates: bool = True
-    """False: the wheel rolls freely, disconnected from its drive"""
+    """False: the wheel is disconnected from its drive and rolls freely"""
     distance: float = 0.0
-    """road of a stiffness or locked-wheel measurement [m]; 0: what is usual for it"""
+    """road of a stiffness or locked-wheel measurement [m]; 0: default of its kind"""
     cleat_mm: float = 10.0
-    """height of the cleat of a cleat measurement"""
+    """height of the cleat [mm]"""
     profile: str = "parking"
-    """of the steering or camber axis: a key of steering_hold.PROFILES"""
+    """profile of the steering or camber axis, a key of steering_hold.PROFILES"""
     profile_parameters: Mapping[str, float] = field(default_factory=dict)
     profile_time: float = 80.0
-    """so long a standing tire is steered [s]"""
+    """time for which a standing tire is steered [s]"""
     hold_load: bool = False
-    """the load controller of a driven vertical axis holds fz"""
+    """true: the load controller of a driven vertical axis holds fz"""
     optical_trigger: float = 0.0
     """road between two pulses of the trigger output [m]; 0: none"""
     name: str = ""
@@ -102,11 +102,11 @@ class Measurement:
     serial: str = ""
     notes: str = ""
     et_value: float | None = None
-    """of the rim [m]"""
+    """ET value of the rim [m]"""
     adapter_thickness: float | None = None
     """[m]"""
     session: Mapping[str, Any] = field(default_factory=dict)
-    """room temperature, paper batch and what else the plan says of the day"""
+    """room temperature, paper batch and other facts of the session"""
 
     def __post_init__(self) -> None:
         for key, reason in self._problems():
@@ -114,7 +114,7 @@ class Measurement:
             raise MeasurementError(text, key, reason)
 
     def _problems(self) -> Iterator[tuple[str, str]]:
-        """Key at fault and reason; those that come later take for granted that there are none."""
+        """(key at fault, reason); later checks assume that earlier ones have passed."""
         for f in fields(self):
             value = getattr(self, f.name)
             if isinstance(value, float) and not math.isfinite(value):
@@ -123,7 +123,7 @@ class Measurement:
             value = getattr(self, name)
             if value is not None and (reason := limit.refusal(name, value)):
                 yield name, reason
-        # the road takes the camber that the hub does not
+        # the road takes the rest of the camber
         hub, name = self.wheel_camber_deg or 0.0, "gamma_deg"
         if hub:
             name = f"gamma_deg is {self.gamma_deg:g} with {hub:g} at the hub: the road's camber"
@@ -150,7 +150,7 @@ class Measurement:
             yield "end_position", f"end_position {both}: the slip would never be given"
 
     def _problems_of_motion(self) -> Iterator[tuple[str, str]]:
-        """Of the plank and of the coupling to the wheel's drive."""
+        """Problems with the plank and the coupling to the drive of the wheel."""
         if min(abs(self.speed - v) for v in (SPEED, SLOW)) > 1e-6:
             known = f"{SPEED:g} and {SLOW:g}"
             yield "speed", f"speed is {self.speed:g} m/s; the plank has {known} m/s"
@@ -165,19 +165,19 @@ class Measurement:
             yield "flexplates", f"flexplates is false: {reason}"
 
     def slip_parameters(self) -> dict[str, float]:
-        """Parameters of the waveform; a step takes the run's own slip."""
+        """Parameters of the waveform; a step uses the slip of the run."""
         own = {"kappa": self.kappa} if self.waveform == "step" else {}
         return {**own, **self.waveform_parameters}
 
     @property
     def start_angle(self) -> float:
-        """Of the wheel [deg]."""
+        """Wheel angle at the start [deg]."""
         given = self.start_angle_deg
         return START_ANGLES[self.start] if given is None else given
 
     @property
     def fast(self) -> bool:
-        """Whether the plank's switch stands at fast."""
+        """True for the fast speed of the plank."""
         return self.speed > 2.0 * SLOW
 
     def rim(self) -> dict[str, float]:
@@ -212,7 +212,7 @@ class Measurement:
         return values
 
     def _extra(self, profile: dict[str, Any]) -> dict[str, Any]:
-        """What only this kind of measurement has."""
+        """Fields that only this kind of measurement has."""
         found: dict[str, Any] = {}
         if self.measurement in PROFILED:
             found["profile"] = profile
@@ -247,11 +247,11 @@ _TYPES: dict[type, tuple[tuple[type, ...], str]] = {
     str: ((str,), "text"),
     dict: ((Mapping,), "keys and values"),
 }
-"""type of a field -> what YAML may give for it, and how to say it"""
+"""type of a field -> allowed YAML types, and their description"""
 
 
 def _typed(key: str, value: Any, default: Any) -> Any:
-    """The value as the field wants it; a field without a default number takes one or nothing."""
+    """The value in the type of the field; a field with default None takes a number or nothing."""
     if default is None and value is None:
         return None
     kind = dict if default is MISSING else float if default is None else type(default)

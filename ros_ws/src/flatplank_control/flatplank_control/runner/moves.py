@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sequences that several kinds of measurement have in common."""
+"""Sequences of steps that several kinds of measurement share."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from flatplank_control.runner.measurement import SLOW, SPEED, Measurement
 
 Plan = Iterator[S.Step]
 QUICK = 10
-"""cycles per message while nothing is measured, 40 ms at 250 Hz; at a lower rate fewer"""
+"""cycles per message while nothing is measured, 40 ms at 250 Hz; fewer at a lower rate"""
 ENOUGH = "enough: ended here by the operator"
-"""in the record of a run whose road was not seen to its end"""
+"""note in the record of a run that the operator ended early"""
 
 
 def mounted(m: Measurement) -> Plan:
-    """The hub reckons with the rim of the plan; one that the plan does not name stays."""
+    """Set the rim constants of the hub that the plan names."""
     if rim := m.rim():
         yield S.Constants(rim)
 
 
 def at_speed(m: Measurement) -> Plan:
-    """The slip sequencer reckons with the plank speed of the plan."""
+    """Set the plank speed of the plan in the slip sequencer."""
     yield S.Constants({"commanded_speed": m.speed}, "slip_sequencer")
 
 
 def by_drive(step: S.Plank) -> Plan:
-    """What the switch asks for, done by the plank's own drive with its ramps."""
+    """Steps of a plank with a drive in place of the switch."""
     if step.direction == 0:
         yield S.Enable(False, "plank")
         return
@@ -37,7 +37,7 @@ def by_drive(step: S.Plank) -> Plan:
     yield S.Enable(True, "plank")
     yield S.Wait("the plank drive has answered", lambda _s: True, 2.0, 0.5)
     if math.isfinite(step.stop_at):
-        # positions must come with every cycle, a speed may hold for a batch
+        # a position set-point is needed at every cycle, a speed may hold for a batch
         yield S.Quick(1)
         yield S.Mode("position", step.stop_at, "plank")
         return
@@ -85,8 +85,8 @@ def turn(angle_deg: float) -> Plan:
 
 
 def over_the_road(m: Measurement, at: float = math.nan, then: Sequence[S.Step] = ()) -> Plan:
-    """Record while the plank goes from the trigger to the end position; at a position [m] do
-    `then`."""
+    """Record while the plank moves from the trigger to the end position; at plank position `at`
+    [m] do `then`."""
     yield S.Quick(1)
     if m.hold_load:
         yield S.HoldLoad(m.fz)
@@ -112,7 +112,7 @@ def over_the_road(m: Measurement, at: float = math.nan, then: Sequence[S.Step] =
 
 
 def rolling_freely(m: Measurement) -> Plan:
-    """The wheel turns with the road at no slip."""
+    """Turn the wheel with the road at zero slip."""
     at = m.step_position
     yield from at_speed(m)
     yield S.SlipWaveform("constant", {"kappa": 0.0}, at, m.effective_rolling_radius)

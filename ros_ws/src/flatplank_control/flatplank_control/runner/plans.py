@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How each kind of measurement is made: generators of steps, run dry, in the twin or on the
-graph."""
+"""Procedure of each kind of measurement: a generator of steps, for dry run, twin or ROS graph."""
 
 from __future__ import annotations
 
@@ -16,16 +15,16 @@ from flatplank_control.runner.moves import Plan
 from flatplank_data.yaml_text import load_yaml
 
 THREE_TURNS = 1080.0
-"""[deg], Appendix C"""
+"""wheel angle of three turns, Appendix C [deg]"""
 STANDS_AT = 0.15
 """machine position of a plank under a standing tire, behind the motion trigger [m]"""
 CLEAT_AT = 2.0
 """machine position of the cleat [m]"""
 PAUSE = 0.5
-"""of rest before a standing tire is loaded sideways [s]"""
+"""rest before a standing tire is loaded tangentially [s]"""
 EXAMPLE = "{measurement: slip, kappa: 0.05, effective_rolling_radius: 0.3108}"
 SAYS_WHAT = ("measurement", "kappa", "waveform")
-"""keys of which a goal must have one: the others only say how to measure"""
+"""a goal must have one of these keys; the others only say how to measure"""
 
 
 def slip(m: Measurement) -> Plan:
@@ -41,8 +40,8 @@ def slip(m: Measurement) -> Plan:
 
 
 def free_rolling(m: Measurement) -> Plan:
-    """The controller keeps the longitudinal force, or the wheel is off its drive and rolls
-    against its own resistance only; gives r_e by (5.22)."""
+    """Free rolling: the controller holds the longitudinal force, or the disconnected wheel rolls
+    against its own resistance only. Gives r_e by (5.22)."""
     if m.flexplates:
         yield from moves.go_back(m)
         yield S.Mode("free_rolling")
@@ -74,9 +73,9 @@ def unloaded_turn(m: Measurement) -> Plan:
 
 
 def _onto_the_road(m: Measurement, room: float = 0.0) -> Plan:
-    """The plank stands behind the trigger, so that all of the record is after it.
+    """Move the plank past the trigger, so that the whole record is after it.
 
-    `room`: so much farther, for a road that goes back [m].
+    `room`: additional distance, for a road that moves backward [m].
     """
     yield from moves.back_unloaded(m)
     yield S.Arm()
@@ -103,8 +102,7 @@ def vertical(m: Measurement) -> Plan:
 
 
 def dragged(usual: float, fast: bool) -> Callable[[Measurement], Plan]:
-    """The road moves under the wheel that its drive holds, over `usual` [m] if the plan says
-    nothing else."""
+    """The road moves under the held wheel, by `usual` [m] unless the plan says otherwise."""
 
     def plan(m: Measurement) -> Plan:
         way, distance = DIRECTIONS[m.direction], m.distance or usual
@@ -126,7 +124,7 @@ def dragged(usual: float, fast: bool) -> Callable[[Measurement], Plan]:
 
 
 def cleat(m: Measurement) -> Plan:
-    """The tire rolls freely, by its wheel's speed, over a cleat."""
+    """The driven tire rolls over a cleat at zero slip."""
     yield from moves.back_unloaded(m)
     yield S.Manual("cleat_mm", m.cleat_mm)
     yield S.Manual("load", m.fz)
@@ -137,7 +135,7 @@ def cleat(m: Measurement) -> Plan:
 
 
 def parking(m: Measurement) -> Plan:
-    """The standing tire is steered to and fro; needs a driven steering axis."""
+    """The standing tire is steered back and forth; needs a driven steering axis."""
     yield from _onto_the_road(m)
     yield S.Manual("load", m.fz)
     yield S.Enable(False)
@@ -154,7 +152,7 @@ def parking(m: Measurement) -> Plan:
 
 
 def turned(axis: str) -> Callable[[Measurement], Plan]:
-    """A profile of an axis under the rolling tire, from the step position on."""
+    """The rolling tire with a profile of an axis, from the step position on."""
 
     def plan(m: Measurement) -> Plan:
         yield from moves.go_back(m)
@@ -172,14 +170,14 @@ PLANS: dict[str, Callable[[Measurement], Plan]] = {
     "free_rolling": free_rolling,
     "unloaded_turn": unloaded_turn,
     "stiffness_vertical": vertical,
-    # C_x: Fx over the travel of the road; C_y: the same with the wheel steered, Fy across it
+    # C_x: Fx over the road's travel; C_y: Fy over the travel across the steered wheel
     "stiffness_longitudinal": dragged(0.006, fast=False),
     "stiffness_lateral": dragged(0.008, fast=False),
-    # friction: until the locked wheel slides
+    # friction: the road moves until the locked wheel slides
     "locked_wheel": dragged(0.3, fast=True),
     "cleat": cleat,
     "parking": parking,
-    # a short turn of the steering, the road's tilt
+    # profiles of the steering and of the road camber
     "turning": turned("steer"),
     "camber_sweep": turned("camber"),
 }
@@ -188,7 +186,7 @@ PLANS: dict[str, Callable[[Measurement], Plan]] = {
 AXES: dict[str, tuple[str, ...]] = {
     "parking": ("steer",), "turning": ("steer",), "camber_sweep": ("camber",),
 }  # fmt: skip
-"""kind of measurement -> driven axes that it needs"""
+"""kind of measurement -> driven axes that it needs beside the wheel"""
 
 
 def plan_of(m: Measurement) -> Plan:
@@ -199,29 +197,29 @@ def plan_of(m: Measurement) -> Plan:
 
 
 def safe_end() -> Plan:
-    """Whatever happened: nothing moves, the bag is closed."""
+    """Safe end of any plan: stop all motion."""
     yield S.Plank(0)
     yield S.Enable(False)
 
 
 def let_go(axes: Iterable[str]) -> Plan:
-    """Controllers of further axes leave them to the operator."""
+    """Release further axes from their controllers."""
     for axis in axes:
         yield S.HoldLoad(math.nan) if axis == "vertical" else S.AxisProfile(axis, parameters=None)
 
 
 def axes_of(m: Measurement) -> tuple[str, ...]:
-    """Axes that must have a drive for it, beside the wheel."""
+    """Axes that must have a drive for a measurement, beside the wheel."""
     held = ("vertical",) if m.hold_load else ()
     return held + AXES.get(m.measurement, ())
 
 
 class GoalError(ValueError):
-    """A goal that asks for nothing that can be made; one line."""
+    """A goal without a possible measurement; one line."""
 
 
 def mapping_of(text: str) -> Mapping[str, Any]:
-    """What the YAML of a goal says; GoalError when it says nothing, or is no mapping."""
+    """Parse the YAML of a goal; GoalError when it is empty or no mapping."""
     data = load_yaml(text, "plan")
     if data is None or data == {}:
         raise GoalError(f"plan: empty; say what to measure, for instance {EXAMPLE}")
@@ -232,7 +230,7 @@ def mapping_of(text: str) -> Mapping[str, Any]:
 
 
 def measurement_of(data: Mapping[str, Any]) -> Measurement:
-    """The single measurement of a goal that is no campaign; ValueError in one line."""
+    """The measurement of a goal that is no campaign; ValueError with one line."""
     wanted = from_mapping(data, "plan")
     if not any(key in data for key in SAYS_WHAT):
         known = ", ".join(SAYS_WHAT)

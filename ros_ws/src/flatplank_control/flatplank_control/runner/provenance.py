@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the bench says of a run by itself: constants, calibrations, unusual parameters, machine and
+"""Completes a run record from the bench: constants, calibrations, changed parameters, machine and
 software."""
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from flatplank_hw.encoders import EncoderParameters
 from flatplank_hw.hub import HubParameters
 
 InForce = Mapping[str, Mapping[str, Any]]
-"""node -> parameter -> value that it has now; nodes that are there"""
+"""node -> parameter -> present value, for running nodes"""
 MEASURING: dict[str, type] = {
     "measurement_hub": HubParameters,
     "encoders": EncoderParameters,
@@ -31,23 +31,23 @@ MEASURING: dict[str, type] = {
     "free_rolling_controller": FreeRollingParameters,
     "slip_sequencer": SequencerParameters,
 }
-"""node -> parameters that make a difference to what is measured"""
+"""node -> class of the parameters that affect a measurement"""
 MACHINE = ("tire", "preset", "config", "seed")
-"""parameters of a node that simulates the machine"""
+"""parameters of a node that simulates the machine, for the run record"""
 SIMULATED = dict.fromkeys(("simulated_plant", "ethercat_bus"), MACHINE)
 """nodes that may simulate the machine; a real bus has none of these parameters"""
 ASKED = {
     node: tuple(p.name for p in describe(kind)) for node, kind in MEASURING.items()
 } | SIMULATED
-"""node -> parameters that a run record is made of"""
+"""node -> parameters that go into a run record"""
 GIT_TIMEOUT_S = 5.0
-"""[s]"""
+"""time-out of git [s]"""
 
 
 def complete(record: RunRecord, in_force: InForce, book: Book, today: datetime.date) -> RunRecord:
-    """The record with what the nodes and the book of calibrations say.
+    """The record, completed from the parameters of the nodes and the calibration book.
 
-    ValueError when a file that the book names is gone.
+    Raises ValueError when a file that the book names is missing.
     """
     of_the_set_up = {
         key: in_force[node][key]
@@ -66,7 +66,7 @@ def complete(record: RunRecord, in_force: InForce, book: Book, today: datetime.d
 
 
 def unusual(node: str, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Parameters that are not the usual ones, without those that a record has elsewhere."""
+    """Parameters that differ from their defaults, except those stored elsewhere in the record."""
     elsewhere = {*SET_UP.get(node, ()), *CALIBRATED.get(node, ())}
     found = {}
     for p in describe(MEASURING[node]):
@@ -88,17 +88,17 @@ def simulated_by(in_force: InForce) -> dict[str, Any] | None:
 
 @lru_cache(maxsize=1)
 def software_version() -> str:
-    """Version of this package; where it runs from its repository, the commit, too."""
+    """Version of this package, with the commit when it runs from its repository."""
     here = Path(__file__).resolve()
     number = version("flatplank_control")
     if _git(here, "ls-files", "--error-unmatch", here.name) is None:
-        return number  # installed: a repository around it is not ours
+        return number  # installed package: a repository around it is not ours
     commit = _git(here, "describe", "--always", "--dirty=, changed", "--exclude=*")
     return f"{number} ({commit})" if commit else number
 
 
 def _git(file: Path, *words: str) -> str | None:
-    """What git says beside a file; None when there is no git or no repository."""
+    """Output of git in the folder of a file; None without git or repository."""
     try:
         said = subprocess.run(
             ["git", *words], cwd=file.parent, capture_output=True, text=True, timeout=GIT_TIMEOUT_S

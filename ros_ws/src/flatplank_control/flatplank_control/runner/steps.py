@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The vocabulary of measurement plans: a plan yields steps, a bench performs them.
+"""The steps of measurement plans: a plan yields steps, a bench performs them.
 
-A bench is the ROS graph, the in-process twin, or a dry run: each knows how to do every step."""
+A bench is the ROS graph, the twin in one process, or a dry run; each can perform every step."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from flatplank_hw.samples import DriveSample, EncoderSample, HubSample
 from flatplank_hw.troubles import TROUBLES
 
 LONGEST_BATCH_S = 0.04
-"""less than the 42 ms after which a drive misses its inputs [s]"""
+"""longest batch; a drive trips after 42 ms without inputs [s]"""
 
 
 class Snapshot(NamedTuple):
-    """What the bench measures at one cycle."""
+    """Samples of one cycle."""
 
     encoders: EncoderSample
     hub: HubSample
@@ -28,21 +28,21 @@ class Snapshot(NamedTuple):
 
 @dataclass(frozen=True)
 class Manual:
-    """Something that the operator sets by hand or by a switch, and that the sensors verify.
+    """A setting that the operator makes by hand or by a switch, and that the sensors verify.
 
-    `quantity` is a key of `quantities.QUANTITIES`, which has the prompt and the check.
+    `quantity` is a key of `conditions.QUANTITIES`, which has the prompt and the check.
     """
 
     quantity: str
     value: float
     zero: float = float("nan")
-    """what the unloaded hub said at this wheel angle, for a load [N]; NaN: not known"""
+    """Fz of the unloaded hub at this wheel angle, for a load [N]; NaN: unknown"""
 
 
 @dataclass(frozen=True)
 class Plank:
-    """The plank's switch, or its drive where it has one: direction 1, 0, -1; it goes to stop by
-    itself at `stop_at` [m of the machine].
+    """Command to the plank's switch or drive: direction 1, 0, -1; the plank stops by itself at
+    machine position `stop_at` [m].
     """
 
     direction: int
@@ -60,7 +60,7 @@ class Enable:
 
 @dataclass(frozen=True)
 class Mode:
-    """Operation mode of a drive; `value` for modes that need one [SI]."""
+    """Set the operation mode of a drive; `value` for modes that need one [SI]."""
 
     mode: str
     value: float = 0.0
@@ -76,7 +76,7 @@ class MoveTo:
 
 @dataclass(frozen=True)
 class SlipWaveform:
-    """Slip over plank position, by name and parameters."""
+    """Set the slip waveform over plank position, by name and parameters."""
 
     name: str
     parameters: Mapping[str, float]
@@ -86,12 +86,12 @@ class SlipWaveform:
 
 @dataclass(frozen=True)
 class Arm:
-    """The next motion trigger sets the plank position to zero."""
+    """Let the next motion trigger set the plank position to zero."""
 
 
 @dataclass(frozen=True)
 class Constants:
-    """Constants of the set-up at a node: parameter -> value."""
+    """Set constants of the set-up at a node: parameter -> value."""
 
     values: Mapping[str, float]
     node: str = "measurement_hub"
@@ -116,22 +116,23 @@ class StopRecord:
 
 @dataclass(frozen=True)
 class Trigger:
-    """Digital output for an optical system: a pulse each `distance` [m] of road; below 0: off."""
+    """Set the trigger output for an optical system: a pulse every `distance` [m] of road; below 0:
+    off."""
 
     distance: float
 
 
 @dataclass(frozen=True)
 class HoldLoad:
-    """The load controller of a driven vertical axis holds this load [N]; NaN: it lets go."""
+    """Let the load controller of a driven vertical axis hold a load [N]; NaN: release the axis."""
 
     fz: float
 
 
 @dataclass(frozen=True)
 class AxisProfile:
-    """A driven steer or camber axis follows an angle over time by name and parameters; empty name:
-    it holds its angle; None for the parameters: it lets go."""
+    """Let a driven steer or camber axis follow a profile, by name and parameters. Empty name: hold
+    the angle; parameters None: release the axis."""
 
     axis: str
     name: str = ""
@@ -140,18 +141,18 @@ class AxisProfile:
 
 @dataclass(frozen=True)
 class Quick:
-    """Let the bus send batches of cycles while nothing is measured (simulated bench only)."""
+    """Let the bus send batches of cycles while nothing is measured; simulated bench only."""
 
     batch: int
 
     def fitting(self, rate_hz: float) -> int:
-        """Cycles of a batch at this bus rate: `batch`, and not over 40 ms."""
+        """Cycles of a batch at this bus rate: `batch`, but at most 40 ms."""
         return max(1, min(self.batch, int(LONGEST_BATCH_S * rate_hz + 1e-6)))
 
 
 @dataclass(frozen=True)
 class Wait:
-    """Until `until(snapshot)` holds; after `timeout` [s of bench time] the plan fails, saying
+    """Wait until `until(snapshot)` holds; after `timeout` [s of bench time] the plan fails with
     `what`.
     """
 
@@ -159,14 +160,14 @@ class Wait:
     until: Callable[[Snapshot], bool]
     timeout: float
     at_least: float = 0.0
-    """[s of bench time]"""
+    """shortest wait [s of bench time]"""
     may_end_early: bool = False
-    """the operator may say that it is enough"""
+    """true: the operator may end the wait early"""
 
 
 @dataclass(frozen=True)
 class Say:
-    """Progress for people."""
+    """Show progress to the operator."""
 
     text: str
 
@@ -178,27 +179,27 @@ Step = (
 
 
 class PlanFailed(Exception):
-    """A measurement could not be finished: why, and what to do."""
+    """A measurement could not be finished; states why, and what to do."""
 
 
 CHUNK = 25
-"""a held bench is looked at every so many batches of cycles"""
+"""batches of cycles between checks of a held bench"""
 
 
 class StopWatch:
-    """Ends a plan when the wheel's drive is stopped on the way; a stop that was there before the
-    plan is the plan's to clear, and a plank that the plan itself stops is no trouble."""
+    """Ends a plan when a safety rule stops the drive of the wheel. It ignores a stop from before
+    the plan, which the plan must clear, and the stop of a plank by the plan itself."""
 
     def __init__(self) -> None:
         self._ran = False
         self._plank_rests = True
 
     def asked(self, step: Plank) -> None:
-        """The plan moves or stops the plank."""
+        """Register a plank command of the plan."""
         self._plank_rests = step.direction == 0 or math.isfinite(step.stop_at)
 
     def look(self, drive: DriveSample) -> None:
-        """One sample; PlanFailed with the reason of a new stop."""
+        """Check a sample; PlanFailed with the reason of a new stop."""
         stopped = is_latched(drive.stop_reason)
         fresh, self._ran = stopped and self._ran, not stopped
         if not fresh or (self._plank_rests and STOPS[drive.stop_reason] == "plank_stopped"):
@@ -207,14 +208,14 @@ class StopWatch:
 
 
 class Patience:
-    """Decides, look by look, whether a Wait is over. Bench time [s] is an argument."""
+    """Decides, sample by sample, whether a Wait is over. Bench time [s] is an argument."""
 
     def __init__(self, step: Wait, now: float) -> None:
         self._step = step
         self.start = now
 
     def over(self, snapshot: Snapshot | None, now: float) -> bool:
-        """True when the plan can go on; PlanFailed when it took too long."""
+        """True when the plan can continue; PlanFailed after the time-out."""
         elapsed = now - self.start
         step = self._step
         if snapshot is not None and elapsed >= step.at_least and step.until(snapshot):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters of the slip sequencer, and limits of following the travel of the road."""
+"""Parameters of the slip sequencer, and limits for following the travel of the road."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ RADIUS = LIMITS["effective_rolling_radius"]
 
 @dataclass(frozen=True)
 class SequencerParameters(Params):
-    """Speed of the road as the reference sees it, and limits of what may be asked."""
+    """Road speed for the reference, and limits of requests."""
 
     commanded_speed: float = param(
         FAST,
@@ -85,6 +85,7 @@ class SequencerParameters(Params):
 
 
 JUMP = 1e-3
-"""a longer way in one cycle is a new zero of the plank position [m]"""
+"""a larger step in one cycle means a new zero of the plank position [m]"""
 FASTEST = 1.5
-"""times the road's speed, while the wheel makes up travel: a faster one would stop too late"""
+"""largest wheel speed over road speed while the wheel recovers travel; a faster wheel would
+overshoot [-]"""

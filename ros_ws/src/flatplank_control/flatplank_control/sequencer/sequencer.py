@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Slip over plank position to wheel speed: omega = V cos(alpha) (1 + kappa) / r_e.
 
-The wheel's angle follows the road's travel: what a late start has lost is made up, slip holds
-whatever the speed does. The wanted angle is the integral of cos(alpha) (1 + kappa) / r_e over
-the travel. The wheel encoder is compared with it, so that the gap of the drive is made up too;
-its steps are crossed faster than the bus samples and average out."""
+The wheel's angle can follow the road's travel: the wheel recovers a late start, and slip does not
+depend on the speed. The wanted angle is the integral of cos(alpha) (1 + kappa) / r_e over the
+travel. It is compared with the wheel encoder, so that the backlash of the drive is compensated,
+too; the quantization of the encoder averages out."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from flatplank_hw.samples import EncoderSample, Reference
 
 
 class Follower:
-    """One run; `correction` [rad/s] is added to the speed of the sequencer."""
+    """Lets the wheel follow the road's travel in one run; `step` returns a correction [rad/s]."""
 
     def __init__(self, p: SequencerParameters) -> None:
         self.parameters = p
@@ -30,24 +30,25 @@ class Follower:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the run."""
+        """Reset for a new run."""
         self._position: float | None = None
         self._error = 0.0
         self._angle = self._wanted = 0.0
         self.travel = 0.0
-        """of the road since it rested [m]"""
+        """travel of the road since it rested [m]"""
         self.lost = 0.0
-        """wanted angle less the wheel's [rad]"""
+        """wanted angle minus wheel angle [rad]"""
 
     def step(self, encoders: EncoderSample, per_metre: float) -> float:
-        """Correction of this cycle for a wheel that should turn `per_metre` [rad/m]."""
+        """Correction of the wheel speed in this cycle [rad/s], for a wanted turn of `per_metre`
+        [rad/m]."""
         p = self.parameters
         on_road = p.use_road_encoder and encoders.road_position == encoders.road_position
         position = encoders.road_position if on_road else encoders.plank_position
         before = self._position
         rests = before is None or not encoders.plank_moving
         if before is None or (rests and self.travel == 0.0):
-            # from here on travel counts
+            # the travel starts here
             self._angle, self._wanted = encoders.wheel_angle, 0.0
             self._position = position
             self._error = 0.0 if on_road else self._mesh(position)
@@ -67,14 +68,14 @@ class Follower:
         return min(max(correction, -0.5 * most), most)
 
     def _mesh_step(self, position: float) -> float:
-        """Change of the mesh's error since the last cycle [m]."""
+        """Change of the mesh error since the last cycle [m]."""
         if not self._meshed:
             return 0.0
         before, self._error = self._error, self._mesh(position)
         return self._error - before
 
     def _mesh(self, position: float) -> float:
-        """Error of rack and pinion at a plank position [m]."""
+        """Mesh error of rack and pinion at a plank position [m]."""
         if not self._meshed:
             return 0.0
         p = self.parameters
@@ -90,7 +91,7 @@ _NAN = math.nan
 
 
 class SequencerState(NamedTuple):
-    """What the last step did."""
+    """State of the sequencer after a step."""
 
     active: bool
     """the waveform has begun"""
@@ -102,7 +103,7 @@ class SequencerState(NamedTuple):
     distance: float
     """since the start position [m], negative before it; NaN without a waveform"""
     start_position: float
-    """[m of plank position]"""
+    """plank position [m]"""
     effective_rolling_radius: float
     """[m]"""
 
@@ -124,12 +125,12 @@ class SlipSequencer:
 
     @property
     def waveform(self) -> Waveform | None:
-        """The waveform in force, with its parameters."""
+        """The present waveform, with its parameters."""
         return self._wave
 
     @property
     def state(self) -> SequencerState:
-        """What the last step did."""
+        """State after the last step."""
         return SequencerState(
             self._active, self._slip, self._actual_slip(), self._omega, self._distance,
             self._start, self._radius,
@@ -137,7 +138,7 @@ class SlipSequencer:
 
     # requests
     def set_constants(self, p: SequencerParameters) -> None:
-        """Another plank speed, from the next cycle on; ValueError for any other change."""
+        """Change the plank speed from the next cycle on; ValueError for any other change."""
         only_these(self.parameters, p, SETUP_CONSTANTS, "slip sequencer")
         self.parameters = p
         if self._follower is not None:
@@ -146,7 +147,7 @@ class SlipSequencer:
     def set_slip_step(
         self, kappa: float, start_position: float, effective_rolling_radius: float
     ) -> Answer:
-        """A step to `kappa` at a plank position [m] with an effective rolling radius [m]."""
+        """Set a step to `kappa` at a plank position [m] with an effective rolling radius [m]."""
         return self.set_waveform(
             "step", {"kappa": kappa}, start_position, effective_rolling_radius
         )
@@ -158,7 +159,7 @@ class SlipSequencer:
         start_position: float,
         effective_rolling_radius: float,
     ) -> Answer:
-        """A waveform by name with its parameters, from the next cycle on; refused as a whole when
+        """Set a waveform by name and parameters, from the next cycle on; refused as a whole when
         anything is wrong."""
         kind = WAVEFORMS.get(name)
         if kind is None:
@@ -178,17 +179,17 @@ class SlipSequencer:
         return self._agenda.accept(act)
 
     def reset(self) -> None:
-        """Forget where the plank was; the waveform stays."""
+        """Reset the plank position; the waveform stays."""
         self._position = None
         if self._follower is not None:
             self._follower.reset()
 
     def watch(self, plank_position: float, cycle: int) -> None:
-        """Where the plank is [m] while another mode is in force: requests are judged by it."""
+        """Update the plank position [m] in another mode, since requests are checked against it."""
         self._position, self._agenda.last_cycle = plank_position, cycle
 
     def step(self, encoders: EncoderSample) -> Reference:
-        """Speed reference of this cycle [rad/s at the wheel]; about 2 us."""
+        """Speed reference of this cycle [rad/s at the wheel]; takes about 2 us."""
         agenda = self._agenda
         if agenda.due:
             agenda.run()
@@ -217,8 +218,7 @@ class SlipSequencer:
         return Reference(encoders.cycle, encoders.stamp_ns, SOURCE, self._omega, valid)
 
     def _speed_is_as_commanded(self, encoders: EncoderSample) -> bool:
-        """False when the speed switch is wrong: at the slow speed the wheel would slip by 2000
-        %."""
+        """False when the speed switch is wrong; at the slow speed the slip would be 2000 %."""
         p = self.parameters
         off = (
             abs(encoders.plank_velocity - p.commanded_speed)

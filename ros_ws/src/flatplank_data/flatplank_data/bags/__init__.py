@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""rosbag2 bags without ROS: only the topics that are needed, many messages at a time."""
+"""Reads rosbag2 bags without ROS: only the topics that are needed, many messages at a time."""

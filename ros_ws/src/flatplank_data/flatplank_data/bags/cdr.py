@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""CDR payloads to columns: the layout is found once, then many payloads are one numpy view.
+"""Converts CDR payloads to columns: one layout serves many payloads, read as one numpy view.
 
 Plain CDR (XCDR1), as ROS 2 writes it: four bytes of encapsulation, then members aligned to their
-size. Texts and sequences have a length before them; payloads whose lengths agree share a layout.
-The members come from the definition (`.msg` text), which a bag carries for its own types.
+size. A length precedes each text and sequence; payloads with the same lengths share a layout. The
+members come from the message definition (`.msg` text), which a bag contains.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class Field:
 
 @dataclass(frozen=True)
 class MessageType:
-    """Fields of a type and of all the types it is made of, by short name (`pkg/Name`)."""
+    """Fields of a type and of all its member types, by short name (`pkg/Name`)."""
 
     name: str
     types: dict[str, tuple[Field, ...]]
@@ -133,9 +133,9 @@ class Layout:
     members: dict[str, tuple[str, int]] = field(default_factory=dict)
     """path -> (numpy type, offset)"""
     texts: dict[str, tuple[int, int]] = field(default_factory=dict)
-    """path -> (offset, bytes without the closing zero)"""
+    """path -> (offset, length without the terminating zero [bytes])"""
     lengths: list[tuple[int, int]] = field(default_factory=list)
-    """(offset, value) of the length words; payloads must agree in them"""
+    """(offset, value) of each length word; equal in all payloads of this layout"""
 
 
 class _Walk:
@@ -186,7 +186,7 @@ class _Walk:
 
 
 def layout_of(kind: MessageType, payload: bytes) -> Layout:
-    """Layout of the payloads that look like this one."""
+    """Layout of all payloads whose texts and sequences have the same lengths as in this one."""
     walk = _Walk(kind, payload)
     walk.message(kind.name, "")
     return walk.layout

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bags that rosbag2 has compressed: whole files (`.mcap.zstd`, `.db3.zstd`) or single messages.
+"""Reads bags compressed by rosbag2: whole files (`.mcap.zstd`, `.db3.zstd`) or single messages.
 
-zstd is the only format that comes with rosbag2; it is told by its magic number (RFC 8878), so
-that a file without its metadata is read, too.
+rosbag2 ships zstd only. The magic number (RFC 8878) identifies it, so a file without metadata can
+be read, too.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from flatplank_data.errors import FlatplankError
 SUFFIX = ".zstd"
 MAGIC = np.array([0x28, 0xB5, 0x2F, 0xFD], dtype=np.uint8)
 PIECE = 1 << 20
-"""read at once [bytes]"""
+"""block size for reading [bytes]"""
 
 
 class CompressedFile:
-    """A storage file in one zstd frame or several; unpacked for as long as it is read."""
+    """A storage file in one or more zstd frames; unpacked to a temporary file while it is read."""
 
     def __init__(self, path: Path, storage: Mapping[str, Callable[[Path], Any]]) -> None:
-        """`storage`: suffix of the file inside -> what reads it."""
+        """`storage`: suffix of the unpacked file -> its reader."""
         self.path = path
         self.cut_short = False
         inside = path.name.removesuffix(SUFFIX)
@@ -49,7 +49,7 @@ class CompressedFile:
 
 
 def _unpack(path: Path, plain: Path) -> bool:
-    """Write what is inside; false when the end is missing."""
+    """Unpack the file; false when its end is missing."""
     frame = zstandard.ZstdDecompressor().decompressobj()
     try:
         with open(path, "rb") as source, open(plain, "wb") as target:
@@ -67,7 +67,7 @@ def _unpack(path: Path, plain: Path) -> bool:
 
 
 def plain_blocks(blocks: Iterable[Block]) -> Iterator[Block]:
-    """The same messages, those that were compressed one by one unpacked."""
+    """The same messages; those that were compressed one by one are unpacked."""
     for block in blocks:
         if (
             block.payloads.shape[1] > MAGIC.size

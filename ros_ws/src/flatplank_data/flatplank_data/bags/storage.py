@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Storage files of rosbag2, MCAP and SQLite, as blocks of messages.
+"""Reads the storage files of rosbag2, MCAP and SQLite, as blocks of messages.
 
-MCAP (https://mcap.dev/spec) is read linearly: a file without its end is read as far as it goes.
+MCAP (https://mcap.dev/spec) is read from front to back, so a truncated file can be read too.
 Messages are found through the index that follows each chunk, so that no Python code runs per
 message.
 """
@@ -126,7 +126,7 @@ class McapFile:
         return np.frombuffer(body, dtype=np.uint8)
 
     def _torn_chunk(self, record: bytes, wanted: set[str]) -> Iterator[Block]:
-        """What is whole in a chunk that was cut off; a compressed one is lost."""
+        """The complete messages of a truncated chunk; none when the chunk is compressed."""
         if len(record) < 40:
             return
         (name_size,) = struct.unpack_from("<I", record, 28)
@@ -146,7 +146,8 @@ class McapFile:
         yield from self._select(buffer, found, wanted)
 
     def _scan(self, buffer: np.ndarray) -> list[int]:
-        """Walk the records of a chunk: learn its channels, return the messages' offsets."""
+        """Read the record headers of a chunk: register its channels, return the offsets of its
+        messages."""
         data, at, offsets = buffer.tobytes(), 0, []
         while at + _HEAD <= len(data):
             opcode, size = struct.unpack_from("<BQ", data, at)

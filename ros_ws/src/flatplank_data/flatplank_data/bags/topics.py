@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which member of which topic makes which column; a mapping file does it for foreign bags.
+"""Maps message members to table columns; a mapping file does so for bags of other benches.
 
 Mapping file (YAML)::
 
@@ -28,7 +28,7 @@ RUN_TOPIC = "/run"
 
 @dataclass(frozen=True)
 class Source:
-    """A column's member in a message: value * factor + offset is SI."""
+    """Message member that fills a column: value * factor + offset is SI."""
 
     column: str
     path: str
@@ -42,7 +42,7 @@ class TopicMap:
 
     sources: Mapping[str, tuple[Source, ...]]
     base: str
-    """topic whose samples are the rows"""
+    """topic whose samples are the rows of the table"""
     time: str = "header.stamp"
 
 

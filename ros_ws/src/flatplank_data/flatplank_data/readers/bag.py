@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bags to measurement tables: needed topics only, joined on the stamp of the bus cycle."""
+"""Reads bags to measurement tables: needed topics only, joined by the stamp of the bus cycle."""
 
 from __future__ import annotations
 
@@ -25,22 +25,22 @@ from flatplank_data.yaml_text import load_yaml
 RECORD_FILE = "run.yaml"
 METADATA_FILE = "metadata.yaml"
 MEASURED = "measured"
-"""key of the facts that hold what the samples say of the run"""
+"""key of the facts that were derived from the samples"""
 SAME_RATE = 0.1
-"""periods that differ by less are one rate [-]"""
+"""two topics have one rate when their periods differ by less, relative [-]"""
 SAME_CLOCK = 0.05
-"""stamps of another clock agree more rarely, by accident [-]"""
+"""below this share of equal stamps a topic follows another clock [-]"""
 _STAMP = ("header.stamp.sec", "header.stamp.nanosec")
 _PLAIN = {".mcap": McapFile, ".db3": SqliteFile}
 _STORAGE: dict[str, Callable[[Path], Any]] = {
     **_PLAIN, SUFFIX: partial(CompressedFile, storage=_PLAIN),
 }  # fmt: skip
-"""suffix -> what gives the messages of such a file"""
+"""suffix -> reader of such a file"""
 
 
 @reader(*_STORAGE)
 def read_bag(request: Request) -> Loaded:
-    """A bag folder or a single file; the table is kept in a Parquet cache beside it."""
+    """Read a bag folder or a single file; a Parquet cache beside it keeps the table."""
     key = cache.key_of(request)
     kept = cache.load(request, key)
     if kept is not None:
@@ -55,7 +55,7 @@ def read_bag(request: Request) -> Loaded:
 
 @describer(*_STORAGE)
 def describe_bag(store: Store, name: str) -> dict[str, Any]:
-    """The run record beside the bag, else the last message on `/run`, which has the end."""
+    """The run record beside the bag, else the last `/run` message, which has the final status."""
     record = f"{name}/{RECORD_FILE}" if store.is_dir(name) else _beside(name)
     if store.exists(record):
         with store.open(record) as stream:
@@ -119,7 +119,7 @@ def arrays_of(path: Path, topic: str, names: Sequence[str]) -> dict[str, np.ndar
 
 
 def _files(path: Path) -> list:
-    """The storage files of a bag in their order; one that lies unpacked beside is read so."""
+    """The storage files of a bag in order; an unpacked copy is preferred to a compressed file."""
     paths = [path]
     if path.is_dir():
         _refuse_compression(path)
@@ -131,12 +131,12 @@ def _files(path: Path) -> list:
 
 
 def _refuse_compression(folder: Path) -> None:
-    """A bag that was compressed in a way that this reader does not know, by its metadata."""
+    """Refuse a bag whose metadata name an unknown compression."""
     try:
         content = load_yaml((folder / METADATA_FILE).read_bytes(), METADATA_FILE)
         information = content["rosbag2_bagfile_information"]
     except (OSError, YamlError, TypeError, KeyError):
-        return  # what is in the files counts
+        return  # the content of the files decides
     kind = information.get("compression_format") or SUFFIX[1:]
     if kind != SUFFIX[1:]:
         mode = str(information.get("compression_mode", "")).lower()
@@ -161,7 +161,7 @@ def _record(message: dict[str, Any]) -> dict[str, Any]:
 
 
 def _stamps(values: dict[str, np.ndarray], log_time: np.ndarray) -> np.ndarray:
-    """[ns]; the time of recording where a message has no header."""
+    """Stamps [ns]; the log time where a message has no header."""
     sec, nsec = (values[path] for path in _STAMP)
     if sec.dtype.kind == "f":
         return log_time
@@ -197,7 +197,7 @@ def _join(path: Path, topics: TopicMap, series: dict[str, list]) -> dict[str, np
 
 
 def _sorted(parts: list, paths: list[str]) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Stamps in order without doubles, and the float64 columns that belong to them."""
+    """Sorted stamps without duplicates, and their float64 columns."""
     stamp = np.concatenate([s for s, _ in parts])
     order = None
     if np.any(np.diff(stamp) <= 0):
@@ -210,10 +210,10 @@ def _sorted(parts: list, paths: list[str]) -> tuple[np.ndarray, dict[str, np.nda
 
 
 def _received(base: np.ndarray, stamp: np.ndarray) -> np.ndarray:
-    """Cycles of the base that a topic has, too, or that lie outside of it; all of them when it
-    follows another clock or another rate: then it is interpolated.
+    """Mask of the base cycles that a topic has, or that lie outside its time range. All are kept
+    when it has another clock or rate: then it is interpolated.
 
-    A cycle of which one topic was lost is lost, and not made up from its neighbours.
+    A cycle that one topic lost is dropped, not interpolated from its neighbours.
     """
     everything = np.ones(base.size, dtype=bool)
     if base.size < 3 or stamp.size < 3 or np.array_equal(base, stamp):
@@ -226,7 +226,7 @@ def _received(base: np.ndarray, stamp: np.ndarray) -> np.ndarray:
 
 
 def _on_base(base: np.ndarray, stamp: np.ndarray, column: np.ndarray) -> np.ndarray:
-    """`column` at the base stamps: as it is on the same cycles, else interpolated in time."""
+    """`column` at the base stamps: unchanged if the stamps are equal, else interpolated."""
     if base.size == stamp.size and np.array_equal(base, stamp):
         return column
     zero = base[0]
@@ -236,9 +236,9 @@ def _on_base(base: np.ndarray, stamp: np.ndarray, column: np.ndarray) -> np.ndar
 
 
 def _since_trigger(columns: dict[str, np.ndarray], where: str) -> dict[str, np.ndarray]:
-    """From the motion trigger on: before it the plank position has another zero.
+    """Samples from the motion trigger on: before it the plank position has another zero.
 
-    Cycles at the ends that one of the topics has not reached are left out.
+    Cycles at the start and end that a topic does not cover are left out.
     """
     first = 0
     trigger = columns.get("motion_trigger")

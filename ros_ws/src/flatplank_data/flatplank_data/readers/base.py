@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One reader per file format, found by suffix; and what a mapping file says of foreign columns:
-their names, and whose sign is the other way round."""
+"""One reader per file format, found by suffix; and mapping of foreign columns: their names, and
+which have the opposite sign."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Loaded:
 
 @dataclass(frozen=True)
 class Request:
-    """What is asked of a reader."""
+    """What to read."""
 
     store: Store
     name: str
@@ -39,7 +39,7 @@ class Request:
     mapping: Mapping[str, Any] | None = None
     """foreign names, as in a mapping file"""
     further: bool = False
-    """numeric columns of other names are wanted, too, as they are; see `column_of`"""
+    """also read numeric columns with unknown names, unconverted; see `column_of`"""
 
     def wants(self, column: str) -> bool:
         """True when `column` was asked for."""
@@ -68,7 +68,7 @@ _DESCRIBERS: dict[str, Describer] = {}
 
 
 def describer(*suffixes: str) -> Callable[[Describer], Describer]:
-    """Register what tells the run record of a file without reading its samples."""
+    """Register a function that reads the run record of a file without its samples."""
 
     def register(function: Describer) -> Describer:
         for suffix in suffixes:
@@ -79,7 +79,7 @@ def describer(*suffixes: str) -> Callable[[Describer], Describer]:
 
 
 def describe(store: Store, name: str) -> Mapping[str, Any]:
-    """Facts of the run record that the file itself tells cheaply."""
+    """Facts of the run record that can be read without the samples."""
     function = _DESCRIBERS.get(_suffix(store, name))
     return function(store, name) if function else {}
 
@@ -108,7 +108,8 @@ def _suffix(store: Store, name: str) -> str:
 def column_of(
     values: np.ndarray, unit: str | None, name: str, where: str
 ) -> tuple[str, np.ndarray]:
-    """Name and values of a column in SI. One that we do not know keeps its unit, in brackets."""
+    """Name and values of a column in SI. An unknown column keeps its unit, in brackets in the
+    name."""
     if name in COLUMN_UNITS:
         known = COLUMN_UNITS[name]
         return name, to_si(values, known if unit is None else unit, known, where)
@@ -122,7 +123,7 @@ def columns_in_si(
     unit_of: Callable[[str], str | None],
     kind: str = "column",
 ) -> dict[str, np.ndarray]:
-    """The wanted columns by their name, in SI; names: file column -> our column. No unit: SI."""
+    """The wanted columns by name, in SI; `names`: file column -> our column. No unit means SI."""
     columns = {}
     for theirs, ours in names.items():
         if request.wants(ours):
@@ -137,8 +138,8 @@ def canonical_names(
 ) -> tuple[dict[str, str], list[str]]:
     """File column -> our column, and remarks on columns that are not known.
 
-    The mapping file may have `columns: {theirs: ours}`. further: columns that are not known are
-    kept under their own names.
+    The mapping file may have `columns: {theirs: ours}`. further: unknown columns are kept under
+    their own names.
     """
     foreign = dict((mapping or {}).get("columns") or {})
     out, remarks = {}, []
@@ -162,8 +163,8 @@ SIGNED = ("kappa", "alpha_deg", "gamma_deg")
 
 
 def turned_names(mapping: Mapping[str, Any] | None) -> tuple[str, ...]:
-    """Columns and keys of the run record whose sign is the other way round in somebody's files:
-    `mapping: {turn: [fy, alpha_deg]}`. FlatplankError names what is neither."""
+    """Columns and keys of the run record with the opposite sign in foreign files: `mapping: {turn:
+    [fy, alpha_deg]}`. FlatplankError for an unknown name."""
     names = (mapping or {}).get("turn") or ()
     names = (names,) if isinstance(names, str) else tuple(str(n) for n in names)
     for name in names:
@@ -176,18 +177,18 @@ def turned_names(mapping: Mapping[str, Any] | None) -> tuple[str, ...]:
 def turned_columns(
     columns: Mapping[str, np.ndarray], mapping: Mapping[str, Any] | None
 ) -> dict[str, np.ndarray]:
-    """The columns, some of them with the other sign."""
+    """The columns, with the signs that the mapping turns."""
     names = turned_names(mapping)
     return {k: -v if k in names else v for k, v in columns.items()}
 
 
 def turned_facts(facts: Mapping[str, Any], mapping: Mapping[str, Any] | None) -> dict[str, Any]:
-    """What a file says of its run, some keys with the other sign."""
+    """The facts of a run, with the signs that the mapping turns."""
     names = [n for n in turned_names(mapping) if n in SIGNED and facts.get(n)]
     return {**facts, **{n: -float(facts[n]) for n in names}}
 
 
 def turned_info(info: RunRecord, mapping: Mapping[str, Any] | None) -> RunRecord:
-    """The run record, some keys with the other sign."""
+    """The run record, with the signs that the mapping turns."""
     names = [n for n in turned_names(mapping) if n in SIGNED and getattr(info, n)]
     return dataclasses.replace(info, **{n: -getattr(info, n) for n in names})

@@ -21,7 +21,7 @@ _FACTS, _REMARKS = b"flatplank.facts", b"flatplank.remarks"
 
 
 def key_of(request: Request) -> str:
-    """Changes when the bag, the mapping or this format changes."""
+    """Cache key; it changes with the bag, the mapping and the cache format."""
     store = request.store
     names = [request.name]
     if store.is_dir(request.name):
@@ -33,7 +33,7 @@ def key_of(request: Request) -> str:
 
 
 def load(request: Request, key: str) -> Loaded | None:
-    """The kept table, or None."""
+    """The cached table, or None."""
     path = _path(request, key)
     if path is None or not path.exists():
         return None
@@ -50,7 +50,7 @@ def load(request: Request, key: str) -> Loaded | None:
 
 
 def save(request: Request, key: str, loaded: Loaded) -> None:
-    """Keep a table; a folder that cannot be written is no error."""
+    """Cache a table; a read-only folder is no error."""
     path = _path(request, key)
     if path is None:
         return

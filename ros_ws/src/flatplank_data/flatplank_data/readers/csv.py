@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""CSV tables: one header line; units as `fx [N]`, in a second line, or SI when none is given."""
+"""Reads CSV tables: one header line; units as `fx [N]` or in a second line; without units SI."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def read_csv(request: Request) -> Loaded:
 
 
 def _header_lines(text: bytes, name: str) -> tuple[list[str], int]:
-    """Header and the line after it, and how many comment lines stand before."""
+    """Header, the line after it, and the number of comment lines before."""
     found: list[str] = []
     skipped = 0
     for line in io.TextIOWrapper(io.BytesIO(text), encoding="utf-8-sig", errors="replace"):
@@ -64,7 +64,7 @@ def split_header(cells: list[str]) -> tuple[list[str], list[str]]:
 
 
 def _check_units(names: list[str], units: list[str], file: str) -> None:
-    """Either all columns have a unit, or none (then the file is in SI)."""
+    """Check that all columns have a unit, or none (then the file is in SI)."""
     if len(units) != len(names):
         raise FlatplankError(
             f"{len(units)} units for {len(names)} columns", f"{file}, line 2", "give each a unit"

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""MATLAB files up to version 7: one variable per column, or one struct that has them as fields.
+"""Reads MATLAB files up to version 7: one variable per column, or one struct of columns.
 
-A struct `units` with a text per column gives units; without it the file is in SI. Single numbers
-with the name of a key of campaign.yaml are read as facts of the run.
+A struct `units` with a text per column gives units; without it the file is in SI. A scalar named
+like a key of campaign.yaml sets that key.
 """
 
 from __future__ import annotations
@@ -45,12 +45,12 @@ def read_mat(request: Request) -> Loaded:
 
 
 def variables(data: bytes, where: str) -> dict[str, Any]:
-    """Name -> value of a file of version 5 to 7; FlatplankError when it is none."""
+    """Name -> value of a file of version 5 to 7; FlatplankError for any other file."""
     if data.startswith(_HDF5):
         raise FlatplankError("MATLAB version 7.3 (HDF5) is not read", where, "save it with '-v7'")
     try:
         raw = scipy.io.loadmat(io.BytesIO(data), squeeze_me=True, simplify_cells=True)
-    except Exception as error:  # scipy raises many kinds on a damaged file
+    except Exception as error:  # scipy raises many types of errors on a damaged file
         raise FlatplankError(
             f"not a whole MATLAB file ({error})", where, "export or copy it again"
         ) from error

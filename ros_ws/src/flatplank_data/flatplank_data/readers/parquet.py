@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parquet tables: one file per run, units in the field metadata or SI."""
+"""Reads Parquet tables: one file per run, units in the field metadata, else SI."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""TYDEX files as measurement tables: channel names, units and sign conventions.
+"""Reads TYDEX files as measurement tables: channel names, units and sign conventions.
 
-The W axis system of TYDEX is ISO W. Forces given in C or H axes are not turned by us.
+The W axis system of TYDEX is ISO W. Forces in C or H axes are not transformed.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ CHANNELS = {
     "SLIPANGL": "side_slip_angle",
     "INCLANGL": "camber_angle",
     "INFLPRES": "pressure",
-    # not in the standard's list; written by our exporter so that nothing is lost
+    # not in the standard; our exporter writes these so that no column is lost
     "MOTROTSP": "motor_velocity",
     "MOTTORQ": "motor_torque",
     "TRIGGER": "motion_trigger",

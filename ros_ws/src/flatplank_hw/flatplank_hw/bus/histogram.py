@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Histograms in constant memory, for any length of run."""
+"""Histograms of durations in constant memory, for runs of any length."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from typing import Any
 
 
 def percentile(counts: Sequence[int], share: float) -> int:
-    """Lowest bin that, with those below it, holds `share` of all counts; 0 when there are none."""
+    """Lowest bin that, together with all lower bins, holds `share` of all counts; 0 without
+    counts."""
     wanted, seen = share * sum(counts), 0
     for place, count in enumerate(counts):
         seen += count
@@ -33,7 +34,7 @@ class Histogram:
         self.largest_ns = 0
 
     def add(self, duration_ns: int) -> None:
-        """One more."""
+        """Count one duration."""
         self.total += 1
         if duration_ns > self.largest_ns:
             self.largest_ns = duration_ns
@@ -42,7 +43,7 @@ class Histogram:
         self.counts[place] += 1
 
     def percentile_us(self, share: float) -> float:
-        """Upper edge of the bin that holds the share of all, at most the largest seen [us]."""
+        """Percentile as the upper edge of its bin, at most the largest duration counted [us]."""
         return min(FIRST_US * GROWTH ** percentile(self.counts, share), self.largest_ns / 1e3)
 
     def report(self) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The process image: what one bus cycle carries, raw, whoever owns the bus.
+"""The process image: raw inputs and commands of one bus cycle, for any kind of bus.
 
-Plain tuples on purpose: they are made and read at every cycle, on the bench and in the twin.
+These are plain tuples for speed: bench and twin make and read them at every cycle.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from enum import IntEnum, IntFlag
 from typing import NamedTuple
 
 AXES = ("wheel", "plank", "steer", "vertical", "camber")
-"""Order of the drives in every image; an axis is known on the bus by its index here."""
+"""order of the drives in every image; the index of an axis here is its number on the bus"""
 
 
 class Digital(IntFlag):
@@ -23,7 +23,7 @@ class Digital(IntFlag):
 
 
 class Health(IntEnum):
-    """What the owner of the bus thinks of the image it publishes."""
+    """Health of the bus, as judged by the node that owns it, published with every image."""
 
     OK = 0
     DEGRADED = 1
@@ -33,7 +33,7 @@ class Health(IntEnum):
 
 
 class AxisInputs(NamedTuple):
-    """What one CiA 402 drive reports."""
+    """Process data from one CiA 402 drive."""
 
     status_word: int
     mode_display: int
@@ -62,14 +62,14 @@ class BusInputs(NamedTuple):
     steer_counts: int
     camber_counts: int
     road_counts: int
-    """optional second road encoder, rolling on the road itself"""
+    """optional second road encoder, whose measuring wheel rolls on the road"""
     digital: int
     health: int
     axes: tuple[AxisInputs, ...]
 
 
 class AxisCommand(NamedTuple):
-    """What one drive node asks of its axis, in answer to the inputs of `cycle`."""
+    """Command of one drive node to its axis, in answer to the inputs of `cycle`."""
 
     axis: int
     cycle: int

@@ -1,24 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
-"""When the simulated bus makes its next cycle."""
+"""Pacing of the simulated bus: decides when the next cycle is made."""
 
 from __future__ import annotations
 
 PACES = ("realtime", "lockstep", "hold")
 
 CATCH_UP = 25
-"""A late real-time bus makes up for at most that many batches at once."""
+"""a late real-time bus makes up for at most this many batches at once"""
 
 IMPATIENT = 0.002
-"""once an answer has not come, the next ones are waited for so long [s]"""
+"""wait for each further answer after one has failed to come [s]"""
 
 
 class Pacer:
-    """Counts cycles against the wall clock (realtime), against the answers (lockstep), or not at
+    """Makes cycles by the wall clock (realtime), by the answers of the nodes (lockstep), or not at
     all (hold).
 
-    Wall times are arguments [s]. In lockstep an answer that does not come is waited for once for
-    the whole time-out; from then on cycles follow each other quickly, so that bench time, and with
-    it the rules on stale commands, goes on, until the answers are back.
+    Wall times are arguments [s]. In lockstep the bus waits for a missing answer once for the whole
+    time-out. Until the answers return it then waits only briefly, so that bench time goes on and
+    the rules on stale commands act.
     """
 
     def __init__(self, pace: str, batch: int, axes: frozenset[int], timeout: float) -> None:
@@ -33,7 +33,7 @@ class Pacer:
         self.missing: set[int] = set()
         self.absent = False
         self.skipped = 0
-        """batches that a realtime bus could not make in time and dropped from the wall clock"""
+        """batches that a real-time bus dropped because it was late"""
         self._last = 0.0
         self._start: float | None = None
         self._made = 0
@@ -43,16 +43,16 @@ class Pacer:
         self._start, self._made, self._last = wall, 0, wall
 
     def advance(self, cycle: int, cycles: int) -> int:
-        """Let a held bus run in lockstep for `cycles` more; the last cycle of it.
+        """Let a held bus run in lockstep for `cycles` more; returns the last of them.
 
-        Whoever asks for less does not end what another has asked for.
+        A shorter request does not cut a longer one of another client.
         """
         self.pace = "lockstep"
         self.until = max(self.until or 0, cycle + cycles)
         return cycle + cycles
 
     def made(self, cycle: int, wall: float) -> None:
-        """A batch that ends with `cycle` has gone out."""
+        """Register a batch that ends with `cycle` as sent."""
         self.cycle, self._last = cycle, wall
         self._made += 1
         self.missing = set(self.axes)
@@ -60,7 +60,7 @@ class Pacer:
             self.pace, self.until = "hold", None
 
     def answered(self, axis: int, cycle: int) -> bool:
-        """A command came; true when the next batch is due because of it."""
+        """Register an answer; true when it makes the next batch due."""
         if cycle != self.cycle:
             return False
         self.missing.discard(axis)
@@ -69,7 +69,7 @@ class Pacer:
         return self.free()
 
     def free(self) -> bool:
-        """Whether lockstep waits for nobody."""
+        """True when lockstep waits for no further answer."""
         return self.pace == "lockstep" and not self.missing
 
     def _may_still_come(self, wall: float) -> bool:
@@ -77,7 +77,7 @@ class Pacer:
         return wall - self._last < patience
 
     def given_up(self, wall: float) -> bool:
-        """Held, and the answers to the last cycle do not come: they are no longer waited for."""
+        """True, once, when a held bus stops waiting for the answers to its last cycle."""
         if self.pace != "hold" or not self.missing or self._may_still_come(wall):
             return False
         self.absent = True
@@ -85,7 +85,7 @@ class Pacer:
         return True
 
     def due(self, wall: float, rate_hz: float) -> int:
-        """Batches to make now, asked at every tick of the wall timer."""
+        """Number of batches to make now; called at every tick of the wall timer."""
         if self.pace == "lockstep":
             if self.free() and self.cycle >= 0:
                 return 0

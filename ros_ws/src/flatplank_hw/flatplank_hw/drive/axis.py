@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One drive of the bench: whose reference counts, the safety rules, and the CiA 402 states."""
+"""One drive of the bench: reference, safety rules and CiA 402 state machine."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _BRAKE_TIME = NS // 2
 
 
 class AxisDrive(DriveRequests):
-    """`step` once per cycle; requests come in between."""
+    """One drive; call `step` once per cycle and requests in between."""
 
     def __init__(self, p: DriveParameters) -> None:
         super().__init__(p)
@@ -38,7 +38,7 @@ class AxisDrive(DriveRequests):
     ) -> tuple[AxisCommand, DriveSample]:
         """One cycle; about 5 us.
 
-        A `reference` of another source than the mode's is not listened to.
+        A `reference` from another source than that of the mode is ignored.
         """
         now, cycle, axis = inputs.stamp_ns, inputs.cycle, inputs.axes[self.index]
         shaft, watch = self._shaft, self._watch
@@ -75,14 +75,15 @@ class AxisDrive(DriveRequests):
         )  # fmt: skip
 
     def _idle(self) -> bool:
-        """Nothing to stop; but a client in charge that has fallen silent is so no longer."""
+        """Release the claim of a client whose heartbeat has stopped; a disabled axis is always
+        held."""
         watch = self._watch
         if safety.heartbeat_gone(watch.situation, self.parameters):
             watch.charge.release()
         return True
 
     def _guard(self, now: int) -> bool:
-        """Ask the rules; true when the axis is held."""
+        """Evaluate the safety rules; true when the axis is held."""
         rule = safety.first_stop(self._rules, self._watch.situation, self.parameters)
         if rule is not None and rule.latching:
             self._stop_with(rule.code)
@@ -107,7 +108,7 @@ class AxisDrive(DriveRequests):
                 return self._home(axis, now)
             if not held:
                 return word, self._ask(dt_ns)
-        # whatever was under way begins anew, from where the axis then is
+        # after the hold the mode begins anew from the present position
         self._entered = False
         return word, STAND
 

@@ -19,11 +19,11 @@ from flatplank_hw.drive.params import DriveParameters
 NS = 1_000_000_000
 _NAN = math.nan
 _ANSWER_CYCLES = 4
-"""A command is answered at the earliest after the delay of the loop."""
+"""Shortest delay from a command to its effect in the inputs [cycles]."""
 
 
 class Move:
-    """Position and velocity on the way to `target`, all in units of the output."""
+    """Trapezoidal move to `target`: position and velocity in units of the output."""
 
     __slots__ = ("acceleration", "position", "speed", "target", "velocity")
 
@@ -33,12 +33,12 @@ class Move:
         self.position = self.target = self.velocity = 0.0
 
     def stand(self, position: float) -> None:
-        """Be at rest at a position."""
+        """Set the move to rest at `position`."""
         self.position = self.target = position
         self.velocity = 0.0
 
     def step(self, dt: float) -> None:
-        """Go on by dt [s]; ends exactly on the target."""
+        """Advance by dt [s]; the move ends exactly on the target."""
         left = self.target - self.position
         change = self.acceleration * dt
         if left == 0.0 and self.velocity == 0.0:
@@ -46,7 +46,7 @@ class Move:
         if abs(left) <= change * dt and abs(self.velocity) <= 2.0 * change:
             self.stand(self.target)
             return
-        # the speed from which the rest of the way is just enough to stop, a step ahead
+        # largest speed, one step ahead, from which the remaining distance suffices to stop
         allowed = (
             math.sqrt((0.5 * change) ** 2 + 2.0 * self.acceleration * abs(left)) - 0.5 * change
         )
@@ -56,19 +56,19 @@ class Move:
 
 
 class SetPoint(NamedTuple):
-    """What a mode asks for; NaN: not in force."""
+    """Set-point of a mode; NaN: not in force."""
 
     cia_mode: int
     position: float
-    """[unit] of the output"""
+    """at the output [unit]"""
     velocity: float
-    """[unit/s] of the output"""
+    """at the output [unit/s]"""
     torque: float
-    """[N m] at the motor"""
+    """at the motor [N m]"""
 
 
 STAND = SetPoint(CiaMode.CYCLIC_VELOCITY, _NAN, 0.0, _NAN)
-"""Zero speed: how every mode is held."""
+"""set-point of a held axis in any mode: zero speed"""
 
 
 class Mode:
@@ -77,20 +77,20 @@ class Mode:
     name: ClassVar[str]
     code: ClassVar[int]
     source: ClassVar[str | None] = None
-    """`Reference.source` that the mode listens to; None: its own value"""
+    """`Reference.source` that the mode follows; None: the mode uses its own value"""
 
     def __init__(self, p: DriveParameters) -> None:
         self.p = p
 
     def refuse(self, value: float) -> str | None:
-        """Why a value cannot be taken, or None."""
+        """Why the mode cannot take a value, or None."""
         return None
 
     def set_value(self, value: float) -> None:
-        """Take a value that was not refused."""
+        """Set a value that `refuse` has accepted."""
 
     def enter(self, position: float) -> None:
-        """Begin, or begin again after a hold, at rest at `position`."""
+        """Start the mode, or restart it after a hold, at rest at `position`."""
 
     def step(self, reference: float, position: float, dt: float) -> SetPoint:
         """Set-point of this cycle; `reference` is 0 without a source."""
@@ -148,7 +148,7 @@ class Position(Mode):
 
     @property
     def done(self) -> bool:
-        """The move has come to its end."""
+        """True when the move is complete."""
         return math.isnan(self._target) and self.move.position == self.move.target
 
     def step(self, reference: float, position: float, dt: float) -> SetPoint:
@@ -207,8 +207,7 @@ class FreeRolling(Mode):
 
 
 class Homing(Mode):
-    """Make the present position zero; the axis goes through the drive's own homing and then to
-    position."""
+    """Make the present position zero: homing of the drive, then position mode."""
 
     name, code = "homing", 6
 
@@ -222,9 +221,10 @@ MODES: dict[str, type[Mode]] = {
 
 
 class Homer:
-    """Homing where the axis stands (CiA 402 method 37): the counter is set to zero, nothing moves.
+    """Homing at the present position (CiA 402 method 37): the counter is set to zero, nothing
+    moves.
 
-    Homing mode, rising edge of bit 4, wait for "attained".
+    The sequence is: homing mode, rising edge of bit 4, wait for "attained".
     """
 
     __slots__ = ("_asked", "_p", "_started", "running")
@@ -236,11 +236,11 @@ class Homer:
         self._asked = 0
 
     def start(self, now: int) -> None:
-        """Begin at bench time `now` [ns]."""
+        """Start homing at bench time `now` [ns]."""
         self.running, self._started, self._asked = True, now, 0
 
     def step(self, axis: AxisInputs, now: int) -> tuple[int, bool, bool]:
-        """Control word, done, failed."""
+        """Control word, whether homing is done, whether it has failed."""
         if not self._p.home_in_drive:
             return self._end(done=True)
         if now - self._started > self._p.start_timeout * NS:
@@ -248,7 +248,7 @@ class Homer:
         if axis.mode_display != CiaMode.HOMING:
             return ENABLE_OPERATION, False, False
         self._asked += 1
-        # the bit of an earlier homing may still be set: only the edge after our start counts
+        # the bit of an earlier homing may still be set: wait for its rising edge after our start
         settled = self._asked > 1 + _ANSWER_CYCLES
         if settled and axis.status_word & (HOMING_ERROR | HOMING_ATTAINED):
             return self._end(done=not axis.status_word & HOMING_ERROR)

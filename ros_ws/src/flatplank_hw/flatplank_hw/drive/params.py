@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters of one drive. The defaults are those of the wheel; another axis has another file."""
+"""Parameters of one drive. The defaults are those of the wheel; each other axis has its file."""
 
 from __future__ import annotations
 

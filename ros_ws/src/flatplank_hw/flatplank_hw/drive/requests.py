@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What can be asked of a drive: every request is checked against its present state and answered at
+"""Requests to a drive: each is checked against the present state of the drive and answered at
 once."""
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from flatplank_hw.drive.watch import Watch
 from flatplank_hw.troubles import TROUBLES
 
 LASTING = ("inputs", "samples", "emergency_stop")
-"""rules whose cause must be gone before a reset can do anything: sent earlier it would be lost"""
+"""rules whose cause must be gone before a reset; an earlier reset would have no effect"""
 
 
 class DriveRequests:
-    """State of one drive and the requests that change it; `AxisDrive` adds the cycle.
+    """State of one drive and the requests that change it; `AxisDrive` adds the cyclic step.
 
-    An accepted request takes effect with the next step, or at the cycle that was asked for.
+    An accepted request takes effect with the next step, or at the cycle `at_cycle`.
     """
 
     def __init__(self, p: DriveParameters) -> None:
@@ -53,12 +53,12 @@ class DriveRequests:
 
     @property
     def listens_to(self) -> str | None:
-        """Source of the references that count in the present mode."""
+        """Source of the references that the present mode follows."""
         return self._mode.source
 
     @property
     def troubles(self) -> dict[str, str]:
-        """Troubles that the last cycle had, with what was measured."""
+        """Troubles of the last cycle, with the measured values."""
         situation, p = self._watch.situation, self.parameters
         found = {}
         if self._stop:
@@ -71,7 +71,7 @@ class DriveRequests:
 
     @property
     def drags(self) -> bool:
-        """The wheel stands out of operation, and the plank moves under the loaded tire."""
+        """True when the plank moves under the loaded tire of a wheel that is not driven."""
         if self._wanted or "plank_stopped" not in self.parameters.rules:
             return False
         situation = self._watch.situation
@@ -84,19 +84,19 @@ class DriveRequests:
 
     @property
     def at_target(self) -> bool:
-        """A move or a homing has come to its end and the axis stands."""
+        """True when a move or a homing is complete and the axis stands."""
         mode = self._position_mode
         asked = mode is self._mode and not self._agenda.due and mode.done
         return asked and self._turning() is None
 
     # requests
     def enable(self) -> Answer:
-        """Bring the drive into operation; clears a latched stop whose cause is gone."""
+        """Enable the drive; clears a latched stop whose cause is gone."""
         if not self._shaft.known:
             return refused("no inputs yet: start the bus")
         if self._state >= State.FAULT_REACTION_ACTIVE:
             return refused(f"drive fault {error_words(self._error)}: reset it first")
-        # enabling starts afresh: nothing turns yet and no reference is due yet
+        # nothing turns yet and no reference is due yet
         situation = self._watch.situation
         situation.turning, situation.wheel_left, situation.reference_age_ns = False, False, 0
         rule = safety.first_stop(self._latching, situation, self.parameters)
@@ -105,11 +105,11 @@ class DriveRequests:
         return self._agenda.accept(self._enable)
 
     def disable(self) -> Answer:
-        """Take the drive out of operation; a turning axis is braked first."""
+        """Disable the drive; a turning axis is braked first."""
         return self._agenda.accept(lambda: self._stop_with(0))
 
     def quick_stop(self) -> Answer:
-        """Brake at once and stay stopped until enabled again."""
+        """Brake at once and stay stopped until the drive is enabled again."""
         return self._agenda.accept(lambda: self._stop_with(safety.QUICK_STOP))
 
     def reset_fault(self) -> Answer:
@@ -127,7 +127,7 @@ class DriveRequests:
         return refused(reason) if reason else self._agenda.accept(self._start_homing)
 
     def move_to(self, position: float, speed: float = 0.0) -> Answer:
-        """Go to a position [unit]; speed 0 is the axis's own."""
+        """Move to a position [unit]; speed 0 selects `move_speed`."""
         mode, p = self._position_mode, self.parameters
         reason = self._not_ready() or mode.refuse(position)
         if reason is None and not (math.isfinite(speed) and 0.0 <= speed <= p.speed_limit):
@@ -149,7 +149,8 @@ class DriveRequests:
     def set_operation_mode(self, name: str, value: float = 0.0) -> Answer:
         """Choose a mode; `value` is its position, velocity or torque, ignored by the others.
 
-        A position is gone to only when the drive is enabled; else the axis holds where it is.
+        The axis moves to a position only when the drive is enabled; otherwise it stays where it
+        is.
         """
         mode = self._modes.get(name)
         if mode is None:
@@ -169,8 +170,8 @@ class DriveRequests:
         return self._agenda.accept(act)
 
     def set_trigger(self, distance: float) -> Answer:
-        """Digital output for an optical system: a pulse each `distance` [m] of road, 0: a level;
-        below 0: off."""
+        """Set the trigger output for an optical system: a pulse every `distance` [m] of road; 0:
+        constantly on; below 0: off."""
         if not math.isfinite(distance):
             return refused(f"trigger distance is {distance} m: give a number")
         trigger = self.road_trigger
@@ -178,8 +179,8 @@ class DriveRequests:
         return self._agenda.accept(act)
 
     def claim(self, client: str) -> Answer:
-        """Take charge: from now on `heartbeat` must come, or the axis stops. Whoever has it may
-        ask again: the claim is there then, even if it had lapsed."""
+        """Give control to `client`: from now on the axis stops without its `heartbeat`. The same
+        client may claim again, also after its claim has lapsed."""
         charge = self._watch.charge
         if not client:
             return refused("a claim needs the name of the client")
@@ -188,26 +189,26 @@ class DriveRequests:
         return self._agenda.accept(lambda: charge.claim(client))
 
     def release(self) -> Answer:
-        """Give the charge back; nobody has it then."""
+        """Release the claim; no client is in charge then."""
         return self._agenda.accept(self._watch.charge.release)
 
     def hear_in_charge(self, client: str) -> Answer:
-        """Another drive has answered a claim: `client` is in charge of this axis too; empty:
-        nobody."""
+        """Take over a claim that another drive has answered: `client` is in charge of this axis,
+        too; empty: none."""
         if not client:
             return self.release()
         charge = self._watch.charge
         return self._agenda.accept(lambda: charge.claim(client))
 
     def heartbeat(self, client: str) -> Answer:
-        """The client in charge is alive."""
+        """Register a heartbeat of the client in charge."""
         charge = self._watch.charge
         if not client or charge.client != client:
             return refused(f"'{client}' is not in charge")
         charge.beat()
         return Answer(True, "", self._agenda.last_cycle + 1)
 
-    # reasons
+    # reasons for refusal
     def _not_ready(self) -> str | None:
         if not self._wanted or self._state is not State.OPERATION_ENABLED:
             return "the drive is not enabled: enable it first"
@@ -222,7 +223,7 @@ class DriveRequests:
         situation = self._watch.situation
         return situation.moving or safety.unloaded(situation, self.parameters)
 
-    # effects of requests, which `AxisDrive` has
+    # effects of requests, implemented by `AxisDrive`
     _enable: Callable[[], None]
     _reset: Callable[[], None]
     _stop_with: Callable[[int], None]

@@ -1,28 +1,28 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Digital output of a drive as trigger of an optical system: on for one cycle every so much road,
-or on as long as it is armed."""
+"""Trigger output of a drive for an optical system: a pulse of one cycle at equal distances of
+road, or constantly on while armed."""
 
 from __future__ import annotations
 
 import math
 
 BIT = 1
-"""of the digital outputs"""
+"""bit of the trigger in the digital outputs"""
 
 
 class RoadTrigger:
-    """`step` tells the digital outputs of a cycle."""
+    """Road trigger; `step` returns the digital outputs of a cycle."""
 
     __slots__ = ("_distance", "_next", "armed", "pulses")
 
     def __init__(self) -> None:
         self.armed = False
         self.pulses = 0
-        """rising edges since it was armed"""
+        """pulses since it was armed"""
         self._distance = self._next = math.nan
 
     def arm(self, distance: float) -> None:
-        """A pulse each `distance` [m] of road; 0: a level for as long as it is armed."""
+        """Arm: a pulse every `distance` [m] of road; 0: constantly on."""
         self.armed, self.pulses = True, 0
         self._distance, self._next = distance, math.nan
 
@@ -30,7 +30,7 @@ class RoadTrigger:
         self.armed = False
 
     def step(self, position: float, moving: bool) -> int:
-        """Outputs for a plank at `position` [m]."""
+        """Digital outputs for a plank at `position` [m]."""
         if not self.armed:
             return 0
         if self._distance <= 0.0:
@@ -38,7 +38,7 @@ class RoadTrigger:
             return BIT
         if not moving:
             return 0
-        # the motion trigger sets the position to zero on the way
+        # the motion trigger may set the position to zero during the motion
         if not abs(self._next - position) <= 1.5 * self._distance:
             self._next = math.ceil(position / self._distance) * self._distance
         if position < self._next:

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Safety rules of a drive: small pure questions about the situation, one line of registration
-each.
+"""Safety rules of a drive: small pure functions of the situation, one line of registration each.
 
-A latching rule stops the axis until somebody enables it again; a holding rule keeps it at zero
-speed as long as it applies.
+A latching rule stops the axis until the drive is enabled again; a holding rule keeps it at zero
+speed while it applies.
 """
 
 from __future__ import annotations
@@ -22,26 +21,26 @@ if TYPE_CHECKING:
 
 NS = 1_000_000_000
 REVERSE_SPEED = -0.0005
-"""Slower than the plank's slow speed of 0.0015 m/s: a plank that moves back is beyond it [m/s]."""
+"""the plank moves backward below this velocity [m/s]; its slow speed is 0.0015 m/s"""
 _EMERGENCY_OK = int(Digital.EMERGENCY_STOP_OK)
 _STALE = int(Health.STALE)
 
 
 @dataclass
 class Situation:
-    """What the rules see: one cycle, plain numbers, made by the drive."""
+    """Inputs of the rules: plain numbers of one cycle, prepared by the drive."""
 
     health: int = 0
     gap_ns: int = 0
-    """since the inputs before"""
+    """time since the previous inputs"""
     digital: int = _EMERGENCY_OK
     state: int = State.SWITCH_ON_DISABLED
     sample_age_ns: int = 0
-    """of the older one of hub and encoder sample"""
+    """age of the older of the hub and encoder samples"""
     follows_plank: bool = False
-    """the mode listens to a source that follows the plank"""
+    """the mode follows references from a source instead of a value of its own"""
     reference_age_ns: int = 0
-    """of the source's last valid reference, counted from the start of the plank"""
+    """age of the last valid reference, at most the time since the plank started"""
     turning: bool = False
     """the last command asked for motion"""
     moving: bool = False
@@ -53,42 +52,42 @@ class Situation:
     fz: float = 0.0
     """low-passed [N]"""
     fz_high_ns: int = 0
-    """for so long above the trip value"""
+    """time above the trip value"""
     torque_high_ns: int = 0
     speed: float = 0.0
-    """output side [unit/s]"""
+    """at the output [unit/s]"""
     claimed: bool = False
     heartbeat_age_ns: int = 0
     wheel_left: bool = False
-    """the wheel's drive has left operation since this axis was enabled"""
+    """the drive of the wheel has left operation since this axis was enabled"""
 
 
 Check = Callable[[Situation, "DriveParameters"], bool]
 
 
 class Rule(NamedTuple):
-    """One rule: `check` is true when the axis must not move; NaN never passes for safe."""
+    """One rule: `check` is true when the axis must not move, also for NaN."""
 
     code: int
     name: str
-    """of the rule and of its trouble"""
+    """name of the rule and of its trouble"""
     latching: bool
     check: Check
 
     @property
     def text(self) -> str:
-        """What is told of it."""
+        """Text for the operator."""
         return TROUBLES[self.name].text
 
 
 def unloaded(s: Situation, p: DriveParameters) -> bool:
-    """The tire hangs free: over the road by the clearance, and hardly any force."""
+    """True when the tire is clear of the road, with the clearance and almost no force."""
     clear = s.loaded_radius > p.free_radius + p.unloaded_clearance
     return clear and -p.unloaded_fz < s.fz < p.unloaded_fz
 
 
 def may_turn(s: Situation, p: DriveParameters) -> bool:
-    """The road moves under the tire, or the tire is free and no source waits for the plank."""
+    """True when the road moves, or the tire is unloaded and the mode needs no moving plank."""
     return s.moving or (not s.follows_plank and unloaded(s, p))
 
 
@@ -97,7 +96,7 @@ def heartbeat_gone(s: Situation, p: DriveParameters) -> bool:
 
 
 def reference_gone(s: Situation, p: DriveParameters) -> bool:
-    """For an axis that moves whether the plank does or not."""
+    """True when references are missing; for an axis that moves also while the plank rests."""
     return s.follows_plank and s.reference_age_ns > p.reference_timeout * NS
 
 
@@ -124,10 +123,10 @@ _RULES = (
         13, "plank_reverses", False,
         lambda s, p: s.follows_plank and not s.plank_velocity >= REVERSE_SPEED,
     ),
-    # for the wheel, whose reference is due only while the plank moves
+    # for the wheel, which needs references only while the plank moves
     Rule(14, "reference", True, lambda s, p: s.moving and reference_gone(s, p)),
     Rule(15, "reference_gone", True, reference_gone),
-    # for the plank: a wheel that was stopped does not turn with the road any more
+    # for the plank: a stopped wheel would be dragged over the moving road
     Rule(16, "wheel_stopped", True, lambda s, p: s.wheel_left and not unloaded(s, p)),
 )  # fmt: skip
 
@@ -143,22 +142,22 @@ STOPS: dict[int, str] = {
     LEFT_OPERATION: "left_operation",
     NO_ANSWER: "no_answer",
 }
-"""Every stop reason that a `DriveSample` can carry -> its trouble."""
+"""stop reason of a `DriveSample` -> its trouble"""
 
 REASONS: dict[int, str] = {0: "", **{code: TROUBLES[name].text for code, name in STOPS.items()}}
-"""Text of every stop reason; 0: the axis is not held."""
+"""stop reason -> text; 0: the axis is not held"""
 
 HOLDING = frozenset(rule.code for rule in _RULES if not rule.latching)
-"""stop reasons that go away by themselves; any other stays until the drive is enabled again"""
+"""stop reasons that end by themselves; all others stay until the drive is enabled again"""
 
 
 def is_latched(code: int) -> bool:
-    """A stop reason that stays until somebody enables the drive again."""
+    """True for a stop reason that stays until the drive is enabled again."""
     return code != 0 and code not in HOLDING
 
 
 def first_stop(rules: tuple[Rule, ...], s: Situation, p: DriveParameters) -> Rule | None:
-    """The first rule that applies."""
+    """First rule that applies, or None."""
     for rule in rules:
         if rule.check(s, p):
             return rule
@@ -196,10 +195,10 @@ DETAILS: dict[str, Callable[[Situation, DriveParameters], str]] = {
         f"Fz {s.fz:.0f} N, plank at {s.plank_position:.3f} m and {1e3 * s.plank_velocity:.1f} mm/s"
     ),
 }
-"""trouble -> its numbers; a trouble without any is not here"""
+"""trouble -> text with its numbers, for troubles that have numbers"""
 
 
 def detail(name: str, s: Situation, p: DriveParameters) -> str:
-    """The numbers of a trouble; empty when it has none."""
+    """Text with the numbers of a trouble; empty when it has none."""
     say = DETAILS.get(name)
     return say(s, p) if say else ""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The output of a drive's gear: raw counts of the motor to units of the output, and back."""
+"""Converts motor counts to units of the gear output, and back."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from flatplank_hw.encoders.counter import turns_between, wrapped
 
 
 class Shaft:
-    """Position [unit] from zero, velocity [unit/s], torque at the motor [N m]."""
+    """Gear output: position [unit] from zero, velocity [unit/s], torque at the motor [N m]."""
 
     __slots__ = ("_counts", "_per_count", "_sign", "_zero", "known", "position", "raw", "torque",
                  "velocity")  # fmt: skip
@@ -22,11 +22,12 @@ class Shaft:
         self._per_count = p.direction * p.output_per_turn / (p.counts_per_turn * p.gear_ratio)
         self._counts = self._zero = self.raw = 0
         self.known = False
-        """inputs have come"""
+        """true after the first inputs"""
         self.position = self.velocity = self.torque = 0.0
 
     def read(self, axis: AxisInputs, counter_is_set: bool) -> None:
-        """Take a reading; while the drive sets its counter anew, a change of it is no motion."""
+        """Take a reading; while the drive resets its counter, a change of the counter is no
+        motion."""
         raw = axis.position
         if not self.known:
             self._counts = self._zero = raw
@@ -43,15 +44,15 @@ class Shaft:
         self._zero, self.position = self._counts, 0.0
 
     def raw_position(self, position: float) -> int:
-        """Counter reading at a position; the present reading for NaN."""
+        """Motor counts at a position; the present reading for NaN."""
         if math.isnan(position):
             return self.raw
         return wrapped(self.raw + round((position - self.position) / self._per_count))
 
     def raw_velocity(self, velocity: float) -> int:
-        """[counts/s]; 0 for NaN."""
+        """Motor speed [counts/s]; 0 for NaN."""
         return round(velocity / self._per_count) if not math.isnan(velocity) else 0
 
     def raw_torque(self, torque: float) -> int:
-        """[0.1 mN m]; 0 for NaN."""
+        """Motor torque [0.1 mN m]; 0 for NaN."""
         return round(torque * self._sign / TORQUE_UNIT) if not math.isnan(torque) else 0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes the situation that the safety rules judge, cycle by cycle."""
+"""Updates the situation that the safety rules judge, cycle by cycle."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from flatplank_hw.samples import EncoderSample, HubSample, Reference
 
 
 class Charge:
-    """The claim of one client. Times are bench times [ns]; a beat counts from the cycle that sees
-    it."""
+    """The claim of one client. Times are bench times [ns]; a heartbeat gets the time of the next
+    cycle."""
 
     __slots__ = ("_beat_at", "_heard", "client")
 
@@ -23,20 +23,21 @@ class Charge:
         self._heard = False
 
     def claim(self, client: str) -> None:
-        """Take charge; the claim is the first beat, its renewal by the same client is none."""
+        """Register the claim; a new claim counts as a heartbeat, its renewal by the same client
+        does not."""
         self._heard |= client != self.client
         self.client = client
 
     def release(self) -> None:
-        """Give it back; nobody is in charge."""
+        """Release the claim."""
         self.client = ""
 
     def beat(self) -> None:
-        """The client was heard of."""
+        """Register a heartbeat."""
         self._heard = True
 
     def age(self, now: int) -> int:
-        """Time since the last beat [ns]."""
+        """Time since the last heartbeat [ns]."""
         if self._heard:
             self._heard, self._beat_at = False, now
         return now - self._beat_at
@@ -46,7 +47,7 @@ WHEEL = AXES.index("wheel")
 
 
 class Watch:
-    """Keeps `situation` up to date, with the ages and times over a limit that rules ask for."""
+    """Keeps `situation` up to date, including ages and times above trip values."""
 
     __slots__ = ("_minds_wheel", "_p", "_since", "_wheel_ran", "charge", "situation")
 
@@ -58,12 +59,13 @@ class Watch:
         self.charge = Charge()
 
     def start(self, now: int) -> None:
-        """The axis is enabled afresh: references are due from now on [ns]."""
+        """Start at bench time `now` [ns], when the axis is enabled: references are due from then
+        on."""
         self._since = now
         self.situation.wheel_left = False
 
     def look(self, inputs: BusInputs, state: int, shaft: Shaft, dt_ns: int) -> None:
-        """What the bus and the drive itself say."""
+        """Update from the bus and the drive."""
         s, p = self.situation, self._p
         s.health, s.digital, s.gap_ns = inputs.health, inputs.digital, dt_ns
         s.state, s.speed = state, shaft.velocity
@@ -80,7 +82,7 @@ class Watch:
     def listen(
         self, now: int, dt_ns: int, encoders: EncoderSample | None, hub: HubSample | None
     ) -> None:
-        """What hub and encoders say; an axis without them is not judged by their rules."""
+        """Update from hub and encoders; without them their values stay, and their age is 0."""
         s, p = self.situation, self._p
         age = 0
         if hub is not None:
@@ -96,7 +98,8 @@ class Watch:
         s.sample_age_ns = age
 
     def follow(self, now: int, follows_plank: bool, reference: Reference | None) -> None:
-        """Age of the reference, counted from the start of the plank when that was later."""
+        """Update the age of the reference; it counts from the start of the plank if that was
+        later."""
         s, since = self.situation, self._since
         if reference is not None and reference.stamp_ns > since:
             since = reference.stamp_ns

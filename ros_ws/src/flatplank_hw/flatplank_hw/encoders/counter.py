@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Counters of 32 bits that wrap, and the slope of the last samples of one."""
+"""32-bit counters that wrap, and the slope over the last samples of a counter."""
 
 from __future__ import annotations
 
@@ -8,22 +8,21 @@ _MASK = (1 << 32) - 1
 
 
 def turns_between(before: int, now: int) -> int:
-    """Counts from one reading to the next, the short way round the 32 bits."""
+    """Counts from one reading to the next, by the shorter way round the 32-bit range."""
     return ((now - before + _HALF) & _MASK) - _HALF
 
 
 def wrapped(counts: int) -> int:
-    """A count as the int32 that the bus carries."""
+    """Wrap a count to int32, as on the bus."""
     return ((counts + _HALF) & _MASK) - _HALF
 
 
 class SlopeCounter:
     """Unwrapped counts and their least-squares slope over the last n samples.
 
-    The sums are whole numbers, so the slope is exact for ever: no drift, no tuning. A straight
-    line through n samples spreads the rounding of the counts (variance 1/12) to a slope of
-    variance 1/(n (n^2 - 1)) counts^2 per sample^2 and lags by (n - 1)/2 samples when the speed
-    changes; n is the whole trade.
+    The sums are integers, so the slope does not drift. The quantization of the counts (variance
+    1/12) gives the slope through n samples a variance of 1/(n (n^2 - 1)) counts^2 per sample^2.
+    The slope lags by (n - 1)/2 samples when the speed changes. So n trades noise for delay.
     """
 
     __slots__ = ("_at", "_factor", "_mean", "_n", "_raw", "_ring", "_s0", "_s1", "counts", "slope")
@@ -34,13 +33,13 @@ class SlopeCounter:
         self._mean = (self._n - 1) / 2.0
         self._raw: int | None = None
         self.counts = 0
-        """unwrapped"""
+        """unwrapped counts"""
         self.slope = 0.0
         """[counts/sample]"""
         self.refill(0)
 
     def refill(self, counts: int) -> None:
-        """Forget the past as if the counter had always stood at `counts`."""
+        """Reset the history as if the counter had always stood at `counts`."""
         n = self._n
         self._ring = [counts] * n
         self._at = 0
@@ -49,7 +48,7 @@ class SlopeCounter:
         self.counts, self.slope = counts, 0.0
 
     def update(self, raw: int) -> int:
-        """Take a reading; the counts moved since the one before."""
+        """Take a reading; returns the counts moved since the previous one."""
         if self._raw is None:
             self._raw = raw
             self.refill(raw)
@@ -62,7 +61,7 @@ class SlopeCounter:
         ring[at] = counts
         self._at = at + 1 if at < last else 0
         rest = self._s0 - oldest
-        # every older sample moves one place down, the new one comes in at place n - 1
+        # every older sample moves down by one index, the new one gets index n - 1
         self._s1 += last * counts - rest
         self._s0 = rest + counts
         self.counts = counts
@@ -70,9 +69,9 @@ class SlopeCounter:
         return moved
 
     def rezero(self, raw: int) -> None:
-        """The device has set its counter anew: go on from here as if it had not moved."""
+        """The device has reset its counter: continue as if it had not moved."""
         self._raw = raw
 
     def back(self, samples: int) -> int:
-        """Counts some samples ago (at most n - 1)."""
+        """Counts `samples` samples ago (at most n - 1)."""
         return self._ring[self._at - 1 - samples]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The encoders of the bench: counts in, positions, velocities and the state of motion out."""
+"""The encoders of the bench: counts to positions, velocities and the state of motion."""
 
 from __future__ import annotations
 
@@ -50,12 +50,11 @@ class Encoders:
 
     @property
     def armed(self) -> bool:
-        """The next motion trigger sets the plank position to zero."""
+        """True when the next motion trigger sets the plank position to zero."""
         return self._armed
 
     def set_constants(self, p: EncoderParameters) -> None:
-        """Other constants of the set-up, from the next cycle on; ValueError for any other
-        change."""
+        """Change set-up constants from the next cycle on; ValueError for any other change."""
         only_these(self.parameters, p, SETUP_CONSTANTS, "encoders")
         self.parameters = p
         self._steer_offset = math.radians(p.slip_angle_offset_deg)
@@ -81,7 +80,7 @@ class Encoders:
         plank.update(inputs.plank_counts)
         wheel.update(inputs.wheel_counts)
         motor_axis = inputs.axes[0]
-        # a drive that homes where it stands sets its counter anew: that is not motion
+        # homing resets the counter of the drive: that is no motion
         if motor_axis.mode_display == CiaMode.HOMING:
             motor.rezero(motor_axis.position)
         motor.update(motor_axis.position)
@@ -124,7 +123,8 @@ class Encoders:
         return self._moving
 
     def _on_trigger(self, level: bool) -> None:
-        """The rising edge counts when armed, unless the plank is on its way back."""
+        """Set the plank position to zero at a rising edge when armed, unless the plank moves
+        backward."""
         backwards = self._plank.counts < self._plank.back(self._window) - 1
         if self._per_plank < 0.0:
             backwards = self._plank.counts > self._plank.back(self._window) + 1
@@ -134,13 +134,12 @@ class Encoders:
         self._level = level
 
     def _check_rate(self, period_ns: int) -> None:
-        # the period of the bus counts, not its jitter
+        # follow the period of the bus, ignore its jitter
         if abs(period_ns * self._rate * 1e-9 - 1.0) > _RATE_TOLERANCE and period_ns > 0:
             self._rate = 1e9 / period_ns
 
     def _bridge(self, last: BusInputs, now: BusInputs) -> None:
-        """Cycles were lost: put a straight line of readings in their place, so that velocities
-        stay true."""
+        """Interpolate the readings of lost cycles linearly, so that velocities stay correct."""
         gap = now.cycle - last.cycle
         if not 1 < gap <= _MAX_GAP:
             for counter in (self._plank, self._wheel, self._motor):

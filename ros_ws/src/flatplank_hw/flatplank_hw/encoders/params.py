@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters of the encoders: counts, gears and offsets as they are on the machine."""
+"""Parameters of the encoders: counts, gears and offsets of the machine."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from flatplank_data.params import Params, param
 
 _WINDOW = (0.001, 5.0)
 SETUP_CONSTANTS = ("slip_angle_offset_deg",)
-"""What the operator changes while the bench runs."""
+"""parameters that the operator may change while the bench runs"""
 
 
 def counts(note: str, default: int = COUNTS_PER_TURN, placeholder: bool = False) -> Any:
-    """A parameter with the counts of one turn; negative ones turn the sign."""
+    """A parameter with the counts per turn; a negative value reverses the sign."""
     bounds = (-(2**31), 2**31)
     return param(default, note, unit="counts/turn", bounds=bounds, placeholder=placeholder)
 
 
 @dataclass(frozen=True)
 class EncoderParameters(Params):
-    """Negative counts per turn turn the sign."""
+    """Parameters of the encoders; negative counts per turn reverse the sign."""
 
     rate_hz: float = param(250.0, "bus rate", unit="Hz", bounds=(10.0, 4000.0))
     plank_counts_per_turn: int = counts("pinion encoder, chapter 3")

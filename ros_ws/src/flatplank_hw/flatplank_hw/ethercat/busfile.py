@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The bus file: which slaves hang on the bus, who they are and what their process data means.
+"""The bus file: the slaves on the bus, their identity and the meaning of their process data.
 
-Raw facts only (full scale of a terminal, counts per turn, unit of a torque word); nothing derived.
-One file serves the master, the emulator and the import of vendor files.
+It holds raw facts only (full scale of a terminal, counts per turn, unit of a torque word). Master,
+emulator and the import of vendor files use the same file.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Entry:
     bits: int
     name: str = ""
     channel: str = ""
-    """what it is to the bench, see `INPUTS` and `OUTPUTS`"""
+    """signal of the bench that it carries, see `INPUTS` and `OUTPUTS`"""
     full_scale_volts: float = 0.0
     """analogue terminals: volts at `full_scale_counts` [V]"""
     full_scale_counts: int = 0
@@ -34,7 +34,7 @@ class Entry:
 
     @property
     def mapping_word(self) -> int:
-        """As stored in a PDO mapping object."""
+        """The entry as stored in a PDO mapping object."""
         return self.index << 16 | self.subindex << 8 | self.bits
 
 
@@ -55,8 +55,7 @@ class Pdo:
 
 @dataclass(frozen=True)
 class SdoValue:
-    """One value of the object dictionary: written at start by the master, or held by the
-    emulator."""
+    """A value of the object dictionary: the master writes it at start, or the emulator has it."""
 
     index: int
     subindex: int
@@ -67,7 +66,7 @@ class SdoValue:
 
 @dataclass(frozen=True)
 class Mailbox:
-    """Where the CoE mailboxes of a slave lie in its memory."""
+    """Addresses and sizes of the CoE mailboxes of a slave."""
 
     out_start: int = 0x1000
     out_size: int = 128
@@ -79,7 +78,7 @@ class Mailbox:
 
 @dataclass(frozen=True)
 class SyncManagers:
-    """Where the process data lie in the slave's memory, and the control bytes."""
+    """Addresses of the process data of a slave, and control bytes of its sync managers."""
 
     outputs_start: int
     outputs_control: int
@@ -100,7 +99,7 @@ class Slave:
     check_revision: bool = False
     serial: int = 0
     placeholder: str = ""
-    """why the identity or the PDOs are not yet the maker's; empty when they are"""
+    """why identity or PDOs are placeholders; empty when they are those of the maker"""
     axis: str = ""
     dc: bool = False
     mailbox: Mailbox | None = None
@@ -114,7 +113,7 @@ class Slave:
     sdos: tuple[SdoValue, ...] = ()
     """written at start by the master"""
     objects: tuple[SdoValue, ...] = ()
-    """further contents of the object dictionary in the emulator"""
+    """further objects in the object dictionary of the emulator"""
 
     @property
     def output_entries(self) -> tuple[Entry, ...]:
@@ -138,7 +137,7 @@ class Slave:
 
     @property
     def memory(self) -> SyncManagers:
-        """Sync managers as given, or the usual ones of a slave with or without mailbox."""
+        """Sync managers as given, or the usual ones for a slave with or without mailbox."""
         if self.sync_managers is not None:
             return self.sync_managers
         if self.mailbox is not None:
@@ -154,7 +153,7 @@ class BusFile:
     slaves: tuple[Slave, ...]
     rate_hz: int = 250
     watchdog_ms: int = 40
-    """process data watchdog of every slave with outputs [ms]"""
+    """process data watchdog of each slave with outputs [ms]"""
     command_timeout_ms: int = 44
     """a command older than this stops its axis [ms]"""
     path: str = field(default="", compare=False)
@@ -173,7 +172,7 @@ VOLTS = ("C1", "C2", "C3", "C4", "C5", "C6", "lvdt")
 """analogue inputs [V]: the six bridges and the axle height"""
 
 COUNTS = ("plank_counts", "wheel_counts", "steer_counts", "camber_counts", "road_counts")
-"""encoder terminals [counts]; narrower counters than 32 bits are continued by the master"""
+"""encoder terminals [counts]; the master extends counters narrower than 32 bits"""
 
 DIGITAL = {
     "trigger": Digital.TRIGGER,
@@ -188,7 +187,8 @@ TORQUES = ("torque", "target_torque")
 
 DIGITAL_OUTPUTS = "digital_outputs"
 ECHO = "echo"
-"""a padding byte of the outputs that no slave reads: the master counts cycles in it"""
+"""channel of a padding byte in the outputs that no slave reads; the master writes its cycle count
+"""
 
 INPUTS = frozenset([*VOLTS, *COUNTS, *DIGITAL, *(f"{a}.{w}" for a in AXES for w in AXIS_INPUTS)])
 OUTPUTS = frozenset([DIGITAL_OUTPUTS, ECHO, *(f"{a}.{w}" for a in AXES for w in AXIS_OUTPUTS)])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Process data of one slave as numbers: packing and unpacking PDO entries, LSB first."""
+"""Packs numbers into the process data of one slave and unpacks them, LSB first."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ TYPES: dict[str, tuple[int, str, bool]] = {
     "uint64": (64, "Q", False),
     "int64": (64, "q", True),
 }
-"""Name of a CoE type: bits, struct code (empty: no such C type), signed."""
+"""name of a CoE type -> (bits, struct code or empty when C has no such type, signed)"""
 
 
 def limits(kind: str) -> tuple[int, int]:
@@ -31,10 +31,10 @@ def limits(kind: str) -> tuple[int, int]:
 
 
 class Layout:
-    """A row of typed entries; an entry of type '' and some bits is padding and carries a number
+    """Sequence of typed entries; an entry of type '' is padding, whose bits are read as a number,
     too.
 
-    Whole-byte rows go through `struct`; anything with odd bits through shifting.
+    Entries of whole bytes are packed by `struct`, others by bit shifts.
     """
 
     def __init__(self, entries: Sequence[tuple[str, int]]) -> None:

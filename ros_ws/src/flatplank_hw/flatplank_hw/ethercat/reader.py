@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bus file in YAML to dataclasses, strict: what nobody would read is an error with a hint."""
+"""Reads a bus file in YAML to dataclasses; an unknown key is an error with a hint."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class BusFileError(ValueError):
 def mapping(
     value: Any, where: str, known: Iterable[str], required: Iterable[str] = ()
 ) -> Mapping[str, Any]:
-    """The value itself when it is a mapping with known keys only, and with the required ones."""
+    """Check that a value is a mapping with known keys only and all required ones; returns it."""
     if not isinstance(value, Mapping):
         raise BusFileError(f"{where}: expected a mapping, found {type(value).__name__}")
     for key in value:
@@ -49,7 +49,7 @@ def mapping(
 
 
 def sequence(value: Any, where: str) -> list[tuple[str, Any]]:
-    """The items of a list (nothing: an empty one), each with its place."""
+    """Items of a list (None counts as empty), each with its location for errors."""
     if not isinstance(value, list | None):
         raise BusFileError(f"{where}: expected a list, found {type(value).__name__}")
     return [(f"{where}[{i}]", item) for i, item in enumerate(value or ())]
@@ -109,8 +109,8 @@ def parse_bus(raw: Any, path: str = "bus file") -> BusFile:
 def _simple(
     cls: type, raw: Mapping[str, Any], where: str, most: int = 0xFFFFFFFF
 ) -> dict[str, Any]:
-    """The fields of a dataclass that a mapping has and that are flags, texts or numbers; `most`:
-    the largest whole number."""
+    """Fields of a dataclass from a mapping, if they are flags, texts or numbers; `most`: largest
+    allowed integer."""
     readers: dict[Any, Callable[[Any, str], Any]] = {
         "bool": lambda value, _: bool(value),
         "str": lambda value, _: str(value),
@@ -192,7 +192,7 @@ def _entry(raw: Any, where: str, known: frozenset[str]) -> Entry:
 
 
 def _check_facts(entry: Entry, where: str) -> None:
-    """A channel with a unit needs the raw facts that give it."""
+    """Check that a channel with a unit has the raw facts for its scale."""
     if entry.channel in busfile.VOLTS and not (entry.full_scale_volts and entry.full_scale_counts):
         raise BusFileError(
             f"{where}: channel '{entry.channel}' needs full_scale_volts and full_scale_counts"

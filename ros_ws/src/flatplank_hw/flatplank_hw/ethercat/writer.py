@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Dataclasses back to a bus file in YAML; reading it again gives the same bus."""
+"""Writes dataclasses to a bus file in YAML; reading it again gives the same bus."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from flatplank_hw.ethercat.busfile import FORMAT, BusFile, Entry, Mailbox, Pdo, 
 
 
 class Hex(int):
-    """An integer that people read as hexadecimal."""
+    """An integer that is written as hexadecimal."""
 
 
 class _Dumper(yaml.SafeDumper):
@@ -46,7 +46,7 @@ def write_bus(bus: BusFile) -> str:
 
 
 def slave_mapping(slave: Slave) -> dict[str, Any]:
-    """One slave; what has its usual value is left out."""
+    """One slave; default values are left out."""
     out: dict[str, Any] = {"name": slave.name, "device": slave.device}
     for key in ("vendor", "product", "revision"):
         out[key] = Hex(getattr(slave, key))

@@ -2,7 +2,7 @@
 """Appendix A of the thesis: bridge volts to forces at the wheel centre (A.1), at the contact point
 (A.2), and back.
 
-(A.1) gives five of six components; the moment about the spin axis is not measured and is zero.
+(A.1) gives five of six components; the moment about the spin axis is not measured and set to zero.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 
 OUTER_ARM = 0.3475
-"""Arm of the bridges Fx1 and Fz1 of (A.1d, A.1e) before ET value and adapter [m]."""
+"""arm of the bridges Fx1 and Fz1 in (A.1d, A.1e), without ET value and adapter [m]"""
 INNER_ARM = 0.0475
-"""Arm of the bridges Fx2 and Fz2 [m]."""
+"""arm of the bridges Fx2 and Fz2, without ET value and adapter [m]"""
 
 Volts = tuple[float, float, float, float, float, float]
 
@@ -83,12 +83,12 @@ def contact_from_wheel(wheel: Wrench, loaded_radius: float, cos: float, sin: flo
 
 
 def force_balance(inputs: BusInputs, fx: float, loaded_radius: float, p: HubParameters) -> float:
-    """M_yc = -r_l Fx: all of the drive moment goes into Fx, rolling resistance is left out."""
+    """M_yc = -r_l Fx: all of the drive moment acts through Fx; rolling resistance is neglected."""
     return -loaded_radius * fx
 
 
 def motor_torque(inputs: BusInputs, fx: float, loaded_radius: float, p: HubParameters) -> float:
-    """M_yc = -eta i (M_M - M_F); only for a driven wheel, the self-locking gear hides braking
+    """M_yc = -eta i (M_M - M_F), only for a driven wheel: the self-locking gear hides braking
     (5.3)."""
     torque = inputs.axes[0].torque * TORQUE_UNIT
     return -p.efficiency * p.gear_ratio * max(torque - p.friction_torque, 0.0)

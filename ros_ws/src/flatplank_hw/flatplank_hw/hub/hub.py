@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The measurement hub: raw bus image in, wrenches and loaded radius out."""
+"""The measurement hub: raw bus image to wrenches and loaded radius."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ Channels = tuple[float, float, float, float, float]
 
 
 class TareStatus(NamedTuple):
-    """What became of the last tare."""
+    """Status of the last tare."""
 
     running: bool
     cycle: int
-    """cycle from which the present zero is in force; -1: never tared"""
+    """first cycle with the present zero; -1: never tared"""
     zero: Channels
     """subtracted from C1, C2, C3, C5, C6 [V]"""
     reason: str
-    """why the last tare was given up; empty when it was not"""
+    """why the last tare was abandoned; empty when it was not"""
 
 
 class Tare:
-    """Sums while it runs; `add` gives the mean with the last sample."""
+    """Running tare: sums the samples; `add` returns the mean with the last one."""
 
     __slots__ = ("_left", "_n", "_sums")
 
@@ -42,7 +42,7 @@ class Tare:
         self._sums = [0.0] * 5
 
     def add(self, volts: Channels) -> Channels | None:
-        """One sample; the mean when it was the last one."""
+        """Add one sample; returns the mean with the last one, else None."""
         self._sums = [s + v for s, v in zip(self._sums, volts, strict=True)]
         self._left -= 1
         if self._left:
@@ -56,7 +56,8 @@ _TURN = 2.0 * math.pi
 
 
 class MeasurementHub:
-    """Bridge volts -> parasitic filter and zero -> (A.1) -> (A.2); LVDT -> loaded radius."""
+    """Computes bridge volts -> parasitic filter and zero -> (A.1) -> (A.2), and LVDT -> loaded
+    radius."""
 
     def __init__(self, p: HubParameters) -> None:
         self.parameters = p
@@ -93,15 +94,14 @@ class MeasurementHub:
 
     # requests
     def set_constants(self, p: HubParameters) -> None:
-        """Other constants of the set-up, from the next cycle on; ValueError for any other
-        change."""
+        """Change set-up constants from the next cycle on; ValueError for any other change."""
         only_these(self.parameters, p, SETUP_CONSTANTS, "measurement hub")
         self.parameters, self._gains = p, gains(p)
         self._camber_zero = math.radians(p.wheel_camber_deg + p.road_camber_offset_deg)
         self._camber_counts = None
 
     def tare(self) -> Answer:
-        """Average `tare_samples` from the stated cycle on and make them zero."""
+        """Average `tare_samples` samples from the next cycle on and use the mean as zero."""
         if self._tare is not None:
             return refused("a tare is running")
         if self._stamp is None:
@@ -113,7 +113,7 @@ class MeasurementHub:
         return self._agenda.accept(self._start_tare)
 
     def set_filter(self, on: bool) -> Answer:
-        """Switch the parasitic filter."""
+        """Switch the parasitic filter on or off."""
         if on and self._fit is None and not self._fit_coming:
             return refused("no parasitic fit is loaded: load the file of this mounting first")
         return self._agenda.accept(lambda: self._switch(on))
@@ -127,19 +127,19 @@ class MeasurementHub:
         return self.use_fit(fit)
 
     def use_fit(self, fit: ParasiticFit) -> Answer:
-        """Take a fit that was just identified."""
+        """Use an identified fit."""
         self._fit_coming = True
         return self._agenda.accept(lambda: self._use_fit(fit))
 
     # status
     @property
     def fit(self) -> ParasiticFit | None:
-        """The fit that is loaded, whether the filter is on or not."""
+        """The loaded fit, whether the filter is on or not."""
         return self._fit
 
     @property
     def tare_status(self) -> TareStatus:
-        """State of the zero."""
+        """Status of the last tare and the present zero."""
         return TareStatus(self._tare is not None, self._tare_cycle, self._zero, self._tare_reason)
 
     # the cycle
@@ -188,7 +188,7 @@ class MeasurementHub:
             self._fz = fz
         elif stamp - self._stamp != self._period:
             self._period = stamp - self._stamp
-            # exact response of a first-order low-pass to samples that hold for a period
+            # exact response of a first-order low-pass to a zero-order hold
             self._weight = 1.0 - math.exp(
                 -_TURN * self.parameters.fz_filter_hz * max(self._period, 0) * 1e-9
             )
@@ -241,7 +241,8 @@ class MeasurementHub:
         self._choose_zero()
 
     def _choose_zero(self) -> None:
-        """With the filter on, D of a fit newer than the tare is the zero; else the tare is."""
+        """Choose the zero: D of the fit when the filter is on and the fit is newer than the tare;
+        else the tare."""
         if self._filter_on and self._fit is not None and not self._tare_is_newer:
             self._zero = self._fit.offsets
         else:

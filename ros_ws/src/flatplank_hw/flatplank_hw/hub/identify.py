@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Identify the parasitic signal from a three-turn run of the unloaded wheel (Appendix C)."""
+"""Identifies the parasitic signal from a three-turn run of the unloaded wheel (Appendix C)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scipy.optimize import least_squares
 from flatplank_hw.hub.parasitic import INDEX, ParasiticFit, Sine
 
 WINDOW = (2.0 * math.pi, 4.0 * math.pi)
-"""Part of the run that is fitted, 360..720 deg from its start: steady speed [rad]."""
+"""wheel angle from the start that is fitted, 360..720 deg, at steady speed [rad]"""
 MIN_SAMPLES = 100
 
 
@@ -43,14 +43,14 @@ def identify(wheel_angle: ArrayLike, volts: ArrayLike, mounting: str, date: str)
 
 
 def _fit(x: NDArray[np.float64], y: NDArray[np.float64]) -> Sine:
-    """Start from the linear fit at B = 1, then free all four."""
+    """Fit the parameters linearly at B = 1, then all four nonlinearly from there."""
     basis = np.column_stack([np.sin(x), np.cos(x), np.ones_like(x)])
     s, c, d = np.linalg.lstsq(basis, y, rcond=None)[0]
     amplitude = math.hypot(s, c)
     scale = max(amplitude, float(np.std(y)), 1e-9)
     start = [s / scale, c / scale, 1.0, d / scale]
 
-    # sine and cosine parts instead of A and C: no singularity at A = 0
+    # sine and cosine parts instead of A and C avoid the singularity at A = 0
     def residual(p: NDArray[np.float64]) -> NDArray[np.float64]:
         return p[0] * np.sin(p[2] * x) + p[1] * np.cos(p[2] * x) + p[3] - y / scale
 

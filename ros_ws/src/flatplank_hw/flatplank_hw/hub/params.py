@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters of the measurement hub. Raw facts, each with its source; derived factors are made in
-the core."""
+"""Parameters of the measurement hub: raw facts, each with its source; the core derives factors."""
 
 from __future__ import annotations
 
@@ -15,7 +14,7 @@ from flatplank_hw.hub.appendix_a import SOURCES
 _GAIN = (1.0, 1e5)
 _BRIDGE = (0.01, 100.0)
 SETUP_CONSTANTS = ("et_value", "adapter_thickness", "wheel_camber_deg", "road_camber_offset_deg")
-"""What the operator changes from wheel to wheel, while the bench runs."""
+"""parameters that the operator may change while the bench runs, for another wheel"""
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,8 @@
 """Parasitic signal of the preloaded shaft, Appendix C: y = A sin(B x + C) + D per channel over the
 wheel angle.
 
-The angle is that of the wheel encoder's own counter: a fit holds until the encoder loses its zero
-or the wheel is mounted anew, so each mounting has its own file.
+The angle is that of the wheel encoder's own counter. A fit holds until the encoder loses its zero
+or the wheel is remounted, so each mounting has its own file.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from flatplank_data.yaml_text import load_yaml
 FORMAT = "flatplank-parasitic-fit/1"
 CHANNELS = ("C1", "C2", "C3", "C5", "C6")
 INDEX = (0, 1, 2, 4, 5)
-"""Places of the channels in the bridge volts."""
+"""indices of the channels in the bridge volts"""
 
 
 class Sine(NamedTuple):
@@ -38,7 +38,7 @@ class Sine(NamedTuple):
     offset: float
     """D [V]"""
     residual_rms: float
-    """of the fit [V]"""
+    """rms of the residual of the fit [V]"""
 
 
 LIMITS: dict[str, tuple[float, float]] = {
@@ -58,7 +58,7 @@ class ParasiticFit:
     mounting: str
     date: str
     sines: tuple[Sine, ...]
-    """five, in the order of `CHANNELS`"""
+    """five sines, in the order of `CHANNELS`"""
 
     def signal(self) -> Callable[[float], tuple[float, float, float, float, float]]:
         """A sin(B x + C) of the channels [V] as a function of the wheel angle x [rad], without

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""ROS shells of the hardware cores."""
+"""ROS nodes around the hardware cores."""

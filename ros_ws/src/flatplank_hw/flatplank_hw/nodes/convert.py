@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Messages to the tuples of the cores and back. Values pass through unchanged."""
+"""Converts messages to the tuples of the cores and back, with unchanged values."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ _CYCLE_ARRAYS = {
     "lvdt_volts": "d", "plank_counts": "i", "wheel_counts": "i", "steer_counts": "i",
     "camber_counts": "i", "road_counts": "i", "digital": "B",
 }  # fmt: skip
-"""arrays of a message with a value per cycle, in the order of `BusInputs` -> type code"""
+"""array of a message with a value per cycle, in the order of `BusInputs` -> type code"""
 _AXIS_ARRAYS = dict(zip(AxisInputs._fields, "HbiiiH", strict=True))
-"""arrays of a message with a value per cycle and axis -> type code"""
+"""array of a message with a value per cycle and axis -> type code"""
 _HUB, _ENCODERS, _DRIVE = HubSample._fields[4:], EncoderSample._fields[2:], DriveSample._fields[2:]
-"""fields that a message has, too, under the same name"""
+"""fields with the same name in the sample and its message"""
 
 
 def set_stamp(header: Header, stamp_ns: int) -> None:
@@ -43,7 +43,7 @@ def stamp_ns(header: Header) -> int:
 
 
 def raw_stamp_ns(cdr: bytes) -> int:
-    """Of a serialised message that begins with a header."""
+    """Stamp [ns] of a serialised message that begins with a header."""
     seconds, nanoseconds = _STAMP.unpack_from(cdr, 4)
     return seconds * 1_000_000_000 + nanoseconds
 
@@ -92,7 +92,7 @@ def command_from_msg(msg: BusOutputs) -> AxisCommand:
 
 
 def _to_msg(sample: Any, msg: Any, names: Sequence[str]) -> None:
-    """Stamp, cycle, and what has the same name in a sample and its message."""
+    """Fill stamp, cycle and the fields `names`, which are the same in sample and message."""
     set_stamp(msg.header, sample.stamp_ns)
     msg.cycle = sample.cycle
     for name in names:
@@ -115,13 +115,13 @@ def hub_to_msg(sample: HubSample, msg: HubState) -> None:
 
 
 def hub_from_msg(msg: HubState) -> HubSample:
-    """The state alone: the wrenches travel on topics of their own and are zero here."""
+    """Hub sample without wrenches: these have their own topics and are zero here."""
     values = [getattr(msg, name) for name in _HUB]
     return HubSample(msg.cycle, stamp_ns(msg.header), NO_WRENCH, NO_WRENCH, *values)
 
 
 def hub_of_contact(contact: Wrench, encoders: EncoderSample) -> HubSample:
-    """The contact wrench alone, for the free-rolling controller."""
+    """Hub sample with the contact wrench alone, for the free-rolling controller."""
     nan = math.nan
     return HubSample(
         encoders.cycle, encoders.stamp_ns, NO_WRENCH, contact, nan, nan, nan, False, 0

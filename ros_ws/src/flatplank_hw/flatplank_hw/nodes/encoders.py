@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Counts to positions and velocities: the shell of `flatplank_hw.encoders`."""
+"""Node around `flatplank_hw.encoders`: counts to positions and velocities."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The real bus: the shell of the EtherCAT master."""
+"""Node of the real bus, around the EtherCAT master."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from flatplank_msgs.srv import SdoRead, SdoWrite
 
 @dataclass(frozen=True)
 class BusParameters(Params):
-    """Which bus, and how fast."""
+    """Bus file, interface and timing of the bus."""
 
     bus_file: str = param("bench", "bus file: a name of config/bus or a path")
     interface: str = param("", "network interface of the bus")
@@ -45,11 +45,11 @@ EVENTS: dict[str, Callable[[dict[str, Any]], tuple[str, str]]] = {
     "emergency": lambda e: ("bus_emergency", f"slave {e['slave']}: {error_words(e['code'])}"),
     "crashed": lambda e: ("bus_ended", e["reason"]),
 }
-"""event of the bus process -> trouble and detail; others are no trouble"""
+"""event of the bus process -> trouble and detail; other events are no trouble"""
 
 
 class EthercatBus(BenchNode):
-    """Publishes /bus/inputs, takes /bus/outputs; the cycle itself runs in a process of its own."""
+    """Publishes /bus/inputs, subscribes to /bus/outputs; a separate process runs the cycle."""
 
     PARAMETERS = BusParameters
     OWNS_BUS = True
@@ -62,12 +62,12 @@ class EthercatBus(BenchNode):
         self.oldest = 0
         self.health = int(Health.OK)
         self.worst = int(Health.OK)
-        """since the bus process was last asked"""
+        """time since the last request for diagnostics"""
         self.asked = False
         self.found: dict[str, Any] = {}
-        # by the wall: a bus that is started again goes on later than the last one ended
+        # by the wall clock: the stamps of a restarted bus are later than those of the last one
         self.t0 = time.time_ns() // self.period_ns * self.period_ns
-        # one at a time, beside the executor: a command must not wait behind an SDO
+        # one request at a time, in a thread of its own: a command must not wait for an SDO
         self.errands = ThreadPoolExecutor(1, thread_name_prefix="bus errand")
         self.client.start()
 
@@ -88,7 +88,7 @@ class EthercatBus(BenchNode):
         self.reader.start()
 
     def read(self) -> None:
-        """Hand on what the bus process says, batch by batch."""
+        """Publish the images of the bus process, batch by batch."""
         batch: list[Image] = []
         while self.listening:
             for image in self.client.poll():
@@ -117,7 +117,7 @@ class EthercatBus(BenchNode):
             self.errands.submit(self.diagnose).add_done_callback(self.on_diagnosed)
 
     def diagnose(self) -> None:
-        """What the bus process knows of itself, and how old the nodes' answers were."""
+        """Get diagnostics from the bus process and update the troubles."""
         self.asked = False
         worst, self.worst = self.worst, self.health
         try:
@@ -135,7 +135,7 @@ class EthercatBus(BenchNode):
             self.give_up("bus_ended")
 
     def on_diagnosed(self, done: Errand) -> None:
-        """A fault of ours in a thread of its own must not pass unseen."""
+        """Report an exception in the thread of the diagnosis."""
         if not done.cancelled() and done.exception() is not None:
             self.get_logger().error(f"the bus could not be looked at: {done.exception()!r}")
 
@@ -143,7 +143,7 @@ class EthercatBus(BenchNode):
         return {"bus file": self.parameters.bus_file, **self.found}
 
     def aside(self, work: Callable[..., Any], *arguments: Any) -> Future:
-        """Work that waits for the bus process, off the executor."""
+        """Do work that waits for the bus process in a separate thread."""
         done = Future()
 
         def errand() -> None:
@@ -184,13 +184,13 @@ class EthercatBus(BenchNode):
         return super().on_cleanup(state)
 
     def fall_silent(self) -> None:
-        """No image any more."""
+        """Stop publishing images."""
         if getattr(self, "listening", False):
             self.listening = False
             self.reader.join()
 
     def finish(self) -> None:
-        """The bus stops in order whatever ends the node."""
+        """Stop the bus in order, whatever ends the node."""
         self.fall_silent()
         if hasattr(self, "errands"):
             self.errands.shutdown(cancel_futures=True)

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An executor for nodes that hear hundreds of small messages a second.
+"""An executor for nodes that receive hundreds of small messages per second.
 
-rclpy gathers all entities of a node, makes a wait set and a task anew for every message, and that
-costs more than the work of a bench node. Here the wait set stays as long as the node does, and
-messages and timers go straight to their callbacks; services, actions and whatever else is rare
-take rclpy's own way.
+For every message rclpy gathers all entities of a node and makes a new wait set and task, which
+costs more than the work of a bench node. Here the wait set persists, and messages and timers go
+straight to their callbacks. Services, actions and other rare events are left to rclpy.
 """
 
 from __future__ import annotations
@@ -19,16 +18,16 @@ from rclpy.executors import ShutdownException, SingleThreadedExecutor, TimeoutEx
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 
 MOST_AT_ONCE = 50
-"""messages of one subscription that are taken before the others have their turn"""
+"""largest number of messages taken from one subscription before the others are served"""
 
 
 def _never() -> bool:
-    """One object for all rounds: rclpy forgets what is ready when it is asked with another."""
+    """Shared callback for all rounds: rclpy loses ready entities when it gets another object."""
     return False
 
 
 class _Watch:
-    """A wait set over everything that nodes and their executor can be woken by."""
+    """Wait set of all entities that can wake the nodes and their executor."""
 
     def __init__(self, nodes, guards, context) -> None:
         self.keep = ExitStack()
@@ -56,7 +55,7 @@ class _Watch:
         )
 
     def _hold(self, entities, handle=attrgetter("handle")) -> list:
-        """Those that still exist; none is destroyed while it is waited for."""
+        """Entities that still exist; holding their handles keeps them alive during the wait."""
         held = []
         for entity in entities:
             try:
@@ -91,12 +90,13 @@ class _Watch:
 
 
 class StreamExecutor(SingleThreadedExecutor):
-    """One thread; streams and timers first, callback groups only for what is rare."""
+    """Single-threaded executor: subscriptions and timers first, callback groups only for rare
+    events."""
 
     _watch: _Watch | None = None
 
     def spin_once(self, timeout_sec: float | None = None) -> None:
-        """Wait, and call back for everything that is ready.
+        """Wait, then call the callbacks of everything that is ready.
 
         Args:
             timeout_sec: longest wait [s]; None waits for ever.
@@ -106,7 +106,7 @@ class StreamExecutor(SingleThreadedExecutor):
         watch = self._watch
         try:
             watch.wait(-1 if timeout_sec is None else int(timeout_sec * 1e9))
-        except InvalidHandle:  # a callback has destroyed something: look again what there is
+        except InvalidHandle:  # a callback has destroyed an entity: gather the entities again
             self.forget()
             return
         if watch.something_rare():
@@ -127,7 +127,7 @@ class StreamExecutor(SingleThreadedExecutor):
         self._resume()
 
     def forget(self) -> None:
-        """Let the entities go; the next wait looks which there are."""
+        """Release the entities; the next wait gathers them again."""
         if self._watch is not None:
             self._watch.keep.close()
             self._watch = None
@@ -142,17 +142,17 @@ class StreamExecutor(SingleThreadedExecutor):
             subscription.callback(taken[0])
 
     def _resume(self) -> None:
-        """Go on with services that wait for something which may have come."""
+        """Resume coroutines of services whose awaited result may have come."""
         for task, _entity, _node in tuple(self._tasks):
             if task.done():
-                continue  # rclpy takes it off the list in its next round
+                continue  # rclpy removes it from the list in its next round
             task()
             if task.done():
-                self.forget()  # what ends may have destroyed entities of its own
+                self.forget()  # a finished task may have destroyed entities
                 task.result()
 
     def _spin_everything(self) -> None:
-        """One round of rclpy's own, without waiting."""
+        """Run one round of the rclpy executor, without waiting."""
         try:
             while True:
                 handler, _entity, _node = self.wait_for_ready_callbacks(0.0, None, _never)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bridge volts to forces and moments: the shell of `flatplank_hw.hub`."""
+"""Node around `flatplank_hw.hub`: bridge volts to forces and moments."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class MeasurementHubNode(BenchNode):
 
     def connect(self) -> None:
         self.told = 0
-        """channels whose saturation was told, as bits"""
+        """channels whose saturation was reported, as bits"""
         self.told_of_tare = ""
         self.wheel, self.contact, self.state = WrenchStamped(), WrenchStamped(), HubState()
         self.wheel.header.frame_id = "wheel_center"

@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parameter sets of the cores as ROS parameters: declared with unit and range, checked when
-set.
-"""
+"""Declares the parameter sets of the cores as ROS parameters and checks them."""
 
 from __future__ import annotations
 
@@ -26,19 +24,15 @@ def _descriptor(info: params.ParamInfo) -> ParameterDescriptor:
 
 
 def declare(node: Node, cls: type) -> None:
-    """Declare every parameter of a set; values of a file or the command line are taken as they
-    come.
-    """
+    """Declare every parameter of a set; initial values are not checked here."""
     for info in params.describe(cls):
         default = list(info.default) if isinstance(info.default, tuple) else info.default
         node.declare_parameter(info.name, default, _descriptor(info))
 
 
 def refuse_unknown(node: Node) -> None:
-    """ValueError for a key in a parameter file that the node does not know, with the nearest
-    one.
-    """
-    known = set(node._parameters)  # rclpy has no public list of them that costs no service
+    """Raise ValueError for an unknown key in a parameter file, with the nearest known one."""
+    known = set(node._parameters)  # rclpy has no public list of these without a service call
     for key in node._parameter_overrides:
         if key not in known and not key.startswith("qos_overrides."):
             raise ValueError(
@@ -47,7 +41,7 @@ def refuse_unknown(node: Node) -> None:
 
 
 def read(node: Node, cls: type, changes: Mapping[str, Any] | None = None) -> Any:
-    """The parameter set as the node has it now, with `changes` on top, checked as a whole."""
+    """The present parameter set of the node with `changes` applied, checked as a whole."""
     names = [info.name for info in params.describe(cls)]
     values = {name: node.get_parameter(name).value for name in names}
     values |= {k: v for k, v in (changes or {}).items() if k in values}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Qualities of service of the bench, one place."""
+"""QoS profiles of the bench."""
 
 from rclpy.duration import Duration
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
@@ -7,7 +7,7 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPo
 STREAM = QoSProfile(
     reliability=ReliabilityPolicy.RELIABLE, history=HistoryPolicy.KEEP_LAST, depth=2000
 )
-"""Every sample counts: deep enough for eight seconds at 250 Hz."""
+"""no sample may be lost: depth for eight seconds at 250 Hz"""
 
 REFERENCE = QoSProfile(
     reliability=ReliabilityPolicy.RELIABLE,
@@ -15,7 +15,7 @@ REFERENCE = QoSProfile(
     depth=2000,
     deadline=Duration(nanoseconds=100_000_000),
 )
-"""A set-point older than 100 ms is stale; the drive acts on it by the stamps, the deadline tells
+"""A set-point older than 100 ms is stale: the drive checks the stamps, the deadline is for ROS
 tools.
 """
 
@@ -25,4 +25,4 @@ LATCHED = QoSProfile(
     depth=1,
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
-"""For what is said once and must be known to everybody who comes later."""
+"""for messages sent once that later subscribers need, too"""

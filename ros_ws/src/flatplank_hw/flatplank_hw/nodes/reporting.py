@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Troubles of a node: each occurrence once in the log, and as long as it lasts in /diagnostics."""
+"""Reports troubles of a node: once in the log, and in /diagnostics while they last."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from flatplank_hw.troubles import TROUBLES, Level, Trouble
 
 OF_NODES = "/troubles"
-"""what nodes say of themselves; the owner of the bus makes one message of all of them"""
+"""topic with the troubles of each node; the owner of the bus joins them into /diagnostics"""
 
 SHOWN = 10.0
-"""an occurrence stays in /diagnostics so long, and is not logged again meanwhile [s]"""
+"""time for which an occurrence stays in /diagnostics and is not logged again [s]"""
 
 
 class _Present(NamedTuple):
     trouble: Trouble
     detail: str
     until: float
-    """[s] of the monotonic clock; infinite: until it is over"""
+    """end by the monotonic clock [s]; infinite: until `end` is called"""
 
     def line(self) -> str:
         return self.trouble.line(self.detail)
 
 
 class Reporter:
-    """What is wrong with one node; may be told from several threads."""
+    """Present troubles of one node; may be called from several threads."""
 
     def __init__(self, name: str, logger: Any, changed: Callable[[], None]) -> None:
         """`changed` is called when there is something new to publish."""
@@ -40,7 +40,7 @@ class Reporter:
         self._lock = threading.RLock()
 
     def now(self, wanted: Mapping[str, str], among: Collection[str]) -> None:
-        """Of the troubles `among`, just these last now: name -> detail."""
+        """Of the troubles `among`, exactly those in `wanted` (name -> detail) are present now."""
         with self._lock:
             lasting = [name for name, of in self._present if not of]
         for name in lasting:
@@ -50,9 +50,9 @@ class Reporter:
             self.begin(name, detail)
 
     def begin(self, name: str, detail: str = "", of: str = "") -> None:
-        """A trouble that lasts; told anew, its detail is kept up to date and nothing is logged.
+        """Begin a lasting trouble; a repeated call updates the detail and logs nothing.
 
-        `of`: whose it is, when several may have it at a time.
+        `of`: source of the trouble, when several may have it at a time.
         """
         key = (name, of)
         with self._lock:
@@ -63,7 +63,7 @@ class Reporter:
             self._changed()
 
     def end(self, name: str, of: str = "") -> None:
-        """It is over."""
+        """End a lasting trouble."""
         with self._lock:
             old = self._present.pop((name, of), None)
         if old is not None:
@@ -72,7 +72,7 @@ class Reporter:
             self._changed()
 
     def happened(self, name: str, detail: str = "") -> None:
-        """An occurrence; the same again while it is shown is the same one."""
+        """Report an occurrence; a repetition while it is shown is not logged again."""
         key = (name, detail)
         with self._lock:
             old = self._present.get(key)
@@ -82,7 +82,7 @@ class Reporter:
             self._changed()
 
     def status(self, values: Mapping[str, Any]) -> DiagnosticStatus:
-        """For /diagnostics: the worst first; `values` are the node's own."""
+        """Status for /diagnostics, the worst trouble first, with the `values` of the node."""
         with self._lock:
             now = time.monotonic()
             self._present = {k: p for k, p in self._present.items() if p.until > now}
@@ -97,7 +97,7 @@ class Reporter:
         )
 
     def _log(self, trouble: Trouble, line: str) -> None:
-        # a logger of ROS wants one place in the code per severity
+        # a ROS logger needs one place in the code per severity
         if trouble.level >= Level.ERROR:
             self._logger.error(line)
         elif trouble.level == Level.WARN:
@@ -107,12 +107,12 @@ class Reporter:
 
 
 class Collector:
-    """The latest of what nodes say of themselves, for one message with all of it."""
+    """Collects the latest status of each node for one message."""
 
     SILENT = 10.0
-    """a node from which nothing has come for so long is told [s]"""
+    """a node without messages for this time is reported as silent [s]"""
     FORGOTTEN = 300.0
-    """[s]"""
+    """a node without messages for this time is forgotten [s]"""
 
     def __init__(self) -> None:
         self._latest: dict[str, tuple[DiagnosticStatus, float]] = {}
@@ -137,13 +137,13 @@ class Collector:
         return found
 
     def statuses(self) -> list[DiagnosticStatus]:
-        """Of every node that has published."""
+        """Status of each node that has published."""
         with self._lock:
             return [status for _, (status, _) in sorted(self._latest.items())]
 
 
 def telling(reporter: Reporter, name: str, callback: Callable) -> Callable:
-    """A service's callback whose refusals are told."""
+    """Wrap the callback of a service so that its refusals are reported."""
 
     def told(response: Any) -> Any:
         accepted = getattr(response, "accepted", getattr(response, "success", True))

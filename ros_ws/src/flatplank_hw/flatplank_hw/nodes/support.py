@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What every node of the bench does alike: parameters, life cycle, start and end."""
+"""Common parts of all nodes of the bench: parameters, life cycle, start and end."""
 
 from __future__ import annotations
 
@@ -34,19 +34,19 @@ from flatplank_hw.process import end_with_parent, end_within, prepare_threads, t
 ENDING = (signal.SIGINT, signal.SIGTERM)
 
 LOOK_AT_SIGNALS = 0.1
-"""a node that receives nothing looks so often whether it shall end [s]"""
+"""a node without messages checks at this interval whether it is to end [s]"""
 
 TO_END = 4.0
-"""the middleware has so long to say goodbye, when all work of the node is done [s]"""
+"""time for the middleware to shut down after all work of the node is done [s]"""
 
 TO_COME, TO_COME_BACK = 30.0, 3.0
-"""whoever is needed on a topic is missed after so long: at the start, later [s]"""
+"""a missing publisher or subscription is reported after this time: at the start, later [s]"""
 
 
 class BenchNode(LifecycleNode):
-    """Lifecycle shell around one core.
+    """Lifecycle node around one core.
 
-    Streams carry no QoS event handlers: each would be looked at whenever a message comes.
+    Streams have no QoS event handlers, since each would be checked with every message.
 
     A subclass names its parameter class in `PARAMETERS`, makes its core in `configure(parameters)`
     and its subscriptions and publishers in `connect()`. Subscriptions exist only while the node is
@@ -56,10 +56,10 @@ class BenchNode(LifecycleNode):
     PARAMETERS: type
 
     OWNS_BUS = False
-    """makes /diagnostics of what all nodes say; without such a node each says it there itself"""
+    """publishes /diagnostics for all nodes; without such a node each publishes its own"""
 
     ended = False
-    """the node cannot go on and ends with exit code 1"""
+    """true when the node cannot continue; it ends with exit code 1"""
 
     def __init__(self, name: str, **kwargs: Any) -> None:
         super().__init__(name, **kwargs)
@@ -82,15 +82,15 @@ class BenchNode(LifecycleNode):
         self._teardown: list[Callable[[], None]] = []
         self.create_service(Trigger, "~/connected", self._connected)
 
-    # the work of a subclass
+    # to be implemented by a subclass
     def configure(self, parameters: Any) -> None:
-        """Make the core; ValueError refuses the configuration."""
+        """Make the core; a ValueError refuses the configuration."""
 
     def connect(self) -> None:
         """Make subscriptions, publishers and services with the helpers below."""
 
     def numbers(self) -> Mapping[str, Any]:
-        """What /diagnostics shows beside the troubles."""
+        """Values that /diagnostics shows beside the troubles."""
         return {}
 
     # helpers
@@ -118,7 +118,7 @@ class BenchNode(LifecycleNode):
     def add_publisher(
         self, msg_type: type, topic: str, qos: QoSProfile | int, *, needed: bool = False
     ) -> Callable:
-        """A publish function; `needed` topics must have a subscription before the graph is
+        """Return a publish function; a `needed` topic must have a subscription before the graph is
         connected.
         """
         quiet = PublisherEventCallbacks(use_default_callbacks=False)
@@ -129,7 +129,7 @@ class BenchNode(LifecycleNode):
         return publisher.publish
 
     def add_service(self, srv_type: type, name: str, callback: Callable) -> None:
-        # a coroutine that waits must not keep the others from being called
+        # a waiting coroutine must not block other callbacks
         group = ReentrantCallbackGroup() if iscoroutinefunction(callback) else None
         full = name.replace("~", f"/{self.get_name()}", 1)
         told = telling(self.troubles, full, callback)
@@ -139,7 +139,7 @@ class BenchNode(LifecycleNode):
     def add_request(
         self, srv_type: type, name: str, ask: Callable[[Any], tuple[bool, str, int]]
     ) -> None:
-        """A service that a core answers at once: `ask` takes the request."""
+        """Add a service that the core answers at once: `ask` takes the request."""
         self.add_service(srv_type, name, lambda request, response: answer(response, *ask(request)))
 
     def every(self, period: float, callback: Callable):
@@ -148,7 +148,7 @@ class BenchNode(LifecycleNode):
         return timer
 
     def give_up(self, trouble: str) -> None:
-        """End: what the node stands for is gone and does not come back by itself."""
+        """End the node: its device is gone and does not come back by itself."""
         self.troubles.begin(trouble)
         self.ended = True
 
@@ -184,7 +184,8 @@ class BenchNode(LifecycleNode):
         return SetParametersResult(successful=True)
 
     def changed(self, parameters: Any) -> None:
-        """A parameter was set at run time and is valid; a core that can follow overrides this."""
+        """Called when a valid parameter is set at run time; overridden where the core can adopt
+        it."""
         if getattr(self, "parameters", None) not in (None, parameters):
             raise ValueError(
                 f"{self.get_name()}: parameters are read when the node is configured; "
@@ -206,7 +207,7 @@ class BenchNode(LifecycleNode):
         self.every(1.0, self._look)
 
     def _look(self) -> None:
-        """Once a second: who is missing, and a word on what is wrong."""
+        """Once a second: report missing partners and publish the troubles."""
         missing, now = self._missing(), time.monotonic()
         if not missing:
             self._missed_from = now + TO_COME_BACK
@@ -239,9 +240,7 @@ class BenchNode(LifecycleNode):
 
 
 def answer(response: Any, accepted: bool, reason: str, cycle: int = 0, **fields: Any) -> Any:
-    """Fill a service response of the bench, or one of std_srvs; `cycle`: from when it is in
-    force.
-    """
+    """Fill a service response of the bench or std_srvs; `cycle`: first cycle with the effect."""
     if hasattr(response, "success"):
         response.success, response.message = accepted, reason
         return response
@@ -254,7 +253,7 @@ def answer(response: Any, accepted: bool, reason: str, cycle: int = 0, **fields:
 
 
 def prepare_node(node: Any) -> None:
-    """Let the node keep up with the bus; `flatplank doctor` says where it may not."""
+    """Request real-time scheduling for a node; `flatplank doctor` shows whether it is allowed."""
     wanted = node.has_parameter("fifo_priority") and node.get_parameter("fifo_priority").value
     node.get_logger().debug(prepare_threads(wanted or 0))
 
@@ -262,15 +261,15 @@ def prepare_node(node: Any) -> None:
 def run(make: Callable[[], Any], args: list[str] | None = None) -> int:
     """Start a node, spin it until it is told to end, and let it finish its work.
 
-    Under `ros2 launch` Ctrl-C arrives twice in a row, and ROS must still be there when a node
-    closes its bag or its bus: so the signals only raise a flag.
+    Under `ros2 launch` Ctrl-C arrives twice in a row, and ROS must still run when a node closes
+    its bag or its bus. So the signals only set a flag.
     """
     told_to_end: list[int] = []
 
     def tell(number: int, _frame: Any) -> None:
         told_to_end.append(number)
-        # once is enough: Python takes its handlers off while it ends, and one more Ctrl-C
-        # would then be a bad exit code
+        # once is enough: Python removes its handlers while it ends, and a further Ctrl-C
+        # would then give a bad exit code
         for each in ENDING:
             signal.signal(each, signal.SIG_IGN)
 
@@ -292,7 +291,7 @@ def run(make: Callable[[], Any], args: list[str] | None = None) -> int:
 
 
 def _live(make: Callable[[], Any], told_to_end: list[int]) -> int:
-    """The node from its making to its end; the exit code."""
+    """Run the node from construction to its end; returns the exit code."""
     node = make()
     failed = False
     if isinstance(node, LifecycleNode) and node.get_parameter("autostart").value:
@@ -316,14 +315,14 @@ def _live(make: Callable[[], Any], told_to_end: list[int]) -> int:
 
 
 def _words(error: Exception) -> str:
-    """The error on one line; of an error of the system its file and reason, without its number."""
+    """The error on one line; for an OSError its file and reason, without its number."""
     if isinstance(error, OSError) and error.strerror:
         return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
     return " ".join(str(error).split())
 
 
 def _told(error: Exception) -> str:
-    """The error on one line, with the file of its trace."""
+    """The error on one line, with the path of the file that holds its traceback."""
     words = _words(error)
     try:
         handle, path = tempfile.mkstemp(prefix="flatplank-trace-", suffix=".txt")

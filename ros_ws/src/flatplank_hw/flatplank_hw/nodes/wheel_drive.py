@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One drive: the shell of `flatplank_hw.drive`. Other axes are this node with another name and
-file.
+"""Node of one drive, around `flatplank_hw.drive`. Other axes run the same node with another name
+and file.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ from flatplank_msgs.msg import Reference as ReferenceMsg
 from flatplank_msgs.srv import Claim, MoveTo, SetOperationMode, SetValue
 
 REFERENCES = {"reference", "reference_gone"}
-"""safety rules of an axis that somebody leads by references"""
+"""safety rules of an axis that follows references"""
 
 
 class DriveNode(BenchNode):
-    """/bus/inputs, hub, encoders and the active source's reference -> /bus/outputs, ~/status."""
+    """/bus/inputs, hub, encoders, reference of the active source -> /bus/outputs, ~/status."""
 
     PARAMETERS = DriveParameters
 
@@ -71,7 +71,7 @@ class DriveNode(BenchNode):
         self.add_request(Trigger, "~/home", lambda _: drive.home())
         self.add_request(Trigger, "~/quick_stop", lambda _: drive.quick_stop())
         if axis == AXES[0]:
-            # one service of this name: the wheel's drive answers, the others hear of it
+            # only one service of this name: the wheel's drive answers and informs the others
             self.add_service(Claim, "/operator/claim", self.on_claim)
             self.publish_in_charge = self.add_publisher(String, "/operator/in_charge", LATCHED)
         else:
@@ -95,7 +95,7 @@ class DriveNode(BenchNode):
         qos: QoSProfile = STREAM,
         needed: bool = True,
     ) -> None:
-        """Samples of a topic for the cycles that they belong to."""
+        """Subscribe to a topic and join its samples by cycle."""
 
         def take(msg: Any) -> None:
             sample = read(msg)
@@ -125,7 +125,8 @@ class DriveNode(BenchNode):
             self.troubles.now(self.drive.troubles, DRIVE)
 
     def say_mode(self, mode: str) -> None:
-        """The sources work only in their own mode; a reference is waited for only then."""
+        """Publish the mode: each source works only in its own mode, and only then a reference is
+        awaited."""
         (self.join.needed.add if MODES[mode].source else self.join.needed.discard)("reference")
         self.said = mode
         self.publish_mode(String(data=mode))

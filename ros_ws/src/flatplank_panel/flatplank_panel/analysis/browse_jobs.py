@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Campaigns, their runs with verdicts and curves, unloaded turns: quick, no tire is fitted."""
+"""Fast jobs without a fit: list campaigns, runs with verdicts and curves, unloaded turns."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from flatplank_panel.signals import CHANNELS, OVER
 
 Line = Mapping[str, Any]
 Stamp = tuple[tuple[str, int, int], ...]
-"""name, time [ns] and size of files"""
+"""name, time [ns] and size of each file"""
 DEPTH = 3
 POINTS = 400
 UNLOADED_TURN = "\nmeasurement: unloaded_turn\n"
@@ -49,7 +49,7 @@ def _campaign(folder: str, _stamp: Stamp) -> Campaign:
 
 
 def _verdicts(campaign: Campaign) -> dict[str, str]:
-    """File -> the campaign's own verdict and what is wrong with the file, or ok."""
+    """file -> verdict of the campaign and problems of the file, or ok."""
     judged = verdicts_of(campaign.path)
     out = {}
     for file in (run.info.file for run in campaign.runs):
@@ -59,7 +59,7 @@ def _verdicts(campaign: Campaign) -> dict[str, str]:
 
 
 def runs(_progress: Progress, folder: str) -> dict[str, Any]:
-    """One row per run, and what is wrong with some."""
+    """One row per run, and the problems found."""
     campaign = _campaign(folder, stamp_of(folder))
     verdicts = _verdicts(campaign)
     rows = [
@@ -80,7 +80,7 @@ def curves(
     _progress: Progress, folder: str, files: Sequence[str], channel: str, over: str
 ) -> dict[str, Any]:
     """Measured curves of some runs, thinned; the scatter between repeats of a condition; and the
-    verdicts, which know more when samples were read."""
+    verdicts, updated from the samples."""
     if channel not in CHANNELS or over not in OVER:
         raise FlatplankError(f"no curve of {channel} over {over}", folder, "choose from the lists")
     wanted = set(files)
@@ -112,7 +112,7 @@ def curves(
 
 
 def _scatter(found: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Root mean square difference of every curve from the mean of its condition."""
+    """rms difference of every curve from the mean of its condition."""
     groups: dict[str, list[np.ndarray]] = {}
     for curve in found:
         groups.setdefault(curve["condition"], []).append(curve["points"])
@@ -131,7 +131,7 @@ def _scatter(found: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def stamp_of(folder: str | Path) -> Stamp:
-    """Name, time [ns] and size of every file of a run, inside bags too; models are not runs."""
+    """Name, time [ns] and size of all files of the runs, also inside bags; no model files."""
     ends = (*suffixes(), CAMPAIGN_FILE, SUFFIX)
     base = Path(folder)
     tables = (p for p in base.iterdir() if p.name.lower().endswith(ends))
@@ -140,7 +140,7 @@ def stamp_of(folder: str | Path) -> Stamp:
 
 
 def verdicts_of(folder: str | Path) -> dict[str, str]:
-    """File of a run -> what the campaign thought of it; runs that no journal knows are absent."""
+    """file of a run -> verdict of the campaign; runs in no journal are absent."""
     found: dict[str, str] = {}
     for path in sorted(Path(folder).glob(f"*{SUFFIX}")):
         attempts: dict[str, list[Line]] = {}
@@ -153,7 +153,7 @@ def verdicts_of(folder: str | Path) -> dict[str, str]:
 
 
 def _text(lines: Sequence[Line], k: int) -> str:
-    """Of attempt `k` of a run."""
+    """Verdict on attempt `k` of a run."""
     reasons = _reasons(lines[k].get("facts") or {})
     if lines[k]["ok"]:
         return reasons or "good"
@@ -162,13 +162,13 @@ def _text(lines: Sequence[Line], k: int) -> str:
 
 
 def _reasons(facts: Line) -> str:
-    """The journal's words; those of older versions have only numbers."""
+    """Text of the verdict in the journal; journals of older versions have only numbers."""
     numbers = (f"{name} {value:.3g}" for name, value in (facts.get("findings") or {}).items())
     return str(facts.get("verdict") or "") or ", ".join(numbers)
 
 
 def turns(_progress: Progress, root: str) -> list[str]:
-    """Bags below `root` whose record says that the wheel was turned without load."""
+    """Bags below `root` with turns of the unloaded wheel, by their record."""
     base = Path(root)
     return [
         str(record.parent.relative_to(base))
@@ -180,7 +180,8 @@ def turns(_progress: Progress, root: str) -> list[str]:
 def identify(
     _progress: Progress, root: str, bag: str, mounting: str, date: str, target: str
 ) -> dict[str, Any]:
-    """Write the fit of a mounting to `target`; `left`: once-per-turn force before, after [N]."""
+    """Write the fit of a mounting to `target`; `left`: once-per-turn force before and after it
+    [N]."""
     if bag not in turns(_progress, root):
         raise ValueError(f"{bag}: not a run of three unloaded turns; choose one of the list")
     turn = turn_of_bag(Path(root) / bag)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ask a worker process from the event loop of the pages."""
+"""Sends jobs to a worker process from the event loop of the pages."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ Progress = Callable[[str, float], None]
 
 
 class Analysis:
-    """One worker; one request at a time, further ones wait. To cancel the task that asks ends the
-    process, and with it the work; those that wait go on with a new one."""
+    """One worker process; it does one request at a time, further ones wait. Cancelling the task of
+    a request ends the process; waiting requests use a new one."""
 
     def __init__(self, log: Path | None = None) -> None:
         self._log = log
@@ -27,7 +27,7 @@ class Analysis:
         self._lock = asyncio.Lock()
 
     async def ask(self, job: str, progress: Progress | None = None, /, **arguments: Any) -> Any:
-        """Result of a job; ValueError with the reason when it cannot be done."""
+        """Do a job and return its result; ValueError with the reason on failure."""
         tell = progress or (lambda _text, _share: None)
         if self._lock.locked():
             tell("waiting until other work is done", 0.0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The loop of discovery for the page: simulate, compare, diagnose, add, undo, report."""
+"""Jobs of the page Discover: simulate, compare, diagnose, add, undo, report."""
 
 from __future__ import annotations
 
@@ -28,20 +28,20 @@ POINTS = 250
 MAPS = 4
 RANKED = 12
 CONSTANT = ("fz", "pressure", "alpha_deg", "gamma_deg")
-"""settings that a campaign may hold constant"""
+"""settings that may be constant in a campaign"""
 
 
 class _Open(NamedTuple):
-    """What one request is about; nothing is kept between requests but what was read."""
+    """Campaign and model of one request; only read data is kept between requests."""
 
     session: Session
     path: Path
-    """of the model file"""
+    """path of the model file"""
     model: ModelFile
 
     @property
     def start(self) -> ModelFile | None:
-        """The model to begin with; None: that of the library."""
+        """Start model; None: that of the library."""
         return self.model if self.model.parameters else None
 
 
@@ -51,7 +51,7 @@ def _session(folder: str, _stamp: Stamp, files: tuple[str, ...]) -> Session:
 
 
 def _opened(folder: str, model: str) -> _Open:
-    """Campaign and model as they are on the disk now."""
+    """Campaign and model as they are now on disk."""
     path = Path(model)
     file = load_model(path) if path.exists() else ModelFile()
     own = tuple(e.file for e in file.effects if e.file)
@@ -81,7 +81,7 @@ def _model(at: _Open) -> dict[str, Any]:
 
 
 def compare(progress: Progress, folder: str, model: str) -> dict[str, Any]:
-    """The model as it is: error against floor, curves and residual maps."""
+    """Evaluate the present model: error against floor, curves and residual maps."""
     at = _opened(folder, model)
     progress("fit of the model", 0.2)
     return _picture(at, at.session.fit(at.start))
@@ -116,7 +116,7 @@ def _map(m: where.Map) -> dict[str, Any]:
 
 
 def _curves(session: Session, step: Step) -> list[dict[str, Any]]:
-    """Mean of the repeats, measured and model, by condition."""
+    """Mean of the repeats, measured and modelled, by condition."""
     runs = session.data.runs
     measured, predicted = runs.mean(runs.measured[0]), runs.mean(step.state.fit.predicted[0])
     name = next((k for k, c in runs.coordinates.items() if c.local), next(iter(runs.coordinates)))
@@ -134,7 +134,7 @@ def _curves(session: Session, step: Step) -> list[dict[str, Any]]:
 
 
 def _ranked(step: Step) -> list[dict[str, Any]]:
-    """Screened candidates: gain, before any refit."""
+    """Screened candidates with their gain before any refit."""
     out = []
     for item in screen.best_per_effect(step.screen)[:RANKED]:
         effect = item.candidate.effect
@@ -166,7 +166,7 @@ def diagnose(progress: Progress, folder: str, model: str) -> dict[str, Any]:
 
 
 def _collapse(search: Any, number: int) -> dict[str, Any]:
-    """What is left without one effect, over the effect's own coordinate, and its prediction."""
+    """Residual without one effect, over the coordinate of the effect, and its prediction."""
     last, runs = search.last, search.model.runs
     state, term = last.state, last.found[number].decision.term
     part = amplitude(state.fit, len(state.fit.terms) - len(last.found) + number)[0]
@@ -200,7 +200,7 @@ def add(progress: Progress, folder: str, model: str, effect: str) -> dict[str, A
 
 
 def undo(progress: Progress, folder: str, model: str) -> dict[str, Any]:
-    """The model as it was before the last step; `undone`: what that step was."""
+    """Restore the model before the last step; `undone`: that step."""
     at = _opened(folder, model)
     before, last = at.model.undone(), at.model.history[-1]
     progress("fit of the model", 0.3)
@@ -214,7 +214,7 @@ def _kept(at: _Open, changed: ModelFile, step: Step) -> dict[str, Any]:
 
 
 def report(progress: Progress, folder: str, model: str, target: str) -> dict[str, Any]:
-    """The page of a diagnosis, with its figures, in the folder `target`."""
+    """Write the report page of a diagnosis with its figures to the folder `target`."""
     from flatplank_analysis.discovery.report.page import write_report
 
     at = _opened(folder, model)
@@ -225,9 +225,9 @@ def report(progress: Progress, folder: str, model: str, target: str) -> dict[str
 
 
 def runs_of(session: Session, proposal: Mapping[str, Any]) -> dict[str, Any]:
-    """The proposal with `tire` and `runs`: a mapping of settings for every run that it means.
+    """The proposal with `tire` and `runs`: one mapping of settings per proposed run.
 
-    `conditions` among its settings are labels of the campaign; each becomes a run of its own.
+    `conditions` in its settings are labels of the campaign; each becomes a separate run.
     """
     settings = dict(proposal.get("settings") or {})
     if not settings:
@@ -247,7 +247,7 @@ def runs_of(session: Session, proposal: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _usual(infos: list[RunRecord]) -> dict[str, float]:
-    """Median of what the runs hold constant."""
+    """Median of each setting in CONSTANT over the runs."""
     values = {k: [getattr(i, k) for i in infos] for k in CONSTANT}
     return _finite({k: float(np.median(v)) for k, v in values.items()})
 
@@ -261,7 +261,7 @@ def _finite(values: Mapping[str, float]) -> dict[str, float]:
 
 
 def simulate(progress: Progress, folder: str, seed: int) -> dict[str, Any]:
-    """Nine slips from three starts in a new folder; the answer lies in it, sealed."""
+    """Simulate nine slips from three starts in a new folder, with a sealed answer."""
     progress("simulating the first run", 0.0)
     simulator().make_challenge(
         Path(folder), seed, lambda k, n, _name: progress(f"run {k} of {n} simulated", k / n)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An investigation for the page, one step a request: choose a batch, take what came of it.
+"""Jobs of an investigation for the page, one step per request: choose a batch, evaluate it.
 
-All that counts is in the folder; between two steps only the last diagnosis is kept.
+All results are in the folder; only the last diagnosis is kept between two steps.
 """
 
 from __future__ import annotations
@@ -35,16 +35,16 @@ SHOWN = (
     "error_alone", "floor", "so_far",
 )  # fmt: skip
 _DIAGNOSED: dict[str, Any] = {}
-"""by folder the last diagnosis; of one folder only"""
+"""folder -> last diagnosis; holds one folder only"""
 
 
 def investigation(progress: Progress, folder: str) -> dict[str, Any]:
-    """What there is of an investigation in a folder."""
+    """State of the investigation in a folder."""
     return _told(DiskLog(Path(folder)).events)
 
 
 def decide(progress: Progress, folder: str, minutes: float, tire: str) -> dict[str, Any]:
-    """Begin or go on, and choose the next batch when none waits."""
+    """Start or continue, and choose the next batch unless one waits."""
     progress("choosing the next runs", 0.0)
     loop = _loop(folder, minutes, made_elsewhere(Path(folder)), tire)
     loop.begin()
@@ -56,7 +56,7 @@ def decide(progress: Progress, folder: str, minutes: float, tire: str) -> dict[s
 def measure(
     progress: Progress, folder: str, minutes: float, tire: str, twin: Mapping[str, Any] | None
 ) -> dict[str, Any]:
-    """The batch that was chosen: made by the twin, or by the runner already; and its answer."""
+    """Make the chosen batch on the twin, or read it from the runner; then diagnose again."""
     where = Path(folder)
     made: list[str] = []
 
@@ -77,7 +77,7 @@ def measure(
 
 
 def refuse(progress: Progress, folder: str, minutes: float, tire: str) -> dict[str, Any]:
-    """The batch that waits is not made; ValueError when runs of it are there already."""
+    """Refuse the waiting batch; ValueError when some of its runs exist already."""
     where = Path(folder)
     loop = _loop(folder, minutes, made_elsewhere(where), tire)
     assert loop.waiting is not None
@@ -102,7 +102,7 @@ def _kept(loop: Loop, folder: str) -> dict[str, Any]:
 
 
 def _told(events: list[dict[str, Any]]) -> dict[str, Any]:
-    """What the page shows of a log."""
+    """Content of a log for the page."""
     if not events:
         return {"entries": [], "waiting": None, "ended": "", "left": None}
     told = summary(events)

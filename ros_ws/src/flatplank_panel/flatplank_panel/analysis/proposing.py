@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Beyond the library for the page: propose, add under a name, confirm by new runs.
+"""Jobs for proposed effects outside the library: propose, add under a name, confirm by new runs.
 
-What was proposed stays here until it is added: no text of a page ever becomes a program.
+A proposal stays in this process until it is added, so that no text from a page is ever executed.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from flatplank_panel.analysis import fit_jobs
 from flatplank_panel.analysis.client import Progress
 
 _TEXTS: dict[str, str] = {}
-"""by campaign folder the file of its last proposal"""
+"""campaign folder -> text of its last proposal"""
 
 
 def propose(progress: Progress, folder: str, model: str) -> dict[str, Any]:
-    """What is left as an effect file, with curve, band and form."""
+    """Propose an effect file for the residual, with curve, band and form."""
     at = fit_jobs._opened(folder, model)
     result = search(at.session, at.start, progress)
     _TEXTS.pop(folder, None)
@@ -50,7 +50,7 @@ def _points(u: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def accept(progress: Progress, folder: str, model: str, name: str) -> dict[str, Any]:
-    """Write the last proposal of a campaign under a name, and put it into the model."""
+    """Save the last proposal of a campaign under a name, and add it to the model."""
     _require_proposed(folder)
     at, text = fit_jobs._opened(folder, model), renamed(_TEXTS[folder], name)
     file = _free(Path(folder) / f"{name}.py", text)
@@ -67,7 +67,7 @@ def accept(progress: Progress, folder: str, model: str, name: str) -> dict[str, 
 
 
 def rename(progress: Progress, folder: str, model: str, old: str, new: str) -> dict[str, Any]:
-    """The last proposal, or an effect of the model that has a file, under another name."""
+    """Rename the last proposal, or an effect of the model with a file."""
     at = fit_jobs._opened(folder, model)
     entry = next((e for e in at.model.effects if e.name == old), None)
     if entry is None:
@@ -95,14 +95,14 @@ def _require_proposed(folder: str) -> None:
 
 
 def _free(file: Path, text: str) -> Path:
-    """A file that is not there yet, or holds this already."""
+    """Check that a file does not exist, or has this text already."""
     if file.exists() and file.read_text(encoding="utf-8") != text:
         raise FlatplankError("is there already", str(file), "choose another name")
     return file
 
 
 def confirm(progress: Progress, folder: str, model: str, name: str, new: str) -> dict[str, Any]:
-    """Do the runs of another folder agree with an effect of the model?"""
+    """Test whether the runs of another folder agree with an effect of the model."""
     at = fit_jobs._opened(folder, model)
     if name not in at.session.effects:
         raise FlatplankError(f"no effect '{name}' in the model", folder, "add it first")

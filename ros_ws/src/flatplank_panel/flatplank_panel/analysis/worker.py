@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The process that looks at campaigns: a JSON request per line in, progress and an answer out."""
+"""The worker process: reads a JSON request per line, writes progress and an answer."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ JOBS = {
     "investigating": ("investigation", "decide", "measure", "refuse"),
 }
 MODULES = {job: module for module, jobs in JOBS.items() for job in jobs}
-"""job -> module that does it, in a function of the same name (`open` is `open_`)"""
+"""job -> module with a function of that name (`open_` for `open`)"""
 
 
 def plain(value: Any) -> Any:
-    """Strict JSON: numpy as lists, what is not finite as null, floats short."""
+    """Convert to strict JSON: numpy as lists, non-finite numbers as null, rounded floats."""
     if isinstance(value, Mapping):
         return {str(k): plain(v) for k, v in value.items()}
     if isinstance(value, (list, tuple)):
@@ -51,7 +51,7 @@ def do(request: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
 
 def main() -> int:
     end_with_parent()
-    # what a library prints must not come between the lines of the answers
+    # output of libraries must not mix with the answers
     out = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
 

@@ -31,7 +31,7 @@ def parser() -> argparse.ArgumentParser:
 
 
 def refuse_taken(host: str, port: int) -> None:
-    """ValueError when somebody listens there already."""
+    """Raise ValueError when the port is taken."""
     family, kind, protocol, _, place = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
     with socket.socket(family, kind, protocol) as trial:
         trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -80,5 +80,5 @@ def main(argv: list[str]) -> int:
 
 
 def program() -> int:
-    """What `ros2 run flatplank_panel panel` starts: the verb of the command `flatplank`."""
+    """Entry point of `ros2 run flatplank_panel panel`: runs the verb of `flatplank`."""
     return command.main(["panel", *sys.argv[1:]])

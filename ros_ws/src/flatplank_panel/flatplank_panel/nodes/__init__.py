@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""ROS shell of the page."""
+"""ROS node of the page."""

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The panel's ears and hands: topics into its state, requests to the services of the bench.
+"""ROS side of the panel: reads topics into its state, sends requests to the services of the bench.
 
-It costs the graph nothing: samples are not spun through callbacks. The readers are best effort
-and one deep, no writer waits for them, and a thread takes the latest of each 20 times a second.
+It puts almost no load on the graph: readers are best effort with depth 1, no writer waits for
+them, and a thread takes the latest sample of each 20 times a second instead of callbacks.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from flatplank_panel.link import Reply
 GLANCE = QoSProfile(
     reliability=ReliabilityPolicy.BEST_EFFORT, history=HistoryPolicy.KEEP_LAST, depth=1
 )
-"""Only the latest sample counts, and nobody waits for this reader."""
+"""only the latest sample is needed, and no writer waits for this reader"""
 
 TOPICS = {
     "inputs": (BusInputs, "/bus/inputs"),
@@ -48,7 +48,7 @@ TOPICS = {
 }
 
 ANSWER_TIMEOUT_S = 10.0
-"""an answer of the bench is waited for so long [s]"""
+"""time-out for an answer of the bench [s]"""
 LATE = f"no answer within {ANSWER_TIMEOUT_S:g} s"
 
 PLANT = "/simulated_plant"
@@ -82,7 +82,7 @@ REQUESTS: dict[str, tuple[type, str]] = {
 
 
 def reply_of(response: Any) -> Reply:
-    """Any answer of the bench: accepted or not, the reason, and the other fields."""
+    """Convert an answer of the bench: accepted or not, the reason, and the other fields."""
     fields = {name: getattr(response, name) for name in response.get_fields_and_field_types()}
     accepted = bool(fields.pop("accepted", fields.pop("success", True)))
     reason = str(fields.pop("reason", fields.pop("message", "")))
@@ -90,7 +90,7 @@ def reply_of(response: Any) -> Reply:
 
 
 class PanelNode:
-    """Two nodes and two threads; a context manager."""
+    """ROS nodes and threads of the panel (two of each); a context manager."""
 
     def __init__(self, state: BenchState, name: str = "panel") -> None:
         self.state = state
@@ -227,7 +227,8 @@ class PanelNode:
 
         def send() -> Any:
             sent = self._runner.send_goal_async(goal, self._on_feedback)
-            sent.add_done_callback(self._on_goal)  # also when it is late: it can be stopped then
+            # also for a late answer, so that the measurement can be stopped
+            sent.add_done_callback(self._on_goal)
             return sent
 
         try:
@@ -264,7 +265,7 @@ class PanelNode:
         result = future.result().result
         self.state.progress = Progress(message=result.message, bags=list(result.bags))
 
-    # between the loops
+    # between the event loops
     async def _wait(self, ready: Callable[[], bool], timeout: float = 3.0) -> bool:
         end = time.monotonic() + timeout
         while not ready():
@@ -274,8 +275,8 @@ class PanelNode:
         return True
 
     async def _answer(self, send: Callable[[], Any]) -> Any:
-        """Answer to what is sent to the runner, by the thread that hears: an action client has no
-        lock, and an answer that comes before its question is noted is lost.
+        """Send to the runner from the thread that receives its answers: an action client has no
+        lock, and an answer that arrives before its request is registered is lost.
         """
         return await self._result(await self._result(self._executor.create_task(send)))
 

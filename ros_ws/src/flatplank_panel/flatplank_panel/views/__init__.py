@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the operator sees, one module per part of the page."""
+"""Views of the page, one module per part."""

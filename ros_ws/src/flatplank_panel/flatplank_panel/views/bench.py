@@ -40,7 +40,7 @@ def build(page: Page) -> None:
 
 
 def _log(page: Page) -> None:
-    """What has been done and refused, the latest first."""
+    """Log of actions and refusals, the latest first."""
     with page.card("Log"):
         lines = ui.column().classes("fp-log").props('role=log aria-label="Log" tabindex=0')
     shown: list[tuple[str, str]] = []
@@ -59,7 +59,7 @@ def _log(page: Page) -> None:
 
 
 def _ribbon() -> None:
-    """Cells are filled by the live data: `data-key` numbers, `data-word` words."""
+    """Ribbon of cells that live data fill: `data-key` for numbers, `data-word` for texts."""
     with ui.element("section").classes("fp-ribbon").props('aria-label="Measured signals"'):
         for title, names in RIBBON:
             with ui.column().classes("fp-group"):

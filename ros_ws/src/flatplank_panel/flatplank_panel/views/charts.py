@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""ECharts options of Runs and Discover: quiet axes, few colours, units said once."""
+"""ECharts options of the pages Runs and Discover."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ COLORS = [
 QUIET = {"color": SOFT, "fontSize": 11}
 LEGEND = {"top": 0, "right": 0, "left": 70, "align": "left", "textStyle": QUIET}
 DASHES = ("solid", "dashed", "dotted")
-"""of the repeats of a condition"""
+"""line styles of the repeats of a condition"""
 
 
 def short(conditions: Sequence[str]) -> list[str]:
-    """Conditions without the parts that are alike in all of them."""
+    """Labels of conditions without the parts common to all."""
     parts = [c.split(", ") for c in conditions]
     same = set(parts[0]).intersection(*parts[1:]) if len(parts) > 1 else set()
     return [
@@ -31,7 +31,7 @@ def short(conditions: Sequence[str]) -> list[str]:
 
 
 def _named(name: str, gap: int) -> dict[str, Any]:
-    """Name of an axis, beside it: above the y axis is the place of the legend."""
+    """Axis name beside the axis, since the legend is above the y axis."""
     return {
         "name": name, "nameLocation": "middle", "nameGap": gap, "nameTextStyle": QUIET,
         "axisLabel": QUIET,
@@ -45,7 +45,7 @@ def _categories(names: Sequence[str]) -> dict[str, Any]:
 
 
 def axes(x: str, y: str) -> dict[str, Any]:
-    """Two value axes with names."""
+    """Two named value axes."""
     of_x = {"splitLine": {"show": False}, "axisLine": {"onZero": False, **AXIS_LINE}}
     of_y = {"axisLine": {"show": False, "onZero": False}, "splitLine": AXIS_LINE}
     return {
@@ -75,8 +75,8 @@ def line(
 
 
 def overlay(curves: Sequence[Mapping[str, Any]], x: str, y: str) -> dict[str, Any]:
-    """Curves of runs: one colour per condition, its repeats solid, dashed, dotted; of a single
-    condition one colour per run, and the name of each."""
+    """Curves of runs: one colour per condition, repeats solid, dashed, dotted; with a single
+    condition, one colour and name per run."""
     options = axes(x, y)
     labels = list(dict.fromkeys(c["condition"] for c in curves))
     shown = dict(zip(labels, short(labels), strict=True))
@@ -122,7 +122,7 @@ def against_floor(conditions: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def _bars(name: str, values: Sequence[float], color: str, width: int) -> dict[str, Any]:
-    """Bars of this width at most [px]."""
+    """Bars with a largest width [px]."""
     return {
         "type": "bar", "name": name, "data": [_round(v) for v in values],
         "itemStyle": {"color": color}, "barMaxWidth": width,
@@ -132,7 +132,7 @@ def _bars(name: str, values: Sequence[float], color: str, width: int) -> dict[st
 def _draw_floor(
     bars: dict[str, Any], axis: dict[str, Any], at: dict[str, Any], floor: float, where: str
 ) -> None:
-    """A line right across the chart, with its value; the axis reaches it."""
+    """Draw the floor as a labelled line across the chart, within the range of the axis."""
     axis["max"] = None if max(bars["data"]) >= floor else math.ceil(1.2 * floor)
     bars["markLine"] = {
         "silent": True,
@@ -167,7 +167,7 @@ def residual_map(m: Mapping[str, Any], conditions: Sequence[str]) -> dict[str, A
 
 
 def collapse(c: Mapping[str, Any]) -> dict[str, Any]:
-    """What is left without the effect over the effect's own coordinate, and the effect."""
+    """Residual without the effect over the coordinate of the effect, and the effect."""
     options = axes(c["over"], "Fx [N]")
     options["series"] = []
     names = short([s["condition"] for s in c["series"]])
@@ -187,7 +187,7 @@ _PROPOSED = (
 
 
 def proposed(drawn: Mapping[str, Any]) -> dict[str, Any]:
-    """Free curve with its band, and the form over it."""
+    """Free curve with its band, and the fitted form."""
     options = axes(drawn["over"], drawn["unit"])
     options["series"] = [
         line(name, drawn[key], COLORS[tone], type=dash)
@@ -219,7 +219,7 @@ def error_of_loop(entries: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def evidence_of_loop(entries: Sequence[Mapping[str, Any]], limit: float) -> dict[str, Any]:
-    """E-value of an investigation over the minutes, and where it is enough."""
+    """E-value of an investigation over the minutes, and the limit for a decision."""
     options = axes("bench time [min]", "log10 of the e-value")
     told = [[0.0, 0.0]] + [[e["until"], e["so_far"]] for e in entries if e["so_far"] is not None]
     logs = [[m, round(min(max(v / math.log(10.0), -6.0), 30.0), 2)] for m, v in told]
@@ -234,7 +234,7 @@ def evidence_of_loop(entries: Sequence[Mapping[str, Any]], limit: float) -> dict
 
 
 def waterfall(history: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Error after every step, fitted and held out, with the floor."""
+    """Fitted and held-out error after every step, with the floor."""
     steps = [h for h in history if h.get("rmse") is not None]
     names = [_step_name(h) for h in steps]
     options = axes("", "RMS error of Fx [N]")
@@ -251,7 +251,7 @@ def waterfall(history: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         floor = _round(steps[-1]["floor"])
         _draw_floor(fitted, options["yAxis"], {"yAxis": floor}, floor, "insideEndTop")
     else:
-        # without a series a chart is drawn anew; with the same number it keeps its old floor
+        # an empty series redraws the chart; with the same number of series it keeps the old floor
         options["series"] = []
     options["legend"] = LEGEND
     return options

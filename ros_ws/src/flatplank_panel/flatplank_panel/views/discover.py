@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The loop of discovery by mouse: error, where it is, what it may be, add, watch it fall."""
+"""The page Discover: error of the model, its location, candidate effects, adding an effect."""
 
 from __future__ import annotations
 
@@ -140,7 +140,7 @@ class _Discover:
         self.take(await self.analysis.compare())
 
     async def first_picture(self, folder: str) -> None:
-        """Measured curves at once, before anything is fitted."""
+        """Show measured curves before the first fit."""
         rows = (await self.service.runs(folder))["rows"]
         files = [r["file"] for r in rows[:60]]
         found = await self.service.curves(folder, files, "fx", "plank_position")
@@ -195,7 +195,7 @@ class _Discover:
         self.status.set_text(f"{text} …" if text else self.said)
 
     def put_away(self) -> None:
-        """Nothing is open, and nothing that was said of another campaign stays."""
+        """Close the campaign and clear all results."""
         self.analysis.put_away()
         self.picture, self.ranked, self.found = {}, [], {}
         for text in (self.next_text, self.effect_name, self.map_text, self.in_model):
@@ -214,7 +214,7 @@ class _Discover:
         self.page.draw(self.fall_chart, charts.waterfall([]))
 
     def take(self, picture: dict[str, Any]) -> None:
-        """A fitted model: every picture anew."""
+        """Redraw everything for a fitted model."""
         self.picture = picture
         self.say(
             f"error {picture['rmse']:.1f} N, floor {picture['floor']:.1f} N, "

@@ -17,7 +17,7 @@ from flatplank_panel.views.page import Page
 from flatplank_panel.views.plots import ACTUAL, AXIS_LINE, SOFT
 
 START = {"kappa": 0.05, "amplitude": 0.03, "wavelength": 1.0, "kappa_1": 0.03, "kappa_2": -0.03}
-"""of the inputs of a waveform"""
+"""start values of the inputs of a waveform"""
 FACTS = {"state": "State", "mode": "Mode", "stop": "Held because", "error": "Error"}
 
 
@@ -58,7 +58,7 @@ def _value(page: Page, mode: str, start: float) -> None:
 
 
 def preview(name: str, values: dict[str, Any], start: float) -> list[list[float]]:
-    """Slip [%] over plank position [m]; ValueError when the waveform is refused."""
+    """Points of slip [%] over plank position [m]; ValueError when the waveform is refused."""
     wave = waveform_of(name, values)
     x = np.unique(np.concatenate([np.linspace(0.0, USABLE_ROAD, 421), [start - 1e-6, start]]))
     x = x[x >= 0.0]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An investigation by mouse: what comes next and why, approved or not, and what it has led to."""
+"""The page Investigate: the next batch with its reason and approval, and the results so far."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class _Investigate:
     def __init__(self, page: Page, investigation: Investigation) -> None:
         self.page, self.of = page, investigation
         self.drawn: Mapping[str, Any] | None = None
-        # who may press what is asked by the investigation: the twin needs no charge
+        # the investigation checks who may act: on the twin no page needs to be in charge
         self.button = page.free_button
 
     # layout
@@ -135,7 +135,7 @@ class _Investigate:
             self.draw(of.told)
 
     def draw(self, told: Mapping[str, Any]) -> None:
-        """All that the log says."""
+        """Show the content of the log."""
         self.draw_next(told["waiting"], told["ended"], told)
         self.draw_verdict(told)
         self.queue.clear()
@@ -179,7 +179,7 @@ class _Investigate:
 
 
 def _last(entries: list[dict[str, Any]]) -> str:
-    """The latest answer."""
+    """Latest diagnosis."""
     return next((e["answer"] for e in reversed(entries) if e["answer"]), NOTHING)
 
 

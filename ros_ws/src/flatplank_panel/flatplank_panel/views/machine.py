@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Start and stop the bench, the hands at the simulated machine, and the state of the bus."""
+"""Start and stop of the bench, manual settings of the simulated machine, state of the bus."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from flatplank_panel.operator import HANDS
 from flatplank_panel.views.page import Page
 
 START_VALUES = {"load_to": 3700.0, "pressure": 2.5}
-"""of the operator's hands; 0 for the others"""
+"""start values of the manual settings; 0 for all others"""
 FACTS = {
     "bench": "Bench", "health": "Health", "cycle": "Cycle", "estop": "Emergency stop",
     "plank": "Plank", "saturated": "Saturated channels",

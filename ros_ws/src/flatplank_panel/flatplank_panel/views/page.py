@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One open page: who it is, whether it is in charge, and how its buttons act."""
+"""One open page: its identity, whether it is in charge, and the actions of its buttons."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from flatplank_panel.service import AnalysisService
 
 
 class Page:
-    """Given to every part of the page."""
+    """Page object, passed to every part of the page."""
 
     in_charge = binding.BindableProperty()
 
@@ -25,7 +25,7 @@ class Page:
         self.in_charge = False
 
     def act(self, work: Callable[[], Any]) -> Callable[[], Any]:
-        """A handler that does the work and says how it went."""
+        """Event handler that does the work and shows the outcome."""
 
         async def handler() -> None:
             await self.do(work)
@@ -33,50 +33,52 @@ class Page:
         return handler
 
     async def do(self, work: Callable[[], Any]) -> Any:
-        """Do it now; a refusal is shown with its reason and gives None."""
+        """Do the work; a refusal is shown with its reason and returns None."""
         try:
             result = work()
             return await result if inspect.isawaitable(result) else result
         except (ValueError, OSError) as error:
-            self._complain(str(error))
+            self._show_refusal(str(error))
         except Exception as error:
             logging.getLogger(__name__).exception("a button of the page")
             what = f"{type(error).__name__}: {error}"[:200]
-            self._complain(f"this has failed by a fault of the panel, see its terminal: {what}")
+            self._show_refusal(
+                f"this has failed by a fault of the panel, see its terminal: {what}"
+            )
         return None
 
-    def _complain(self, text: str) -> None:
+    def _show_refusal(self, text: str) -> None:
         with self.client:
             ui.notify(text, type="negative", position="bottom", timeout=6000)
 
     # parts that every view uses
     def button(self, text: str, work: Callable[[], Any], *, strong: bool = False) -> ui.button:
-        """A button of the page in charge; it rests on the others."""
+        """Button for the page in charge; disabled on other pages."""
         return self.free_button(text, work, strong=strong).bind_enabled_from(self, "in_charge")
 
     def free_button(
         self, text: str, work: Callable[[], Any], *, strong: bool = False
     ) -> ui.button:
-        """A button that needs no charge of the bench."""
+        """Button that works also when the page is not in charge."""
         look = "unelevated color=primary" if strong else "outline color=primary"
         return ui.button(text, on_click=self.act(work)).props(
             f"{look} no-caps dense padding='4px 12px'"
         )
 
     def refresh(self, label: str, work: Callable[[], Any]) -> None:
-        """A small button that looks again."""
+        """Small button that reloads."""
         button = ui.button(icon="refresh", on_click=self.act(work))
         button.props(f'flat dense round aria-label="{label}"')
 
     async def list_campaigns(self, field: Any) -> None:
-        """The campaigns there are now as options of a field, which keeps its choice."""
+        """Update the options of a field to the present campaigns; its choice stays."""
         found = await self.service.campaigns()
         options = {c["folder"]: f"{c['folder']} ({c['runs']} runs)" for c in found}
         field.set_options(options, value=field.value or next(iter(options), None))
 
     @staticmethod
     def facts(titles: Mapping[str, str]) -> None:
-        """Words of the bench's state with their titles."""
+        """State texts of the bench with their titles."""
         with ui.element("div").classes("fp-facts"):
             for word, title in titles.items():
                 ui.label(title).classes("fp-quiet")
@@ -84,12 +86,12 @@ class Page:
 
     @staticmethod
     def chart(options: dict[str, Any], height: int) -> ui.echart:
-        """A chart as wide as its card; the height in pixels."""
+        """A chart with the width of its card; height in pixels."""
         return ui.echart(options).style(f"height:{height}px;width:100%")
 
     @staticmethod
     def draw(chart: ui.echart, options: dict[str, Any]) -> None:
-        """A chart anew."""
+        """Redraw a chart."""
         chart.options.clear()
         chart.options.update(options)
         chart.update()
@@ -115,7 +117,7 @@ class Page:
 
     @staticmethod
     def card(title: str) -> Any:
-        """A card with a heading; use with `with`."""
+        """A card with a heading, as a context manager."""
         card = ui.column().classes("fp-card w-full")
         with card:
             ui.label(title).classes("fp-head").props("role=heading aria-level=2")

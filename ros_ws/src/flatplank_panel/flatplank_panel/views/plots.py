@@ -26,7 +26,7 @@ def grid_options(panels: Sequence[Sequence[str]], columns: int) -> dict[str, Any
     wide, high = 100 / columns, 100 / rows
     options: dict[str, Any] = {
         "animation": False,
-        # as HTML it would touch the page with every drawing, and Tailwind look through all of it
+        # as HTML each drawing would change the page, and Tailwind would scan all of it
         "tooltip": {"trigger": "axis", "confine": True, "renderMode": "richText"},
         **{key: [] for key in ("grid", "xAxis", "yAxis", "series", "title")},
     }
@@ -59,7 +59,7 @@ def grid_options(panels: Sequence[Sequence[str]], columns: int) -> dict[str, Any
 
 
 def build(page: Page) -> None:
-    """Both charts and what they are drawn over."""
+    """Both charts and the choice of their abscissa."""
     del page
     with ui.column().classes("w-full").style("gap:12px"):
         with ui.column().classes("fp-card w-full"):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What no library explains, by mouse: propose, give it a name, add it, confirm it by new runs."""
+"""Proposals outside the library on the page Discover: propose, name, add, confirm by new runs."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class ProposalCard:
         self.known = ""
 
     def build(self) -> None:
-        """Curve and form beside the file, and the buttons."""
+        """Build the card: curve and form beside the file, and the buttons."""
         page, button = self.of.page, self.of.button
         with page.card("Beyond the library"):
             with page.row():
@@ -39,7 +39,7 @@ class ProposalCard:
                 button("Confirm", self.confirm)
 
     async def propose(self) -> None:
-        """Search, and show what was found."""
+        """Search for a proposal and show it."""
         found = await self.of.analysis.propose()
         if "name" not in found:
             self.put_away()
@@ -56,7 +56,7 @@ class ProposalCard:
         self.new.set_options(self.of.folder.options)
 
     async def add(self) -> None:
-        """Into the model, under the name in the field."""
+        """Add the proposal to the model, under the name in the field."""
         name = str(self.name.value or "")
         picture = await self.of.analysis.accept(name)
         self.of.take(picture)
@@ -68,7 +68,7 @@ class ProposalCard:
         )
 
     async def rename(self) -> None:
-        """What it is called, in its file and in the model."""
+        """Rename the proposal in its file and in the model."""
         new = str(self.name.value or "")
         changed = await self.of.analysis.rename(self.known, new)
         self.say(f"{self.known} is {new} from now on")
@@ -77,7 +77,7 @@ class ProposalCard:
             self.of.draw_history(changed)
 
     async def confirm(self) -> None:
-        """Ask runs that took no part."""
+        """Confirm the effect by runs that were not used for the fit."""
         if not self.new.value:
             raise ValueError("choose the campaign of the new runs first")
         found = await self.of.analysis.confirm(self.known, str(self.new.value))
@@ -87,7 +87,7 @@ class ProposalCard:
         self.say(f"{found['verdict']}: {size} in the new runs; {why}")
 
     def take(self, name: str, text: str) -> None:
-        """An effect file under its name."""
+        """Show an effect file and its name."""
         self.known = name
         self.name.set_value(name)
         self.text.set_text(text)
@@ -99,7 +99,7 @@ class ProposalCard:
         self.of.page.draw(self.chart, options)
 
     def put_away(self) -> None:
-        """Nothing of another campaign stays."""
+        """Clear everything of the last campaign."""
         self.say(ASK)
         self.take("", "")
         self.draw(charts.axes("", ""))

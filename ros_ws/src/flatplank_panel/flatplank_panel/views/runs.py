@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Campaigns and their runs: table with verdicts and filters, curves, scatter of repeats."""
+"""The page Runs: table of runs with verdicts and filters, curves, scatter of repeats."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ COLUMNS = {
     "status": "Ended", "lost": "Cycles lost", "verdict": "Verdict", "notes": "Notes",
 }  # fmt: skip
 FIRST = 60
-"""runs drawn when none is chosen"""
+"""number of runs drawn when none is chosen"""
 
 SELECT = {
     "header-selection": 'aria-label="Select all runs"',
     "body-selection": ':aria-label="`Select ${props.row.file}`"',
 }
-"""slot of the table -> what a screen reader says of its boxes"""
+"""slot of the table -> label of its checkboxes for screen readers"""
 
 
 def build(page: Page) -> None:
@@ -72,14 +72,14 @@ class _Runs:
         ui.timer(0.05, page.act(partial(page.list_campaigns, self.folder)), once=True)
 
     async def again(self) -> None:
-        """Campaigns and the chosen one as they are now."""
+        """Reload the campaigns and the chosen one."""
         before = self.folder.value
         await self.page.list_campaigns(self.folder)
         if self.folder.value == before:
             await self.load({row["file"] for row in self.table.selected})
 
     async def load(self, chosen: Collection[str] = ()) -> None:
-        """The rows of the campaign; `chosen` of them stay so."""
+        """Load the rows of the campaign; the `chosen` ones stay selected."""
         self.rows, self.table.rows, self.table.selected = [], [], []
         if not self.folder.value:
             return
@@ -94,7 +94,7 @@ class _Runs:
         self.problems.set_text(f"Remarks: {problems[0]}{more}" if problems else "")
 
     def judge(self, verdicts: dict[str, str]) -> None:
-        """What was found out by reading samples goes into the table."""
+        """Update the table with verdicts from the samples."""
         for row in self.rows:
             row["verdict"] = verdicts.get(row["file"], row["verdict"])
         self.table.update()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The frame of the page: title, tabs, who is in charge, and stop, always in view."""
+"""Frame of the page, always visible: title, tabs, who is in charge, and the stop button."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ NOBODY = "nobody is in charge"
 
 
 def build(page: Page, tabs: Mapping[str, Callable[[Page], None]], first: str) -> None:
-    """The frame with one panel per tab; a panel is built when it is first shown."""
+    """Build the frame with one panel per tab; a panel is built when it is first shown."""
     ui.colors(primary="#1f5488", negative="#b3261e", positive="#1f6f43", warning="#8a5a00")
     ui.add_head_html(HEAD)
     with ui.header(elevated=False).classes("fp-header items-center no-wrap"):

@@ -37,7 +37,7 @@ from flatplank_sim.twin.campaign import SLIPS, matrix, simulate_many
 
 
 class Teller:
-    """Numbered steps, each with what is going on now and how long it took."""
+    """Prints numbered steps, each with its progress and duration."""
 
     def __init__(self, steps: int) -> None:
         self._steps = steps
@@ -46,10 +46,10 @@ class Teller:
         self._open = False
         self._text = ""
         self.took: list[tuple[str, float]] = []
-        """the steps that are over, and how long each took [s]"""
+        """completed steps, each with its duration [s]"""
 
     def step(self, text: str) -> None:
-        """A new step begins."""
+        """Begin a new step."""
         self._finish()
         self._step += 1
         self._text = text
@@ -57,7 +57,7 @@ class Teller:
         print(f"[{self._step}/{self._steps}] {text}", flush=True)
 
     def now(self, text: str) -> None:
-        """What is going on; on a terminal the line is written over."""
+        """Print the progress; on a terminal the line is overwritten."""
         if sys.stdout.isatty():
             print(f"\r\033[K      {text}", end="", flush=True)
             self._open = True
@@ -65,12 +65,12 @@ class Teller:
             print(f"      {text}", flush=True)
 
     def count(self, done: int, total: int, name: str) -> None:
-        """Progress of many alike."""
+        """Print the progress of many equal tasks."""
         if sys.stdout.isatty() or done == total or done % 9 == 0:
             self.now(f"{done}/{total} {name}")
 
     def close(self, lines: Sequence[str]) -> None:
-        """The last words, with the times of the steps."""
+        """Print the closing lines, with the durations of the steps."""
         self._finish()
         print("\n" + "\n".join([*lines, *self._times()]), flush=True)
 
@@ -92,7 +92,7 @@ class Teller:
 
 
 def set_up_time() -> float | None:
-    """How long the set-up of this checkout took [s]; None where ./flatplank has not made it."""
+    """Duration of the set-up of this checkout [s]; None when ./flatplank has not made it."""
     file = Path(os.environ.get("FLATPLANK_ROOT", "."), ".cache", "setup-times.json")
     try:
         return float(json.loads(file.read_text(encoding="utf-8"))["set-up"])
@@ -107,7 +107,8 @@ STARTS = (1, 2, 3)
 
 
 def measure(folder: Path, seed: int, jobs: int | None, teller: Teller) -> float:
-    """One free-rolling run and 27 slip steps, a bag each; the effective rolling radius [m]."""
+    """Make one free-rolling run and 27 slip steps, a bag each; returns the effective rolling
+    radius [m]."""
     from flatplank_control.nodes.client import BenchClient
 
     setup = BenchSetup(pace="hold", seed=seed, data=str(folder))
@@ -137,7 +138,7 @@ def measure(folder: Path, seed: int, jobs: int | None, teller: Teller) -> float:
 def fit_and_report(
     folder: Path, out: Path, jobs: int | None, teller: Teller
 ) -> tuple[Path, list[str]]:
-    """The page, and what the fits found in words."""
+    """Write the report page; returns it and the results of the fits as text."""
     teller.step("models fitted to the bags, figures and report")
     campaign = Campaign.load(folder)
     result = analyse(campaign, jobs=jobs)
@@ -146,7 +147,7 @@ def fit_and_report(
 
 
 def _found(result: CampaignResult) -> list[str]:
-    """Slip stiffness, relaxation length and errors of the models, in words."""
+    """Slip stiffness, relaxation length and errors of the models, as text."""
     point = result.nominal()
     if point is None:
         return []
@@ -168,7 +169,7 @@ def _found(result: CampaignResult) -> list[str]:
 
 
 def sealed_challenge(folder: Path, seed: int, teller: Teller) -> list[str]:
-    """Goes once around the loop; what was found, in words."""
+    """Go once through the loop of diagnosis; returns the result as text."""
     teller.step("a sealed challenge: a campaign with something hidden")
     make_challenge(folder, seed, teller.count)
     teller.step("diagnose: where the model fails, and which effect is missing")

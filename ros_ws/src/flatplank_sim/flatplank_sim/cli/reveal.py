@@ -13,7 +13,7 @@ from flatplank_sim.sealed.seal import unseal
 
 
 def read_diagnosis(path: Path, folder: Path) -> dict[str, Any]:
-    """The JSON of a diagnosis; ValueError says what is wrong with the file."""
+    """Read the JSON of a diagnosis; ValueError names what is wrong with the file."""
     remedy = f"make one with `flatplank diagnose {folder} --out {path}`"
     if not path.is_file():
         raise ValueError(f"{path}: no diagnosis; {remedy}")

@@ -35,7 +35,7 @@ RULED = {
         "with --plan it stands in the plan; leave it out, or write it into a plan of your own",
     ),
 }
-"""option that says what is measured -> options that go along with it, and what of the others"""
+"""option that selects the measurements -> compatible options, and the message for others"""
 
 
 def parser() -> argparse.ArgumentParser:
@@ -86,7 +86,7 @@ def parser() -> argparse.ArgumentParser:
 
 
 def plan_arguments(o: argparse.Namespace) -> list[str]:
-    """The same wish for `flatplank run`."""
+    """Arguments of `flatplank run` for the same options."""
     words = [o.plan, "--sim", "--data", str(o.folder), "--seed", str(o.seed)]
     for name in ("preset", "plant"):
         if getattr(o, name):
@@ -97,7 +97,7 @@ def plan_arguments(o: argparse.Namespace) -> list[str]:
 
 
 def refuse_unheard(argv: list[str]) -> None:
-    """ValueError on options that the one which says what is measured would not hear."""
+    """Raise ValueError for options without effect beside the one that selects the measurements."""
     names = vars(parser().parse_args(argv))
     said = vars(parser().parse_args(argv, argparse.Namespace(**dict.fromkeys(names))))
     given = [name for name, value in said.items() if value is not None and name != "folder"]
@@ -117,14 +117,14 @@ def slips_of(text: str | None) -> list[float]:
 
 
 def show(done: int, count: int, name: str) -> None:
-    """One line that is written over."""
+    """Print the progress in one line that is overwritten."""
     end = "\n" if done == count else ""
     clear = "\r\033[K" if sys.stderr.isatty() else "\n" if done > 1 else ""
     print(f"{clear}simulate {done}/{count} {name}", end=end, file=sys.stderr, flush=True)
 
 
 def main(argv: list[str]) -> int:
-    """Exit code 0: all runs are there."""
+    """Exit code 0: all runs were made."""
     o = parser().parse_args(argv)
     refuse_unheard(argv)
     if o.outside and o.hidden is None:
@@ -175,9 +175,9 @@ def main(argv: list[str]) -> int:
 
 
 def mounted(o: argparse.Namespace) -> tuple[TireRecord, float]:
-    """Record of the tire on the plant, and its effective rolling radius [m]; NaN: not known."""
+    """Record of the tire on the plant, and its effective rolling radius [m]; NaN: unknown."""
     entry = tire_on(o.tire)
-    if entry is None:  # a file of the user's
+    if entry is None:  # a file of the user
         t = PlantConfig.load(o.tire).tire
         record = TireRecord(t.name, t.free_radius, t.nominal_load, t.nominal_pressure_bar)
     else:

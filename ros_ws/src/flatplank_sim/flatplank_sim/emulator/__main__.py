@@ -17,7 +17,7 @@ from flatplank_sim.emulator.vocabulary import Vocabulary
 from flatplank_sim.emulator.wire import Wire
 
 WARM_UP = 5
-"""cycles before the first frame: whatever the plant compiles or loads, it does now"""
+"""cycles before the first frame, in which the plant compiles and loads its kernels"""
 
 
 def parse(arguments: list[str] | None) -> argparse.Namespace:
@@ -48,7 +48,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
 
 
 def make(options: argparse.Namespace) -> Runner:
-    """Everything wired up."""
+    """Make and connect bench, wire, port and control socket."""
     bus = read_bus_file(options.bus)
     if options.rate:
         bus = replace(bus, rate_hz=options.rate)
@@ -70,7 +70,7 @@ def make(options: argparse.Namespace) -> Runner:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run until told to stop; one line and exit code 2 when it cannot start."""
+    """Run until told to stop; print one line and return exit code 2 when it cannot start."""
     options = parse(arguments)
     try:
         runner = make(options)

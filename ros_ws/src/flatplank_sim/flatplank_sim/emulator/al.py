@@ -21,7 +21,7 @@ class State(IntEnum):
 
 
 class Code(IntEnum):
-    """AL status codes that this emulator uses by itself."""
+    """AL status codes that the emulator sets without an injected fault."""
 
     NONE = 0x0000
     INVALID_CHANGE = 0x0011
@@ -37,17 +37,18 @@ _UP = {(State.INIT, State.PREOP), (State.PREOP, State.SAFEOP), (State.SAFEOP, St
 
 
 class StateMachine:
-    """State with its checks; the owner hears of every change."""
+    """AL state machine; it checks each request and reports each change to its owner."""
 
     def __init__(
         self, check: Callable[[State], int], changed: Callable[[State, State], None]
     ) -> None:
-        """check(target) returns an AL status code (0: allowed); changed(old, new) is told."""
+        """check(target) returns an AL status code (0: allowed); changed(old, new) is called after
+        a change."""
         self.state = State.INIT
         self.error = False
         self.code = 0
         self.refused: dict[State, int] = {}
-        """faults: states that this slave refuses, with the code it gives"""
+        """injected faults: state that the slave refuses -> AL status code"""
         self._check = check
         self._changed = changed
 
@@ -57,12 +58,13 @@ class StateMachine:
         return self.state | (ERROR if self.error else 0)
 
     def reset(self) -> None:
-        """As after power-on."""
+        """Reset to the state after power-on."""
         old, self.state, self.error, self.code = self.state, State.INIT, False, 0
         self._changed(old, State.INIT)
 
     def request(self, control: int) -> None:
-        """AL control was written. An error must be acknowledged before the way goes up again."""
+        """Handle a write to AL control. An error must be acknowledged before a higher state is
+        allowed."""
         if self.error and not control & ACKNOWLEDGE and control & 0x0F >= self.state:
             return
         self.error, self.code = False, 0
@@ -78,7 +80,7 @@ class StateMachine:
             self._go(target)
 
     def drop(self, target: State, code: int) -> None:
-        """The slave leaves its state by itself, with an error."""
+        """Let the slave fall back to a state by itself, with an error code."""
         if target < self.state:
             self._go(target)
         self._fail(code)

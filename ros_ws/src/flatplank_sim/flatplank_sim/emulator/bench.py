@@ -16,14 +16,15 @@ from flatplank_sim.emulator.slave import EmulatedSlave
 
 
 class PlantLike(Protocol):
-    """What the emulator needs of a plant."""
+    """Interface of a plant for the emulator."""
 
     def step(self, commands: Sequence[AxisCommand]) -> BusInputs:
         """One bus cycle."""
 
 
 class EmulatedBench:
-    """One period of bench time per process data frame; in a silence the runner steps it."""
+    """Emulated bench: each process data frame advances bench time by one period; without frames
+    the runner does."""
 
     def __init__(self, bus: BusFile, plant: PlantLike) -> None:
         self.bus = bus
@@ -44,7 +45,7 @@ class EmulatedBench:
         return next(s for s in self.slaves if s.spec.name == name)
 
     def frame(self, frame: bytes) -> bytearray | None:
-        """One frame through the segment; process data steps the plant on the way."""
+        """Pass one frame through the segment; process data step the plant."""
         return self.segment.process(frame, self.now)
 
     def _exchange(self) -> None:
@@ -52,7 +53,7 @@ class EmulatedBench:
         self.monitor.last_frame = self.now
 
     def step(self) -> None:
-        """One bus cycle of the plant and of every firmware."""
+        """Step the plant and the firmware of every drive by one bus cycle."""
         self.cycle += 1
         self.now += self.bus.period_ns
         self._fire()
@@ -69,7 +70,7 @@ class EmulatedBench:
         self.monitor.states(self.now, all([slave.operational for slave in self.slaves]))
 
     def at(self, cycle: int, action: Callable[[], None]) -> None:
-        """Do something when the bench reaches a cycle, at once when it is past."""
+        """Call `action` when the bench reaches a cycle; at once when it has passed."""
         if cycle <= self.cycle:
             action()
         else:
@@ -86,9 +87,9 @@ class EmulatedBench:
 def make_plant(
     spec: str, rate_hz: int, seed: int, options: dict[str, str], axes: Sequence[str]
 ) -> PlantLike:
-    """'simulated' or 'module:function'; a factory is called with rate_hz, seed and the options.
+    """Make a plant: 'simulated', or 'module:function', called with rate_hz, seed and the options.
 
-    axes: those that have a drive on the bus.
+    axes: axes with a drive on the bus.
     """
     if spec == "simulated":
         return _simulated(rate_hz, seed, options, axes)

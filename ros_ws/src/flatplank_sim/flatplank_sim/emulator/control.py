@@ -14,7 +14,7 @@ Handler = Callable[[dict[str, Any]], dict[str, Any]]
 
 
 class ControlServer:
-    """Unix stream socket, polled from the runner's loop; never blocks it."""
+    """Server on a Unix stream socket, polled from the runner's loop; never blocks it."""
 
     def __init__(self, path: str | Path, handler: Handler) -> None:
         self.path = str(path)
@@ -28,11 +28,11 @@ class ControlServer:
         self._clients: dict[socket.socket, bytes] = {}
 
     def filenos(self) -> list[int]:
-        """For poll; clients are looked at in every round anyway."""
+        """File descriptor for poll; clients are read in every round anyway."""
         return [self._server.fileno()]
 
     def poll(self) -> None:
-        """Serve what is there."""
+        """Serve pending connections and requests."""
         try:
             client, _ = self._server.accept()
             client.setblocking(False)
@@ -86,7 +86,7 @@ class ControlError(ValueError):
 
 
 class Control:
-    """Client: `Control(path).send("drop", frames=3)`."""
+    """Client of the control socket: `Control(path).send("drop", frames=3)`."""
 
     def __init__(self, path: str | Path, timeout: float = 5.0) -> None:
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
@@ -95,7 +95,7 @@ class Control:
         self._rest = b""
 
     def send(self, do: str, **arguments: Any) -> dict[str, Any]:
-        """One request; the answer, or ControlError with the reason."""
+        """Send a request; returns the answer, ControlError with the reason when refused."""
         self._socket.sendall(json.dumps({"do": do, **arguments}).encode() + b"\n")
         while b"\n" not in self._rest:
             data = self._socket.recv(65536)
@@ -109,5 +109,5 @@ class Control:
         return answer
 
     def close(self) -> None:
-        """Hang up."""
+        """Close the connection."""
         self._socket.close()

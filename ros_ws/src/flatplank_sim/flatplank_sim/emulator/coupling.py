@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Between the process data of the slaves and the plant: channels of the bus file, both ways."""
+"""Couples the process data of the slaves to the plant, by the channels of the bus file."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ class Coupling:
             if s.spec.axis
         }
         self.overrides: dict[str, int] = {}
-        """faults: raw value that a channel shows whatever the plant says"""
+        """injected faults: channel -> raw value in place of that of the plant"""
         self._asked: dict[int, tuple[int, ...]] = dict.fromkeys(self.drives, IDLE)
         self._compiled: dict[str, tuple[int, list[Getter | None]]] = {}
 
     def commands(self, cycle: int, now: int) -> tuple[AxisCommand, ...]:
-        """What the slaves ask of the plant, in answer to the inputs of `cycle`."""
+        """Commands of the slaves to the plant, in answer to the inputs of `cycle`."""
         asked: dict[str, int] = {}
         outputs = 0
         for slave in self.slaves:
@@ -55,7 +55,7 @@ class Coupling:
         return tuple(commands)
 
     def publish(self, inputs: BusInputs, now: int) -> None:
-        """Put the plant's inputs into the memories of the slaves."""
+        """Write the plant's inputs to the memories of the slaves."""
         safe = not inputs.digital & Digital.EMERGENCY_STOP_OK
         axes = list(inputs.axes)
         for axis, drive in self.drives.items():
@@ -79,7 +79,7 @@ class Coupling:
 
 
 def _getter(entry: Entry) -> Getter | None:
-    """How the raw value of an entry comes out of the plant's inputs; None: it stays zero."""
+    """Function from the plant's inputs to the raw value of an entry; None: it stays zero."""
     name = entry.channel
     axis, _, word = name.partition(".")
     if name in busfile.DIGITAL:

@@ -23,7 +23,7 @@ ABORT_STATE = 0x08000022
 
 
 class SdoAbort(Exception):
-    """A transfer that the slave refuses, with the abort code."""
+    """An SDO transfer that the slave refuses, with the abort code."""
 
     def __init__(self, code: int) -> None:
         super().__init__(f"SDO abort 0x{code:08X}")
@@ -32,16 +32,16 @@ class SdoAbort(Exception):
 
 @dataclass
 class Variable:
-    """One subindex."""
+    """One subindex of an object."""
 
     kind: str
     value: bytes
     writable: bool = False
     name: str = ""
     read: Callable[[], bytes] | None = None
-    """where the value comes from when it is not just stored"""
+    """source of a value that is not stored"""
     wrote: Callable[[bytes], None] | None = None
-    """told before the value is stored; may raise SdoAbort"""
+    """called before a value is stored; may raise SdoAbort"""
 
     @property
     def bits(self) -> int:
@@ -55,7 +55,7 @@ class Variable:
 
 @dataclass
 class Object:
-    """One index."""
+    """One object of the dictionary."""
 
     name: str
     code: int
@@ -76,13 +76,13 @@ def variable(kind: str, value: int | str, name: str = "", writable: bool = False
 
 
 class Dictionary:
-    """All objects of a slave; checks access, knows nothing of mailboxes."""
+    """All objects of a slave, with checks of access; independent of mailboxes."""
 
     def __init__(self) -> None:
         self.objects: dict[int, Object] = {}
 
     def add(self, index: int, subindex: int, item: Variable, name: str = "") -> None:
-        """Put a variable; a subindex above 0 makes (or extends) a record with its count at 0."""
+        """Add a variable; a subindex above 0 makes or extends a record with its count at 0."""
         found = self.objects.get(index)
         if found is None:
             code = RECORD if subindex else VARIABLE
@@ -93,7 +93,7 @@ class Dictionary:
             found.subs[0] = variable("uint8", max(found.subs), "count")
 
     def read(self, index: int, subindex: int) -> bytes:
-        """One value."""
+        """Read one value."""
         return self._find(index, subindex).get()
 
     def write(self, index: int, subindex: int, data: bytes) -> None:
@@ -108,7 +108,7 @@ class Dictionary:
         item.value = data
 
     def read_complete(self, index: int, first: int) -> bytes:
-        """All subindices in a row; subindex 0 takes two bytes, bits are packed."""
+        """Read all subindices; subindex 0 takes two bytes, bits are packed."""
         found = self._object(index)
         if found.code == VARIABLE:
             raise SdoAbort(ABORT_NO_COMPLETE_ACCESS)
@@ -123,7 +123,7 @@ class Dictionary:
         return data + word.to_bytes((shift + 7) // 8, "little")
 
     def write_complete(self, index: int, first: int, data: bytes) -> None:
-        """All subindices in a row. A PDO list is emptied first, as with single writes."""
+        """Write all subindices; a PDO list is emptied first, as with single writes."""
         found = self._object(index)
         if found.code == VARIABLE:
             raise SdoAbort(ABORT_NO_COMPLETE_ACCESS)

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a servo drive does between its process data and its motor: communication faults, injected
-faults, stops.
+"""Firmware of a servo drive between process data and motor: communication faults, injected faults,
+stops.
 
-The motor, its CiA 402 states and its modes are the plant's; this layer decides what reaches them.
+The plant has the motor, its CiA 402 states and modes; this layer decides which commands reach
+them.
 """
 
 from __future__ import annotations
@@ -23,15 +24,15 @@ ENABLED = STATUS[State.OPERATION_ENABLED]
 COMMUNICATION = 0x7500
 FOLLOWING_ERROR = 0x8611
 STOP_NS = 200_000_000
-"""a faulted drive brakes for so long before it cuts the power [ns]"""
+"""braking time of a faulted drive before it cuts the power [ns]"""
 STUCK_NS = 60_000_000
-"""a commanded axis that stands still for so long is a following error [ns]"""
+"""an axis that stands still for this time in spite of a command has a following error [ns]"""
 
 IDLE = (0, 0, 0, 0, 0)
 
 
 class DriveFirmware:
-    """One drive. A fault stays until a rising reset bit after its cause is gone."""
+    """One drive. A fault stays until a rising edge of the reset bit after its cause is gone."""
 
     def __init__(self, axis: int, slave: EmulatedSlave) -> None:
         self.axis = axis
@@ -40,7 +41,7 @@ class DriveFirmware:
         self.cause_persists = False
         self.stuck = False
         self.safe_stop = False
-        """the emergency stop circuit is open"""
+        """true when the emergency stop circuit is open"""
         self._enabled = False
         self._reset_bit = True
         self._braking_since: int | None = None
@@ -48,12 +49,12 @@ class DriveFirmware:
         slave.reset_hooks.append(self.power_on)
 
     def power_on(self) -> None:
-        """Nothing is remembered over a power cycle but a cause that is still there."""
+        """Reset as at power-on; only a cause that persists is kept."""
         self.fault = self.fault if self.cause_persists else 0
         self._braking_since = None
 
     def trip(self, code: int, persists: bool = False) -> None:
-        """Go to the fault state and tell the master."""
+        """Go to the fault state and send an emergency message."""
         self.cause_persists = persists
         if not self.fault:
             self.fault = code
@@ -62,7 +63,8 @@ class DriveFirmware:
                 self.slave.mailbox.emergency(code, 0x01)
 
     def command(self, asked: tuple[int, int, int, int, int], cycle: int, now: int) -> AxisCommand:
-        """asked: control word, mode, target position, velocity, torque as on the bus."""
+        """Command to the motor; asked: control word, mode, target position, velocity, torque as on
+        the bus."""
         if not self.slave.operational:
             if self._enabled and not self.fault:
                 self.trip(COMMUNICATION)
@@ -81,7 +83,7 @@ class DriveFirmware:
     def report(
         self, motor: AxisInputs, asked: tuple[int, int, int, int, int], now: int
     ) -> AxisInputs:
-        """What the drive tells of its motor."""
+        """Inputs that the drive reports about its motor."""
         self._enabled = motor.status_word & STATE_BITS == ENABLED
         if self.stuck and not self.fault:
             self._watch_following(asked, now)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The slave controller: registers, FMMUs and sync managers behind datagrams (ETG.1000.4).
+"""The EtherCAT slave controller: registers, FMMUs and sync managers (ETG.1000.4).
 
-What the firmware of a device does with it hangs on the hooks at the end of `__init__`.
+The firmware of a device connects to the hooks at the end of `__init__`.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ SYNC_MANAGERS = (reg.SYNC_MANAGER_END - reg.SYNC_MANAGER) // 8
 
 
 def _ignore(*_: object) -> None:
-    """A hook that nobody uses."""
+    """Default hook that does nothing."""
 
 
 class SlaveController:
-    """Memory and registers of one slave, reached by datagrams."""
+    """Memory and registers of one slave, accessed by datagrams."""
 
     def __init__(self, dc: bool = False) -> None:
         self.dc = dc
@@ -36,7 +36,7 @@ class SlaveController:
         self.last_outputs = 0
         """bench time of the last outputs that fed the watchdog [ns]"""
         self.process_data_on = False
-        """the firmware opens the process data from SAFEOP on"""
+        """true when process data are enabled, from SAFEOP on"""
         self.al_control: Callable[[int], None] = _ignore
         self.sii_command: Callable[[int], None] = _ignore
         self.mailbox_received: Callable[[bytes], None] = _ignore
@@ -44,7 +44,7 @@ class SlaveController:
         self.reset()
 
     def reset(self) -> None:
-        """Registers as after power-on."""
+        """Reset the registers to their state after power-on."""
         self.memory = bytearray(reg.MEMORY_END)
         self.memory[0:10] = bytes([0x11, 1, 1, 0, 8, 8, 8, 0x0F, 0xC4 if self.dc else 0xC0, 1])
         self.put(reg.WATCHDOG_DIVIDER, 0x09C2)
@@ -58,15 +58,15 @@ class SlaveController:
         self.process_data_on = False
 
     def put(self, address: int, value: int, size: int = 2) -> None:
-        """Set a register from inside."""
+        """Set a register from the firmware."""
         self.memory[address : address + size] = value.to_bytes(size, "little")
 
     def get(self, address: int, size: int = 2) -> int:
-        """Look at a register from inside."""
+        """Read a register from the firmware."""
         return int.from_bytes(self.memory[address : address + size], "little")
 
     def manager(self, number: int) -> reg.SyncManager | None:
-        """An enabled sync manager."""
+        """Sync manager by number, if enabled."""
         return next((m for m in self._managers if m.number == number), None)
 
     @property
@@ -78,7 +78,7 @@ class SlaveController:
     # --- datagrams -------------------------------------------------------------------------
 
     def execute(self, command: int, frame: bytearray, start: int, length: int) -> int:
-        """Serve one datagram in place; returns what the working counter grows by."""
+        """Process one datagram in place; returns the increment of the working counter."""
         data = start + 10
         if command in _LOGICAL:
             return self._logical(command, frame, start, data, length)
@@ -136,7 +136,7 @@ class SlaveController:
         return read + wrote * (2 if command == Command.LRW else 1)
 
     def latch_outputs(self, frame: bytearray, start: int, length: int) -> bool:
-        """Take the outputs of a logical datagram; whether any are for this slave."""
+        """Take the outputs of a logical datagram; true when it has any for this slave."""
         if not self.process_data_on:
             return False
         address = int.from_bytes(frame[start + 2 : start + 6], "little")
@@ -203,7 +203,7 @@ class SlaveController:
     # --- sync managers ---------------------------------------------------------------------
 
     def _configure_managers(self, offset: int, data: bytes) -> None:
-        """Writes to the status and PDI bytes are ignored; the rest is taken as configuration."""
+        """Configure the sync managers; writes to the status and PDI bytes are ignored."""
         for i, value in enumerate(data):
             if (offset + i) & 7 not in (5, 7):
                 self.memory[offset + i] = value
@@ -245,13 +245,14 @@ class SlaveController:
         return True
 
     def take_mailbox(self) -> None:
-        """The firmware has read the mailbox from the master."""
+        """Mark the mailbox from the master as read."""
         manager = self.manager(0)
         if manager is not None:
             manager.set_full(self.memory, False)
 
     def offer_mailbox(self, message: bytes) -> bool:
-        """The firmware puts a message for the master; False when the last one still lies there."""
+        """Put a message for the master into the mailbox; False when the last one was not fetched
+        yet."""
         manager = self.manager(1)
         if manager is None or not manager.mailbox or manager.full:
             return False

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The faults of the control socket, and how each is mended.
+"""The faults of the control socket, and how to undo each.
 
-A fault is a function on the rig; it returns what undoes it, or None when it is over by itself.
+A fault is a function of the rig; it returns a function that undoes it, or None when it ends by
+itself.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ Undo = Callable[[], object]
 
 @dataclass
 class Rig:
-    """All that can be broken."""
+    """Parts of the emulated bench in which faults can be injected."""
 
     bench: EmulatedBench
     wire: Wire
@@ -55,7 +56,7 @@ class Rig:
 
 
 def _set(target: object, name: str, value: object, after: object) -> Undo:
-    """Set an attribute; `after` is its value without the fault."""
+    """Set an attribute; undoing the fault sets it to `after`."""
     setattr(target, name, value)
     return lambda: setattr(target, name, after)
 

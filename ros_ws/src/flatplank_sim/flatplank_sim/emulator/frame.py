@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""EtherCAT frames on bytes: Ethernet header, EtherCAT header, datagrams with working counters."""
+"""Parses EtherCAT frames: Ethernet header, EtherCAT header, datagrams with working counters."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class FrameError(ValueError):
 
 @dataclass(slots=True)
 class Datagram:
-    """Where one datagram lies in its frame."""
+    """Position of one datagram in its frame."""
 
     command: int
     start: int
@@ -45,7 +45,7 @@ class Datagram:
     data: int
     """offset of the data [byte]"""
     length: int
-    """data [byte]"""
+    """length of the data [byte]"""
 
     @property
     def counter(self) -> int:
@@ -54,7 +54,7 @@ class Datagram:
 
 
 def is_ethercat(frame: bytes | bytearray) -> bool:
-    """Whether the EtherType says EtherCAT."""
+    """True when the EtherType is that of EtherCAT."""
     return len(frame) >= HEADER + DATAGRAM_HEADER + 2 and frame[12] == 0x88 and frame[13] == 0xA4
 
 

@@ -12,14 +12,14 @@ from flatplank_sim.emulator.sdo import SdoInfo, SdoServer
 ERROR, COE = 0, 3
 EMERGENCY, SDO_REQUEST, SDO_RESPONSE, SDO_INFO = 1, 2, 3, 8
 ABORT = 0x80
-"""an abort travels as a request, whoever sends it"""
+"""command byte of an abort; both sides send it as a request"""
 UNSUPPORTED_PROTOCOL, INVALID_HEADER = 2, 5
 
 
 class Mailbox:
     """Queue of messages for the master and the services behind it.
 
-    `hang` (fault) swallows requests, `late_ns` (fault) holds the answers back for some bench time.
+    Injected faults: `hang` ignores requests, `late_ns` delays the answers [ns of bench time].
     """
 
     def __init__(self, dictionary: Dictionary, size: int, offer: Callable[[bytes], bool]) -> None:
@@ -33,12 +33,12 @@ class Mailbox:
         self._counter = 0
 
     def reset(self) -> None:
-        """Forget what is under way, as when the slave goes to INIT."""
+        """Discard pending messages, as when the slave goes to INIT."""
         self._queue.clear()
         self._counter = 0
 
     def request(self, message: bytes) -> None:
-        """A message from the master."""
+        """Handle a message from the master."""
         if self.hang:
             return
         length, kind = int.from_bytes(message[0:2], "little"), message[5] & 0x0F

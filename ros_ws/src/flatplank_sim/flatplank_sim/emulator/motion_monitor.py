@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the plant's shafts really did and which power stages were on, whatever the bus says."""
+"""Monitors the true motion of the plant's shafts and the power stages, independent of the bus."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ from flatplank_hw.bus.image import AXES, BusInputs
 from flatplank_hw.cia402 import State, decode
 
 WHEEL_MOVING = 0.002
-"""wheel speed over which the wheel counts as turning; its ordinary speed is 0.1 [rad/s]"""
+"""the wheel turns above this speed; its usual speed is 0.1 [rad/s]"""
 MOVING = 800
-"""the same for a motor alone [counts per cycle]"""
+"""a motor turns above this speed [counts per cycle]"""
 
 
 class MotionMonitor:
-    """When each motor shaft last moved, and how often each power stage was switched on."""
+    """Time of the last motion of each motor shaft, and number of times each power stage was
+    enabled."""
 
     def __init__(self) -> None:
         self.last_moving = [-1] * len(AXES)
@@ -33,9 +34,10 @@ class MotionMonitor:
         self._position: list[int | None] = [None] * len(AXES)
 
     def see(self, now: int, inputs: BusInputs, wheel_speed: float | None = None) -> None:
-        """One cycle of the plant's own truth, before any firmware has changed it.
+        """Register one cycle of the plant's true inputs, before any firmware changes them.
 
-        wheel_speed: of the wheel itself, behind gear and backlash [rad/s]; None: by the motor.
+        wheel_speed: speed of the wheel itself, behind gear and backlash [rad/s]; None: use the
+        motor.
         """
         self.now = now
         for i, axis in enumerate(inputs.axes):
@@ -54,13 +56,13 @@ class MotionMonitor:
             self.enabled[i] = on
 
     def states(self, now: int, in_op: bool) -> None:
-        """Whether all slaves are in OP."""
+        """Register whether all slaves are in OP."""
         if self._in_op and not in_op:
             self.left_op = now
         self._in_op = in_op
 
     def fault(self, now: int) -> None:
-        """A fault is being injected."""
+        """Register an injected fault."""
         self.last_fault = now
 
     def report(self) -> dict[str, Any]:

@@ -24,7 +24,7 @@ MAX_BITS = 8 * 256
 
 
 class PdoDirection:
-    """All PDOs of one direction: what is mapped in each and which ones are exchanged."""
+    """All PDOs of one direction, with their mapping and assignment."""
 
     def __init__(
         self,
@@ -38,14 +38,14 @@ class PdoDirection:
         self.known = known
         self.version = 0
         self.values: tuple[int, ...] = ()
-        """of the assigned entries, as exchanged last"""
+        """last exchanged values of the assigned entries"""
         self._in_preop = in_preop
         self._pdos = pdos
         self._free = free_mapping
         self.reset()
 
     def reset(self) -> None:
-        """As after power-on."""
+        """Reset to the state after power-on."""
         self.mapped = {pdo.index: list(pdo.entries) for pdo in self._pdos}
         self.names = {pdo.index: pdo.name for pdo in self._pdos}
         self.assigned = [pdo.index for pdo in self._pdos if pdo.assigned]
@@ -57,7 +57,7 @@ class PdoDirection:
         self.version += 1
 
     def current(self, index: int, subindex: int, item: Variable) -> bytes:
-        """Value from the process data when it is exchanged, else what was stored."""
+        """Value from the process data when it is exchanged, else the stored value."""
         if len(self.values) == len(self.entries):
             for entry, value in zip(self.entries, self.values, strict=True):
                 if (entry.index, entry.subindex) == (index, subindex):
@@ -65,7 +65,7 @@ class PdoDirection:
         return item.value
 
     def add_objects(self, dictionary: Dictionary) -> None:
-        """Put the assignment and the mapping objects."""
+        """Add the assignment and mapping objects to the dictionary."""
         objects, assign = dictionary.objects, self.assign_index
         name = "RxPDO assign" if assign == 0x1C12 else "TxPDO assign"
         objects[assign] = self._list(name, "uint16", list(self.assigned), self._assign, True)
@@ -79,7 +79,7 @@ class PdoDirection:
         self, name: str, kind: str, words: list[int], apply: Callable[[list[int]], None],
         writable: bool,
     ) -> Object:  # fmt: skip
-        """A counted list that is emptied, filled and then made valid by writing its count."""
+        """A counted list: it is emptied, filled, and made valid by writing its count."""
         found = Object(name, 9)
         slots = SLOTS if writable else len(words)
 
@@ -132,7 +132,7 @@ class PdoDirection:
 
 
 def known_entries(pdos: tuple[Pdo, ...]) -> dict[tuple[int, int], Entry]:
-    """Every object that occurs in some PDO of a direction; padding under negative keys."""
+    """All objects in the PDOs of one direction; padding has negative keys."""
     known: dict[tuple[int, int], Entry] = {}
     for pdo in pdos:
         for entry in pdo.entries:

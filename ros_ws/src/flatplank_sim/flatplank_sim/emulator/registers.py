@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Registers of a slave controller (ETG.1000.4), and the units that they configure.
 
-A sync manager passes whole messages one at a time (mailbox), or has the newest data (buffer). An
-FMMU says which bits of the logical image are which bits of the slave's memory.
+A sync manager passes whole messages one at a time (mailbox), or holds the newest data (buffer). An
+FMMU maps bits of the logical image to bits of the slave's memory.
 """
 
 from __future__ import annotations
@@ -55,22 +55,22 @@ class SyncManager:
 
     @property
     def end(self) -> int:
-        """First address behind."""
+        """First address behind the sync manager's memory."""
         return self.start + self.length
 
     @property
     def mailbox(self) -> bool:
-        """One-buffer mode."""
+        """True in mailbox (one-buffer) mode."""
         return self.control & 3 == 2
 
     @property
     def written_by_master(self) -> bool:
-        """Direction."""
+        """True when the master writes and the slave reads."""
         return bool(self.control & 0x04)
 
     @property
     def watched(self) -> bool:
-        """Whether writing feeds the watchdog."""
+        """True when writing triggers the watchdog."""
         return bool(self.control & 0x40)
 
     @property
@@ -78,25 +78,25 @@ class SyncManager:
         return SYNC_MANAGER + self.number * SYNC_MANAGER_SIZE
 
     def continued(self, new: SyncManager) -> SyncManager:
-        """The new configuration with the old contents when place and size are the same."""
+        """The new configuration, with the old contents if address and size are unchanged."""
         if (new.start, new.length, new.control) == (self.start, self.length, self.control):
             return self
         return new
 
     def set_full(self, memory: bytearray, full: bool) -> None:
-        """Mailbox state, shown in the status register."""
+        """Set the mailbox state, also in the status register."""
         self.full = full
         status = memory[self._registers + 5] & ~FULL
         memory[self._registers + 5] = status | (FULL if full else 0)
 
     def put(self, memory: bytearray, message: bytes) -> None:
-        """A message for the master."""
+        """Put a message for the master."""
         self.last = message[: self.length].ljust(self.length, b"\0")
         memory[self.start : self.end] = self.last
         self.set_full(memory, True)
 
     def repeat_asked(self, memory: bytearray) -> bool:
-        """The master lost the answer and wants it again (toggle bit)."""
+        """True when the master requests the last message again (toggle bit)."""
         activate, acknowledged = memory[self._registers + 6], memory[self._registers + 7]
         return (
             self.mailbox
@@ -126,7 +126,7 @@ def read_sync_managers(registers: bytes | bytearray) -> list[SyncManager]:
 
 @dataclass(frozen=True)
 class Fmmu:
-    """One unit, as its sixteen registers say."""
+    """One FMMU, as configured by its sixteen registers."""
 
     logical: int
     length: int
@@ -138,7 +138,7 @@ class Fmmu:
 
     @property
     def whole_bytes(self) -> bool:
-        """Whether slices do; otherwise bits are copied one by one."""
+        """True when the mapping consists of whole bytes; otherwise bits are copied one by one."""
         return self.start_bit == 0 and self.end_bit == 7 and self.physical_bit == 0
 
     @property
@@ -149,7 +149,8 @@ class Fmmu:
     def copy_in(
         self, memory: bytearray, frame: bytearray, data: int, address: int, end: int
     ) -> bool:
-        """Outputs: logical `address`..`end` of a frame with data from `data` on, to the memory."""
+        """Copy outputs: logical `address`..`end` of a frame with data from `data` on, to the
+        memory."""
         low, high = max(self.logical, address), min(self.logical + self.length, end)
         if low >= high:
             return False
@@ -167,7 +168,7 @@ class Fmmu:
     def copy_out(
         self, memory: bytearray, frame: bytearray, data: int, address: int, end: int
     ) -> bool:
-        """Inputs: memory to the frame; bits that are not mapped stay as they are."""
+        """Copy inputs from the memory to the frame; bits that are not mapped stay unchanged."""
         low, high = max(self.logical, address), min(self.logical + self.length, end)
         if low >= high:
             return False
@@ -184,7 +185,7 @@ class Fmmu:
 
 
 def read_fmmus(registers: bytes | bytearray) -> list[Fmmu]:
-    """Active units of a block of registers."""
+    """Active FMMUs of a block of registers."""
     units = []
     for start in range(0, len(registers), FMMU_SIZE):
         raw = registers[start : start + FMMU_SIZE]

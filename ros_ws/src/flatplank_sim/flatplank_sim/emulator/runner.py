@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs the emulated bench on a port: frames in, frames out, and bench time in a silence."""
+"""Runs the emulated bench on a port: answers frames, and advances bench time without them."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ NAME_LIMIT = 15
 
 
 class PortError(ValueError):
-    """The interface cannot be used: one line with the remedy."""
+    """The interface cannot be used; one line with the remedy."""
 
 
 class Port:
-    """Bound to one interface."""
+    """Raw socket bound to one interface."""
 
     def __init__(self, interface: str) -> None:
         if len(interface.encode()) > NAME_LIMIT:
@@ -52,11 +52,11 @@ class Port:
         self.socket.setblocking(False)
 
     def fileno(self) -> int:
-        """For poll."""
+        """File descriptor for poll."""
         return self.socket.fileno()
 
     def receive(self) -> tuple[bytes, int] | None:
-        """Next frame and its age [ns]; None: nothing there (or the link is down)."""
+        """Next frame and its age [ns]; None: no frame, or the link is down."""
         try:
             frame, ancillary, _, _ = self.socket.recvmsg(2048, 64)
         except OSError:
@@ -69,14 +69,14 @@ class Port:
         return frame, age
 
     def send(self, frame: bytes | bytearray) -> None:
-        """A frame to the master; a dead link swallows it."""
+        """Send a frame to the master; it is lost when the link is down."""
         try:
             self.socket.send(frame)
         except OSError:
             return
 
     def set_link(self, up: bool) -> None:
-        """Take the interface down or up, as pulling the plug does."""
+        """Take the interface down or up, like unplugging the cable."""
         name = self.interface.encode().ljust(16, b"\0")
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as control:
             raw = fcntl.ioctl(control, SIOCGIFFLAGS, name + bytes(24))
@@ -85,20 +85,21 @@ class Port:
             fcntl.ioctl(control, SIOCSIFFLAGS, name + struct.pack("H", flags) + bytes(22))
 
     def close(self) -> None:
-        """Give the interface back."""
+        """Close the socket and restore the interface."""
         self.socket.close()
 
 
 STALL_NS = 3_000_000
 SILENT_CYCLES = 5
-"""a longer silence of the master is a silence: bench time follows the wall again"""
+"""cycles without process data after which bench time follows the wall clock"""
 
 
 class Runner:
-    """One thread, one loop."""
+    """Runs the bench in one loop in one thread."""
 
     def __init__(self, bench: EmulatedBench, wire: Wire, port: Port, patience_ns: int = 0) -> None:
-        """patience_ns: a shorter silence is none, for a master that waits for its nodes."""
+        """patience_ns: time without frames that is tolerated, for a master that waits for its
+        nodes."""
         self.bench = bench
         self.wire = wire
         self.port = port
@@ -108,36 +109,36 @@ class Runner:
         self._poll = select.poll()
         self._poll.register(port, select.POLLIN)
         self._wall = 0
-        """wall time up to which bench time has gone [ns]"""
+        """wall time that bench time has reached [ns]"""
         self._silent = True
         self._silence_ns = max(SILENT_CYCLES * bench.bus.period_ns, patience_ns)
         self._parent = -1
         self.stalled_ns = 0
-        """wall time for which this process was not let run [ns]"""
+        """wall time for which this process was not scheduled [ns]"""
 
     def attach(self, control: ControlServer) -> None:
-        """Listen to a control socket."""
+        """Serve a control socket."""
         self.control = control
         for fd in control.filenos():
             self._poll.register(fd, select.POLLIN)
 
     def close(self) -> None:
-        """Give the interface and the control socket back."""
+        """Close the interface and the control socket."""
         self.port.close()
         if self.control is not None:
             self.control.close()
 
     def end_with(self, fd: int) -> None:
-        """End when the other side of a pipe is closed, as the death of the parent does."""
+        """End when the other side of a pipe is closed, as when the parent dies."""
         self._parent = fd
         self._poll.register(fd, select.POLLHUP)
 
     def facts(self) -> dict[str, Any]:
-        """About the process, for the control socket."""
+        """Facts about the process, for the control socket."""
         return {"scheduling": self.scheduling, "stalled_ms": self.stalled_ns / 1e6}
 
     def run(self, fifo: bool = False) -> None:
-        """Until `running` goes false."""
+        """Run until `running` is false."""
         self.scheduling = prepare(fifo, priority=40)
         self._wall = time.monotonic_ns()
         gc.freeze()
@@ -157,14 +158,14 @@ class Runner:
             self._silence(now)
 
     def _deadline(self) -> int:
-        """When there is something to do even if nothing comes [ns]."""
+        """Time of the next action without frames [ns]."""
         period = self.bench.bus.period_ns
         until = self._wall + (period if self._silent else self._silence_ns)
         due = self.wire.next_due
         return until if due is None else min(until, due)
 
     def _forgive(self, late: int) -> None:
-        """A wait that ended late was this process's own stall: no bench time has passed in it."""
+        """Exclude a stall of this process from bench time: the wait ended late."""
         if late > STALL_NS:
             self._wall += late
             self.stalled_ns += late
@@ -186,7 +187,7 @@ class Runner:
                 self.port.send(out)
 
     def _silence(self, now: int) -> None:
-        """Without process data bench time follows the wall, so that watchdogs act."""
+        """Let bench time follow the wall clock without process data, so that watchdogs act."""
         period = self.bench.bus.period_ns
         if not self._silent and now - self._wall >= self._silence_ns:
             self._silent = True

@@ -10,7 +10,7 @@ from flatplank_sim.emulator.control import Control, ControlError
 
 
 def value(text: str) -> object:
-    """Numbers (also 0x...), true, false and lists as such; anything else is text."""
+    """Parse numbers (also 0x...), true, false and lists; anything else is text."""
     try:
         return int(text, 0)
     except ValueError:
@@ -22,7 +22,7 @@ def value(text: str) -> object:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """One request, its answer on the screen; exit code 2 and one line when refused."""
+    """Send one request and print its answer; exit code 2 and one line when refused."""
     words = sys.argv[1:] if arguments is None else arguments
     if len(words) < 2:
         print(

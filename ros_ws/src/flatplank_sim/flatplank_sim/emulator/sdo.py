@@ -21,17 +21,17 @@ COMPLETE = 0x10
 HEADER = 8
 """mailbox header and CoE header [byte]"""
 INIT_SIZE = HEADER + 8
-"""plus command, index, subindex and size of an initiated transfer"""
+"""header plus command, index, subindex and size of an initiated transfer [byte]"""
 
 
 class SdoServer:
-    """Answers one request with one response; remembers a segmented transfer under way."""
+    """SDO server: one response per request; keeps the state of a segmented transfer."""
 
     def __init__(self, dictionary: Dictionary, mailbox_size: int) -> None:
         self.dictionary = dictionary
         self.room = mailbox_size
         self.abort_all = 0
-        """fault: abort code given to every request; 0 is none"""
+        """injected fault: abort code for every request; 0: none"""
         self._upload = b""
         self._download: bytearray | None = None
         self._target = (0, 0, False)
@@ -44,7 +44,8 @@ class SdoServer:
         self._services |= {2: self._upload_start, 3: self._upload_segment}
 
     def serve(self, request: bytes) -> bytes:
-        """request: command, index, subindex, data; the response likewise. Empty: none."""
+        """Serve a request: command, index, subindex, data; the response has the same form, empty:
+        none."""
         request = request.ljust(8, b"\0")
         command = request[0]
         if command >> 5 == 4:
@@ -138,7 +139,7 @@ _READ, _WRITE = 0x0007, 0x003F
 
 
 class SdoInfo:
-    """Answers one request with one or several fragments."""
+    """SDO information server: one or several fragments per request."""
 
     def __init__(self, dictionary: Dictionary, mailbox_size: int) -> None:
         self.dictionary = dictionary
@@ -146,7 +147,7 @@ class SdoInfo:
         self._services = {LIST: self._list, DESCRIPTION: self._description, ENTRY: self._entry}
 
     def serve(self, request: bytes) -> list[bytes]:
-        """request: opcode, reserved, fragments, data."""
+        """Serve a request: opcode, reserved, fragments, data."""
         opcode, data = request[0] & 0x7F, request[4:]
         service = self._services.get(opcode)
         if service is None:

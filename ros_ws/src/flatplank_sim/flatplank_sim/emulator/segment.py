@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A line of slaves: a frame goes through all of them and comes back."""
+"""A line of slaves: a frame passes through all of them and returns."""
 
 from __future__ import annotations
 
@@ -11,26 +11,27 @@ from flatplank_sim.emulator.slave import EmulatedSlave
 
 _LOGICAL = (Command.LRD, Command.LWR, Command.LRW)
 LOCAL_BIT = 0x02
-"""set in the source address of a frame that has passed a slave"""
+"""bit set in the source address of a frame that has passed a slave"""
 
 
 class Segment:
-    """Slaves in the order of the wire; process data and register frames alike."""
+    """Slaves in the order of the wire; handles process data and register frames."""
 
     def __init__(self, slaves: list[EmulatedSlave]) -> None:
         self.slaves = slaves
         self.cut_after: int | None = None
-        """fault: the cable is cut behind that many slaves"""
+        """injected fault: the cable is cut behind this many slaves"""
         self.counter_offset = 0
-        """fault: added to the working counter of process data"""
+        """injected fault: added to the working counter of process data"""
         self.rejected = 0
         self.exchange: Callable[[], None] | None = None
-        """told when all outputs of a process data frame are in, before the inputs are read"""
+        """called when all outputs of a process data frame have been taken, before the inputs are
+        read"""
         self.show_topology()
 
     @property
     def reached(self) -> list[EmulatedSlave]:
-        """Slaves that frames get to; one without power ends the line, as its ports are dead."""
+        """Slaves that frames reach; a slave without power ends the line."""
         slaves = self.slaves if self.cut_after is None else self.slaves[: self.cut_after]
         line = []
         for slave in slaves:
@@ -40,23 +41,23 @@ class Segment:
         return line
 
     def show_topology(self) -> None:
-        """Port bits of the DL status: all open ports but the one at the end of the line."""
+        """Set the port bits of the DL status: all ports are open except the last of the line."""
         line = self.reached
         for position, slave in enumerate(line):
             last = position + 1 == len(line)
             slave.esc.put(reg.DL_STATUS, 0x5611 if last else 0x5A31)
 
     def is_process_data(self, frame: bytes | bytearray) -> bool:
-        """Whether a frame carries logical datagrams."""
+        """True when a frame contains logical datagrams."""
         try:
             return any(d.command in _LOGICAL for d in split(frame))
         except FrameError:
             return False
 
     def process(self, frame: bytes, now: int) -> bytearray | None:
-        """The frame as it comes back at bench time `now` [ns]; None when nobody passes it on.
+        """The frame as it returns at bench time `now` [ns]; None when no slave passes it on.
 
-        Malformed frames are counted and lost, as a slave would.
+        Malformed frames are counted and dropped, as by a real slave.
         """
         answer = bytearray(frame)
         try:
@@ -84,7 +85,7 @@ class Segment:
     def _exchange(
         self, frame: bytearray, datagrams: list[Datagram], line: list[EmulatedSlave]
     ) -> None:
-        """Give the outputs of a process data frame to the devices before its inputs are read."""
+        """Pass the outputs of a process data frame to the devices before its inputs are read."""
         logical = [d for d in datagrams if d.command in _LOGICAL]
         for d in logical:
             if d.command != Command.LRD:

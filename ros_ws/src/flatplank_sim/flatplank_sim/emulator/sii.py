@@ -107,7 +107,7 @@ class _Strings:
         self.names = names
 
     def add(self, name: str) -> int:
-        """Number of a string, counted from one; no name is 0."""
+        """Add a string; returns its number, counted from 1; 0 for an empty name."""
         if not name:
             return 0
         if name not in self.names:

@@ -20,12 +20,12 @@ _SII_READY = 0x0040
 
 
 class EmulatedSlave:
-    """A slave as the bus sees it; what it does with its process data is the device's affair."""
+    """A slave as seen from the bus; the device behind it uses the process data."""
 
     def __init__(self, spec: Slave) -> None:
         self.spec = spec
         self.absent = False
-        """fault: not there (power off); frames pass by"""
+        """injected fault: power off"""
         self.esc = SlaveController(spec.dc)
         self.sii = bytearray(build_sii(spec))
         self.al = StateMachine(self._check, self._changed)
@@ -48,7 +48,7 @@ class EmulatedSlave:
         self.power_on()
 
     def power_on(self) -> None:
-        """Everything as after switching on."""
+        """Reset everything to the state after power-on."""
         self.esc.reset()
         self.outputs.reset()
         self.inputs.reset()
@@ -62,7 +62,7 @@ class EmulatedSlave:
             hook()
 
     def tick(self, now: int) -> None:
-        """Bench time goes on [ns]: watchdog and mailbox."""
+        """Update watchdog and mailbox to bench time `now` [ns]."""
         self.esc.now = now
         if self.mailbox is not None:
             self.mailbox.pump(now)
@@ -78,17 +78,17 @@ class EmulatedSlave:
 
     @property
     def watched(self) -> bool:
-        """Whether missing outputs are noticed."""
+        """True when the watchdog monitors the outputs."""
         manager = self.esc.manager(output_manager(self.spec))
         return manager is not None and manager.watched and self.esc.watchdog_ns > 0
 
     @property
     def operational(self) -> bool:
-        """Outputs count only in OP."""
+        """True in OP, where alone outputs are valid."""
         return self.al.state == State.OP and not self.absent
 
     def drop(self, state: State, code: int) -> None:
-        """The slave falls back by itself, with an error code."""
+        """Let the slave fall back by itself, with an error code."""
         self.al.drop(state, code)
         self._show()
 
@@ -100,7 +100,7 @@ class EmulatedSlave:
         return self.outputs.values
 
     def store_inputs(self, values: tuple[int, ...]) -> None:
-        """Inputs into the memory."""
+        """Write inputs to the memory."""
         self.inputs.values = values
         start = self.spec.memory.inputs_start
         data = self.inputs.layout.pack(values)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the control socket understands: faults with timing, switches of the operator, questions."""
+"""Requests of the control socket: faults with timing, switches of the operator, queries."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from flatplank_sim.emulator.faults import FAULTS, Rig, Undo
 
 
 class Vocabulary:
-    """Requests have `do`; faults take `at` (cycle) or `after`, and `cycles` (how long)."""
+    """Handler of requests. A request has `do`; faults take `at` (cycle) or `after`, and `cycles`
+    (duration)."""
 
     def __init__(
         self, rig: Rig, stop: Callable[[], None], facts: Callable[[], dict[str, Any]]
@@ -85,7 +86,8 @@ class Vocabulary:
         }  # fmt: skip
 
     def _operator(self, name: str, arguments: list[Any] | None = None) -> dict[str, Any]:
-        """A switch of the plant's operator by its method's name; 'view' answers what he sees."""
+        """Call a switch of the plant's operator by its method name; 'view' returns what the
+        operator sees."""
         operator = getattr(self.rig.bench.plant, "operator", None)
         known = [n for n in dir(operator) if not n.startswith("_")]
         if name not in known:
@@ -102,6 +104,6 @@ class Vocabulary:
         return {}
 
     def _list(self) -> dict[str, Any]:
-        """Every word with its first line of description."""
+        """Every request with the first line of its description."""
         texts = {n: (f.__doc__ or "").partition("\n")[0] for n, f in FAULTS.items()}
         return {"faults": texts, "words": sorted(self._words)}

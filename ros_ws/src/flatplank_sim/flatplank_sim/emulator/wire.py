@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The wire between master and segment: what gets lost or late on it. Wall time is an argument."""
+"""The wire between master and segment, with losses and delays. Wall time is an argument."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ from dataclasses import dataclass, field
 
 @dataclass
 class Wire:
-    """Passes frames on, with faults. Times in ns of the wall."""
+    """Passes frames on, with injected faults. Times are wall times [ns]."""
 
     max_age_ns: int = 5_000_000
-    """an older request is dropped, as nothing waits on a real wire"""
+    """largest age of a request; older ones are dropped, as no frame waits on a real wire"""
     seed: int = 1
     lose_next: int = 0
-    """so many process data frames are lost before the slaves see them"""
+    """number of process data frames to lose before they reach the slaves"""
     lose_answers: int = 0
-    """so many process data answers are lost behind the slaves"""
+    """number of process data answers to lose behind the slaves"""
     lose_share: float = 0.0
     """share of all frames that is lost"""
     delay_ns: int = 0
-    """answers come so much later"""
+    """delay of the answers"""
     holding: bool = False
-    """answers pile up until they are released together"""
+    """true: answers are held until they are released together"""
     down: bool = False
-    """nothing passes"""
+    """true: no frame passes"""
     counts: dict[str, int] = field(
         default_factory=lambda: dict.fromkeys(
             ("received", "answered", "lost", "aged", "process_data", "unanswered"), 0
@@ -38,7 +38,7 @@ class Wire:
         self._random = random.Random(self.seed)
 
     def admits(self, process_data: bool, age_ns: int) -> bool:
-        """Whether a frame from the master reaches the slaves."""
+        """True when a frame from the master reaches the slaves."""
         self.counts["received"] += 1
         self.counts["process_data"] += process_data
         if age_ns > self.max_age_ns:
@@ -52,7 +52,7 @@ class Wire:
         return True
 
     def answer(self, frame: bytearray | None, process_data: bool, now: int) -> list[bytearray]:
-        """An answer leaves the slaves; returns what arrives at the master at once."""
+        """Send an answer; returns the answers that reach the master at once."""
         if frame is None:
             self.counts["unanswered"] += 1
             return []
@@ -70,13 +70,13 @@ class Wire:
         return [frame]
 
     def release(self) -> None:
-        """Held answers go out together."""
+        """Release the held answers together."""
         self.holding = False
         self._waiting = [(0, frame) for frame in self._held] + self._waiting
         self._held = []
 
     def due(self, now: int) -> list[bytearray]:
-        """Late answers whose time has come."""
+        """Delayed answers that are due."""
         if not self._waiting:
             return []
         out = [frame for at, frame in self._waiting if at <= now]
@@ -86,7 +86,7 @@ class Wire:
 
     @property
     def next_due(self) -> int | None:
-        """When the next late answer goes out [ns]; None: none waits."""
+        """Time when the next delayed answer is due [ns]; None: none."""
         return min((at for at, _ in self._waiting), default=None)
 
     def _lost(self) -> bool:

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""ROS shells of the simulated bench."""
+"""ROS nodes of the simulated bench."""

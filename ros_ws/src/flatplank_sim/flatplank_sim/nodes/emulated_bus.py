@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The EtherCAT bus without the machine: the master of the real bus on an emulated one."""
+"""Node of the emulated EtherCAT bus: the real master on an emulated bus."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from flatplank_sim.nodes.operator_services import OperatorServices
 
 @dataclass(frozen=True)
 class EmulatedBusParameters(BusParameters):
-    """The bus, and the simulated plant behind it."""
+    """Parameters of the bus and of the simulated plant behind it."""
 
     wait_for_nodes: bool = param(
         True,
@@ -33,7 +33,7 @@ class EmulatedBusParameters(BusParameters):
 
 
 class EmulatedBusNode(EthercatBus):
-    """The same node for the graph, with the operator's switches of the simulated plant."""
+    """The bus node on an emulated bus, with services for the operator's switches."""
 
     PARAMETERS = EmulatedBusParameters
 
@@ -53,7 +53,7 @@ class EmulatedBusNode(EthercatBus):
         super().connect()
 
     def operate(self, name: str, *values: Any) -> None:
-        # JSON has no NaN: what is not set is left out
+        # JSON has no NaN: unset values are left out
         known = [v for v in values if not math.isnan(v)]
         try:
             self.emulated.operate(name, *known)

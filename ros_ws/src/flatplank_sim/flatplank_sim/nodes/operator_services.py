@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The simulated operator's switches and hands as services, whoever owns the simulated plant."""
+"""Services for the switches and manual settings of the simulated operator, for any owner of the
+plant."""
 
 from __future__ import annotations
 
@@ -26,14 +27,14 @@ VALUES: dict[str, tuple[str, str, Callable[[float], float]]] = {
     "set_wheel_camber_deg": ("camber_deg", "wheel_camber", math.radians),
     "set_road_camber_deg": ("camber_deg", "road_camber", math.radians),
 }
-"""service -> setting whose limit holds, method, conversion of its value to SI"""
+"""service -> (setting that gives the limit, method, conversion of the value to SI)"""
 
 Operate = Callable[..., Any]
-"""name of a method of the plant's operator and its arguments; ValueError refuses"""
+"""calls a method of the plant's operator by name, with arguments; ValueError on refusal"""
 
 
 class OperatorServices:
-    """Makes the services on a node; `cycle` tells the present bus cycle."""
+    """Makes the services on a node; `cycle` returns the present bus cycle."""
 
     def __init__(self, node: BenchNode, operate: Operate, cycle: Callable[[], int]) -> None:
         self._operate, self._cycle = operate, cycle

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The bench without the machine: owner of a simulated process image."""
+"""Node of the simulated plant; it owns the bus with a simulated process image."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ MAX_BATCH = 50
 
 @dataclass(frozen=True)
 class PlantParameters(Params):
-    """What the simulated plant is and how its time runs."""
+    """Parameters of the simulated plant and its pace."""
 
     tire: str = param("toyo", "tire mounted: toyo, continental, michelin, racing or your own file")
     preset: str = param("", "defects switched on together, for instance thesis2023; empty: none")
@@ -47,7 +47,7 @@ class PlantParameters(Params):
 
 
 class SimulatedPlant(BenchNode):
-    """Publishes /bus/inputs, takes /bus/outputs, and has the services of the operator."""
+    """Publishes /bus/inputs, subscribes to /bus/outputs, has the services of the operator."""
 
     PARAMETERS = PlantParameters
     OWNS_BUS = True
@@ -59,7 +59,7 @@ class SimulatedPlant(BenchNode):
         )  # fmt: skip
         self.driven = frozenset(AXES.index(axis) for axis in config.driven_axes)
         self.plant = Plant(config, p.seed, p.rate_hz)
-        Plant(config, p.seed, p.rate_hz).step()  # loads the kernels before the clock runs
+        Plant(config, p.seed, p.rate_hz).step()  # load the kernels before the clock starts
         self.period_ns = 1_000_000_000 // p.rate_hz
         self.pacer = Pacer(p.pace, p.batch, self.driven, p.wall_timeout)
         self.commands: dict[int, AxisCommand] = {}
@@ -67,7 +67,7 @@ class SimulatedPlant(BenchNode):
         self.t0 = 0 if p.pace != "realtime" else time.time_ns() // self.period_ns * self.period_ns
         self.waiting: list[tuple[int, Future]] = []
         self.ages = [0] * 64
-        """commands by the cycles that went by since their sample"""
+        """histogram of the age of commands [cycles]"""
 
     def connect(self) -> None:
         p = self.parameters
@@ -77,7 +77,7 @@ class SimulatedPlant(BenchNode):
         self.publish_clock = self.add_publisher(Clock, "/clock", 10)
         self.add_subscription(BusOutputs, "/bus/outputs", self.on_command, STREAM)
         self.skipped, self.slow_at = 0, 0.0
-        """batches whose loss was told, and when [s]"""
+        """number of reported lost batches, and time of the report [s]"""
         self.every(p.batch / p.rate_hz, self.on_tick)
         self.every(1.0, self.on_second)
         self.add_service(Advance, "~/advance", self.on_advance)
@@ -97,7 +97,7 @@ class SimulatedPlant(BenchNode):
             self.go()
 
     def numbers(self) -> dict[str, Any]:
-        """How well the graph keeps up."""
+        """Delays of the graph, for /diagnostics."""
         return {
             "cycle": self.cycle,
             "pace": self.pacer.pace,
@@ -120,7 +120,7 @@ class SimulatedPlant(BenchNode):
             self.troubles.end("drives_silent")
 
     def release(self) -> None:
-        """Tell those who wait for a cycle that it is over."""
+        """Answer the services that wait for a completed cycle."""
         while self.waiting and self.waiting[0][0] <= self.cycle and not self.pacer.missing:
             self.waiting.pop(0)[1].set_result(None)
 

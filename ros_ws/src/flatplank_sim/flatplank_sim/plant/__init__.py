@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The simulated bench: drives, road, tire of travelling bristles, hub, encoders, defects."""
+"""The simulated plant: drives, road, brush-model tire, hub, encoders, defects."""
 
 from flatplank_sim.plant.config import PlantConfig, tires
 from flatplank_sim.plant.operator import Operator, OperatorView

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From forces at the contact point to bridge volts: the inverse of thesis Appendix A, and the
-sensors' own errors.
+"""Computes bridge volts from forces at the contact point: the inverse of thesis Appendix A, with
+sensor errors.
 
-Wheel centre from contact by (A.2), channels from the wheel centre by (A.1): C2, C3 from Fx, Mz;
-C5, C6 from Fz, Mx; C1 from Fy; C4 carries no force and is logged only.
+(A.2) gives the wrench at the wheel centre, (A.1) the channels: C2, C3 from Fx, Mz; C5, C6 from Fz,
+Mx; C1 from Fy; C4 measures no force and is only logged.
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ TURN = 2.0 * math.pi
 
 @inner
 def wheel_centre(m, fx, fy, fz, mx, my, mz, radius, gamma):
-    """Fx, Fy, Fz, Mx, Mz at the wheel centre; spin_moment 0 (thesis): none about the spin axis."""
+    """Fx, Fy, Fz, Mx, Mz at the wheel centre; spin_moment 0 (thesis): no moment about the spin
+    axis."""
     cos = math.cos(gamma)
     sin = math.sin(gamma)
     fyc = cos * fy + sin * fz
@@ -57,14 +58,14 @@ def volts(m, wheel, out):
 
 @inner
 def quantise(x, step, most):
-    """Analogue-digital converter."""
+    """Quantise a value like an analogue-digital converter."""
     x = min(max(x, -most), most)
     return math.floor(x / step + 0.5) * step if step > 0.0 else x
 
 
 def past_of_bridges(skew: float, dt: float) -> np.ndarray:
-    """Room for what delay and lag remember: a ring of lagged values, and in the last row the last
-    value as it was."""
+    """Memory of delay and lag: a ring of lagged values; the last row holds the last unlagged
+    value."""
     return np.zeros((max(int(skew / dt) + 4, 4) + 1, 6))
 
 
@@ -98,7 +99,7 @@ def sense(m, s, p, ts, mix, drift, work, history, noise, out):
 
 @inner
 def lagged(m, s, history, out):
-    """First-order lag and pure delay of the force channels against everything else."""
+    """First-order lag and pure delay of the force channels relative to all others."""
     n = history.shape[0] - 1
     now = s.cycle % n
     before = (s.cycle - 1) % n
@@ -108,7 +109,7 @@ def lagged(m, s, history, out):
         if not lags:
             history[now, c] = out[c]
         else:
-            # trapezoidal: late by the lag at any rate, not by half a sample less
+            # trapezoidal rule: delays by exactly the lag at any rate
             mean = 0.5 * (history[n, c] + out[c])
             history[now, c] = history[before, c] + part * (mean - history[before, c])
         history[n, c] = out[c]
@@ -121,7 +122,7 @@ def lagged(m, s, history, out):
 
 @inner
 def read(m, v, radius, gamma, out):
-    """Fx, Fy, Fz, Mx, My, Mz at the contact from C1..C6 by (A.1), (A.2), nominal constants."""
+    """Fx, Fy, Fz, Mx, My, Mz at the contact from C1..C6 by (A.1), (A.2) with nominal constants."""
     base, outer, inner_arm = hub(m)
     u2, u3 = base * v[1] / m.k_fx1, base * v[2] / m.k_fx2
     u5, u6 = base * v[4] / m.k_fz2, base * v[5] / m.k_fz1

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Thousands of runs: road, tire and bridges by the same kernels, without bus and drive loop."""
+"""Simulates thousands of runs with the same kernels for road, tire and bridges, without bus and
+drive loop."""
 
 from __future__ import annotations
 
@@ -18,7 +19,7 @@ COLUMNS = [
     "motor_velocity", "motor_torque", "fx", "fy", "fz", "mx", "my", "mz", "loaded_radius",
     "motion_trigger",
 ]  # fmt: skip
-"""the measurement table; after it the hidden truth of fx and of the road's position"""
+"""columns of the measurement table; the last two are true fx and true road position"""
 TRUTHS = ("fx_true", "road_position")
 BUS_RATE = 250.0
 
@@ -37,19 +38,19 @@ class CampaignRun:
     start_angle: float = 0.0
     run_index: int = 0
     effective_rolling_radius: float = 0.0
-    """of the slip control [m]; 0: the true one at this load"""
+    """radius of the slip control [m]; 0: the true one at this load"""
     step_position: float = 1.5
     length: float = 4.15
     start_delay: float = 0.08
-    """wheel after the plank's switch [s]: encoder, decision, two cycles, servo"""
+    """delay of the wheel after the plank's switch [s]: encoder, detection, two cycles, servo"""
     profile: tuple[tuple[float, float], ...] = field(default=())
     """(position [m], slip) instead of the step"""
     free: bool = False
-    """flexplates off"""
+    """true: flexplates disconnected"""
 
 
 class Campaign:
-    """Runs on one bench description; `simulate` yields a table per run."""
+    """Campaign on one bench configuration; `simulate` yields a table per run."""
 
     def __init__(
         self, config: PlantConfig, rate_hz: float = 62.5, tire_step: float = 0.008
@@ -58,7 +59,7 @@ class Campaign:
         self.dt = 1.0 / rate_hz
         self.steps = max(round(self.dt / tire_step), 1)
         self.records = build_records(config, self.dt)
-        # white noise of the same density as at the bus rate
+        # white noise with the same spectral density as at the bus rate
         share = np.sqrt(min(rate_hz / BUS_RATE, 1.0))
         for name in ("noise_bridge", "noise_lvdt", "noise_torque"):
             self.records.machine[name] *= share
@@ -68,12 +69,12 @@ class Campaign:
     def simulate(
         self, runs: Iterable[CampaignRun], seed: int = 0
     ) -> Iterator[dict[str, np.ndarray]]:
-        """Measurement table of each run as columns (SI), with `fx_true` and `road_position`."""
+        """Measurement table of each run as columns [SI], with `fx_true` and `road_position`."""
         for number, run in enumerate(runs):
             yield self.run(run, np.random.default_rng((seed, number)))
 
     def run(self, run: CampaignRun, random: np.random.Generator) -> dict[str, np.ndarray]:
-        """One run from standstill under load."""
+        """Simulate one run from standstill under load."""
         r, c = self.records, self.config
         m = r.machine
         state = initial_state(c, r)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compiled inner loops whose cache follows the source of *all* kernels.
+"""Compiles kernels with a cache that depends on the source of *all* kernels.
 
-Numba notices a change in the file of the cached function only; the kernels here call each other
-across files, so the cache folder carries a hash of the whole package instead.
+Numba detects a change only in the file of the cached function. The kernels here call each other
+across files, so the name of the cache folder contains a hash of the whole package.
 """
 
 from __future__ import annotations
@@ -29,7 +29,8 @@ def _source_stamp() -> str:
 
 
 def _cache_folder() -> Path | None:
-    """Beside the byte code when that may be written, else in the user's cache; None: nowhere."""
+    """Cache folder: beside the byte code if writable, else in the user's cache; None: none is
+    writable."""
     home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
     name = f"kernels-{_source_stamp()}"
     byte_code = Path(cache_from_source(__file__)).parent
@@ -45,7 +46,7 @@ def _cache_folder() -> Path | None:
 
 
 def _forget_others(root: Path, name: str) -> None:
-    """Kernels of other sources are of no use to anybody who starts from now on."""
+    """Remove cached kernels of other source versions."""
     for old in root.glob("kernels-*"):
         if old.name != name:
             shutil.rmtree(old, ignore_errors=True)
@@ -66,7 +67,7 @@ def _entry(function: Callable[..., Any]) -> Any:
 
 
 inner = numba.njit(nogil=True, error_model="numpy", inline="never")
-"""A kernel that other kernels call."""
+"""decorator of a kernel that other kernels call"""
 
 entry = _entry
-"""A kernel that Python calls: compiled once, kept on disk."""
+"""decorator of a kernel that Python calls: compiled once, cached on disk"""

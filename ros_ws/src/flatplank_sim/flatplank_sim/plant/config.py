@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the simulated bench is made of: frozen dataclasses read from YAML, SI units unless the name
-says else.
+"""Configuration of the simulated bench: frozen dataclasses read from YAML, SI units unless the
+name states another.
 
-`placeholder` in a comment marks what the thesis does not give.
+`placeholder` in a comment marks values that the thesis does not give.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from flatplank_sim.plant.yamlconfig import (
 
 @dataclass(frozen=True)
 class TireConfig:
-    """The plant's own truth of one tire at nominal load and pressure, with exponents over both."""
+    """True parameters of one tire at nominal load and pressure, with exponents over both."""
 
     name: str
     free_radius: float
@@ -77,7 +77,7 @@ class PlankConfig:
 
 @dataclass(frozen=True)
 class AxesConfig:
-    """The operator's other axes."""
+    """Axes that the operator moves by hand."""
 
     vertical_speed: float
     load_gain: float
@@ -115,15 +115,15 @@ class ServoConfig:
     """One CiA 402 drive with its motor."""
 
     output_per_turn: float
-    """motion of the axis per turn of its motor [rad or m]; 0 for the wheel, whose gear is its own
-    """
+    """motion of the axis per turn of its motor [rad or m]; 0 for the wheel, which has its own gear
+    model"""
     inertia: float
-    """of the motor with what it turns [kg m2]"""
+    """inertia of the motor and its load, at the motor [kg m2]"""
     friction: float
-    """at the motor [N m]; the wheel has its own curve"""
+    """friction torque at the motor [N m]; the wheel has its own curve"""
     torque_limit: float
     velocity_limit: float
-    """of the motor [rad/s], as all speeds here"""
+    """motor speed, like all speeds here [rad/s]"""
     profile_velocity: float
     acceleration: float
     quick_stop_deceleration: float
@@ -135,17 +135,17 @@ class ServoConfig:
     position_gain: float = 20.0
     """[1/s]"""
     window_counts: float = 20000.0
-    """target reached"""
+    """the target is reached within this window"""
     velocity_window: float = 0.5
     blocked_time: float = 0.5
-    """at the torque limit without motion until the drive gives up [s]"""
+    """time at the torque limit without motion until the drive trips [s]"""
     start_delay: float = 0.0
-    """a resting motor answers so late [s]"""
+    """delay of a resting motor [s]"""
 
 
 @dataclass(frozen=True)
 class HubConfig:
-    """Table A.1, amplifier, LVDT."""
+    """Hub: Table A.1, amplifier, LVDT."""
 
     k_fx1: float
     k_fx2: float
@@ -164,7 +164,7 @@ class HubConfig:
 
 @dataclass(frozen=True)
 class EncoderConfig:
-    """Counts per turn; road encoder optional."""
+    """Counts per turn of the encoders; the road encoder is optional."""
 
     plank_counts_per_turn: int
     wheel_counts_per_turn: int
@@ -174,17 +174,17 @@ class EncoderConfig:
     road_counts_per_turn: int
     road_encoder_radius: float
     steer_on_hub: bool = False
-    """the steering encoder sits on the hub, beyond the play of the worm"""
+    """true: the steering encoder sits on the hub, behind the play of the worm"""
 
 
 @dataclass(frozen=True)
 class CleatConfig:
-    """An obstacle screwed onto the road; height 0: none."""
+    """A cleat on the road; height 0: none."""
 
     height: float = 0.0
     length: float = 0.01
     position: float = 2.0
-    """machine position of its middle [m]"""
+    """machine position of its centre [m]"""
 
 
 @dataclass(frozen=True)
@@ -221,7 +221,8 @@ class PlantConfig:
         overrides: Mapping[str, Any] | None = None,
         file: str | Path | None = None,
     ) -> PlantConfig:
-        """Packaged machine and tire (a name or a file), then preset, then file, then overrides.
+        """Load the packaged machine and tire (a name or a file), then apply preset, file and
+        overrides.
 
         Overrides are nested or dotted: {"plank.road_length": 3.0, "defects": {"road_play": {"gap":
         1e-3}}}; a defect set to None is switched off.
@@ -242,7 +243,7 @@ class PlantConfig:
 
     @staticmethod
     def from_plain(data: Mapping[str, Any], where: str = "plant") -> PlantConfig:
-        """From nested plain data; the inverse of `to_plain`."""
+        """Make a configuration from nested plain data; the inverse of `to_plain`."""
         data = dict(data)
         defects = data.pop("defects", None) or {}
         servos = data.pop("servos", None) or {}
@@ -259,7 +260,7 @@ class PlantConfig:
         return config
 
     def check(self, where: str) -> None:
-        """Values that do not fit together."""
+        """Raise an error for values that do not fit together."""
         for axis in self.driven_axes:
             if axis not in AXES:
                 raise PlantConfigError(
@@ -280,8 +281,8 @@ class PlantConfig:
 
 
 def cleat_heights(c: PlantConfig, x: np.ndarray, height: float) -> np.ndarray:
-    """Heights of a cleat as the tire envelops it at machine positions x [m]: a hump as long as
-    cleat and contact together [m]."""
+    """Enveloped height of a cleat at machine positions x [m]: a hump with the length of cleat plus
+    contact patch [m]."""
     half = 0.5 * c.cleat.length + c.tire.contact_half_length
     u = np.clip((x - c.cleat.position) / half, -1.0, 1.0)
     return 0.5 * height * (1.0 + np.cos(np.pi * u))
@@ -289,7 +290,7 @@ def cleat_heights(c: PlantConfig, x: np.ndarray, height: float) -> np.ndarray:
 
 @cache
 def config_folder() -> Path:
-    """config/plant of the sources, or of share/flatplank_sim in an installed workspace."""
+    """Folder config/plant in the sources, or in share/flatplank_sim of an installed workspace."""
     here = Path(__file__).resolve()
     places = [here.parents[2] / "config" / "plant"]
     places += [p / "share" / "flatplank_sim" / "config" / "plant" for p in here.parents]

@@ -37,7 +37,7 @@ def move_axes(m, s, op, d, ds, dt):
         elif a == VERTICAL:
             ds[a].load = -s.fz * d[a].scale
             front, back = s.height >= m.height_max, s.height <= m.height_min
-        # a drive that is off leaves its axis to the handwheel
+        # the handwheel moves an axis whose drive is off
         enabled = ds[a].state == ENABLED
         before = ds[a].motor
         free_motor(d[a], ds[a], dt, front, back)
@@ -58,7 +58,8 @@ def move_axes(m, s, op, d, ds, dt):
 
 @inner
 def turn_wheel(m, s, ts, d, ds, curve, re, dx, dt, k):
-    """Motor and wheel through one step of the tire; its force follows its tangent meanwhile."""
+    """Move motor and wheel during one step of the tire; the tire force follows its tangent
+    stiffness."""
     fx = ts.fx
     slope = s.height * ts.gx * re
     steps = m.tire_steps * m.drive_steps
@@ -96,7 +97,7 @@ def mechanics(m, s, p, ts, bristles, op, d, ds, curve, road_map, k):
 
 @inner
 def switches(m, s, op):
-    """Digital inputs; the run counter goes up when the plank passes the trigger forwards."""
+    """Digital inputs; increments the run counter when the plank passes the trigger forward."""
     word = 0
     if m.trigger_at <= s.plank <= m.trigger_at + m.trigger_length:
         word |= TRIGGER
@@ -118,7 +119,7 @@ def switches(m, s, op):
 
 @inner
 def encode(m, s, d, ds, digital, noise, out):
-    """Encoders, digital inputs and what the drives report, as integers."""
+    """Encoders, digital inputs and reports of the drives, as integers."""
     out[0] = wrap32(int(math.floor(s.pinion / m.pinion_radius / TURN * m.pinion_counts)))
     half = 0.5 * m.wheel_encoder_play
     s.wheel_shaft = min(max(s.wheel_shaft, s.theta - half), s.theta + half)
@@ -162,7 +163,7 @@ def tell(s, p, ts, out):
 
 @inner
 def command_drives(m, s, op, d, ds, commands, count):
-    """Each fitted drive takes the command in force."""
+    """Pass the present command to each fitted drive."""
     for a in range(5):
         if d[a].fitted:
             age = count - 1 - commands[a, 5]

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Emulation of a CiA 402 servo drive: state machine, operation modes, watchdog, faults.
 
-One call per bus cycle and axis; the mechanics behind the motor is somebody else's.
+One call per bus cycle and axis; the mechanics behind the motor is in other modules.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from flatplank_hw.cia402 import FAULT_RESET, STATUS, TORQUE_UNIT, CiaMode, State
 from flatplank_sim.plant.compiling import inner
 from flatplank_sim.plant.drivetrain import OFF, TORQUE, VELOCITY, ramp
 
-# plain numbers: compiled code knows no enumerations
+# plain numbers: compiled code has no enumerations
 NOT_READY, SWITCH_ON_DISABLED, READY, SWITCHED_ON, ENABLED, QUICK_STOP, FAULT_REACTION, FAULT = (
     map(int, State)
 )
@@ -24,18 +24,18 @@ PROFILE_POSITION, PROFILE_VELOCITY, PROFILE_TORQUE, HOMING = MODES[:4]
 CYCLIC_POSITION, CYCLIC_VELOCITY, CYCLIC_TORQUE = MODES[4:]
 
 ERROR_WATCHDOG = 0x7500
-"""communication: no fresh command"""
+"""communication error: no fresh command"""
 ERROR_BLOCKED = 0x7121
 """motor blocked"""
 NEW_SETPOINT, RELATIVE, HALT, RESET = 0x10, 0x40, 0x100, FAULT_RESET
 STOPPED = 10.0
-"""times the velocity window: slow enough to open the power stage after a stop"""
+"""speed over the velocity window below which the power stage opens after a stop [-]"""
 TURN = 2.0 * math.pi
 
 
 @inner
 def wrap32(x):
-    """int32 as it travels on the bus."""
+    """Wrap a number to int32, as on the bus."""
     return ((x + 2**31) & 0xFFFFFFFF) - 2**31
 
 
@@ -47,7 +47,7 @@ def counts(d, ds):
 
 @inner
 def trip(ds, code):
-    """A fault: brake first, then open the power stage."""
+    """Enter the fault state: brake first, then open the power stage."""
     if ds.state not in (FAULT_REACTION, FAULT):
         ds.error = code
         ds.state = FAULT_REACTION if ds.state in (ENABLED, QUICK_STOP) else FAULT
@@ -55,7 +55,7 @@ def trip(ds, code):
 
 @inner
 def transition(ds, word):
-    """State machine of CiA 402, one transition per cycle."""
+    """CiA 402 state machine, one transition per cycle."""
     before = ds.control
     ds.control_before, ds.control = before, word
     state = ds.state
@@ -86,7 +86,7 @@ def transition(ds, word):
 
 @inner
 def watch(ds, age, limit):
-    """The last line of safety: an enabled drive without fresh commands stops by itself."""
+    """Watchdog: an enabled drive without fresh commands stops by itself."""
     if ds.state == ENABLED and age > limit:
         trip(ds, ERROR_WATCHDOG)
     if ds.inject > 0:
@@ -98,7 +98,7 @@ def stop_ramp(d, ds, dt):
     """Quick stop and fault reaction; the power stage opens when the motor rests."""
     ds.kind = VELOCITY
     ds.v_ref = ramp(ds.v_ref, 0.0, d.quick_deceleration * dt)
-    # dry friction and the self-locking gear stop the rest at once
+    # dry friction and the self-locking gear stop the remaining motion at once
     if ds.v_ref == 0.0 and abs(ds.velocity) < STOPPED * d.velocity_window:
         ds.state = FAULT if ds.state == FAULT_REACTION else SWITCH_ON_DISABLED
         ds.kind = OFF
@@ -169,7 +169,7 @@ def follow_mode(d, ds, command, dt):
 
 @inner
 def hold_start(d, ds, dt):
-    """Start delay: a resting motor answers only after a while."""
+    """Start delay: a resting motor responds after a delay."""
     wants = abs(ds.v_ref) > 0.0 if ds.kind == VELOCITY else abs(ds.slope_torque) > 0.0
     resting = abs(ds.velocity) < d.velocity_window
     ds.waited = ds.waited + dt if wants else 0.0
@@ -211,7 +211,7 @@ def drive(d, ds, command, age, dt, allowed):
 
 @inner
 def check_blocked(d, ds, dt):
-    """A motor that stands against its torque limit is switched off."""
+    """Trip a motor that stands at its torque limit."""
     against = abs(ds.torque) >= 0.99 * d.torque_limit and abs(ds.velocity) < d.velocity_window
     ds.blocked = ds.blocked + dt if against and ds.state == ENABLED else 0.0
     if ds.blocked > d.blocked_time:
@@ -238,7 +238,7 @@ def status_word(ds, limited):
 
 @inner
 def free_motor(d, ds, dt, blocked_forward, blocked_backward):
-    """Motor of an axis without mechanics of its own: inertia, dry friction, a load."""
+    """Motor of an axis without separate mechanics: inertia, dry friction, a load."""
     if ds.kind == VELOCITY:
         goal = ds.v_ref
     elif ds.kind == TORQUE:

@@ -6,10 +6,10 @@ Motor:  J_M d omega_M/dt = M_M - T/eta (driving) - M_F
 Gears:  T = eta f(theta_D), f the spring with dead zone (5.16), theta_D = theta_M - i theta_T
 Wheel:  J_TW d omega_T/dt = i T - M_T
 
-The loss (1/eta - 1) T is friction that grows with the load. A load that pulls in the direction of
-motion is carried by that friction alone: the motor feels nothing of it, and needs only M_F (Figure
-5.13). At rest the friction holds any load on the wheel. Backward Euler; gap and friction are found
-by trying their few states.
+The loss (1/eta - 1) T is friction that grows with the load. That friction alone carries a load in
+the direction of motion: the load does not reach the motor, which needs only M_F (Figure 5.13). At
+rest the friction holds any load on the wheel. The solver is backward Euler; it tries the few
+states of gap and friction until one is consistent.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from __future__ import annotations
 from flatplank_sim.plant.compiling import inner
 
 OFF, VELOCITY, TORQUE = 0, 1, 2
-"""what the servo does"""
+"""modes of the servo"""
 
 
 @inner
@@ -27,7 +27,7 @@ def ramp(value, target, most):
 
 @inner
 def interpolate(table, x):
-    """Straight lines between rows of (x, value), constant before the first and after the last."""
+    """Linear interpolation between rows of (x, value), constant beyond the ends."""
     n = table.shape[0]
     if x <= table[0, 0]:
         return table[0, 1]
@@ -46,7 +46,7 @@ def friction_torque(curve, speed):
 
 @inner
 def gear_side(m, s, h, region, a_w, b_w):
-    """Gear torque as t0 + t1 * motor speed for one side of the gap; the wheel answers."""
+    """Gear torque as t0 + t1 * motor speed for one side of the gap, with the wheel eliminated."""
     if region == 0:
         return 0.0, 0.0
     gap = s.motor - m.gear * s.theta - s.offset

@@ -101,5 +101,5 @@ COMMAND_FIELDS = 5
 
 MAP_START = 0.2
 MAP_STEP = 0.002
-"""the road map begins 0.2 m before the plank's rest position, one row per 2 mm: friction factor,
-height of the plank, height of a cleat"""
+"""row spacing of the road map [m]. It begins 0.2 m before the plank's rest position; rows:
+friction factor, height of the plank, height of a cleat"""

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Switches and handwheels of the operator: act at the next cycle, axes at their own speed."""
+"""Switches and handwheels of the simulated operator; they act at the next cycle, axes move at
+their speed."""
 
 from __future__ import annotations
 
@@ -12,11 +13,11 @@ from flatplank_sim.plant import layout
 from flatplank_sim.plant.config import PlantConfig, cleat_heights
 
 MAX_CLEAT = 0.03
-"""[m]"""
+"""largest height of a cleat [m]"""
 
 
 class OperatorView(NamedTuple):
-    """What the operator sees without any sensor of the bench."""
+    """What the operator sees at the machine, without sensors of the bench."""
 
     plank_position: float
     """machine position, 0 at rest before the trigger [m]"""
@@ -24,19 +25,19 @@ class OperatorView(NamedTuple):
     axle_height: float
     """[m]"""
     load_reached: bool
-    """no loading is under way"""
+    """true when no loading is in progress"""
     at_target: bool
-    """axle, steering and cambers are where they were sent"""
+    """true when axle, steering and cambers have reached their targets"""
     pressure: float
     """[bar]"""
     emergency_stop: bool
     flexplates: bool
     runs: int
-    """times that the plank passed the trigger forwards"""
+    """number of times that the plank has passed the trigger forward"""
 
 
 class Operator:
-    """What the operator does, from the next step on; ValueError refuses a value."""
+    """Actions of the operator, effective from the next step on; ValueError on refusal."""
 
     def __init__(
         self, config: PlantConfig, state: np.ndarray, wishes: np.ndarray, machine: np.ndarray,
@@ -46,7 +47,8 @@ class Operator:
         self._map = road_map
 
     def plank(self, direction: int, fast: bool | None = None, stop_at: float = math.nan) -> None:
-        """Forward (1), stop (0) or reverse (-1), with speed switch and `plank_stop_at`."""
+        """Set the plank switch: forward (1), stop (0) or reverse (-1), with speed and
+        `plank_stop_at`."""
         if direction not in (-1, 0, 1):
             raise ValueError(f"plank: direction {direction} is not -1, 0 or 1")
         if math.isnan(stop_at):
@@ -58,17 +60,17 @@ class Operator:
         self._op["direction"] = int(direction)
 
     def plank_stop_at(self, position: float, what: str = "plank_stop_at") -> None:
-        """The switch goes to stop by itself so that the plank rests at this position [m]."""
+        """Let the switch go to stop by itself so that the plank rests at this position [m]."""
         plank = self._c.plank
         _within(what, position, -plank.rear_limit, plank.road_length, "m")
         self._op["use_stop"], self._op["stop_position"] = 1, position
 
     def fast(self, on: bool) -> None:
-        """Speed switch: fast (0.03092 m/s) or slow (0.0015 m/s)."""
+        """Set the speed switch: fast (0.03092 m/s) or slow (0.0015 m/s)."""
         self._op["fast"] = int(bool(on))
 
     def axle_height(self, height: float) -> None:
-        """Send the axle to a height over the road [m]."""
+        """Move the axle to a height over the road [m]."""
         _within("axle_height", height, self._c.axes.lowest_axle, self._c.axes.highest_axle, "m")
         self._op["load_mode"], self._op["height"] = 0, height
 
@@ -82,23 +84,24 @@ class Operator:
         self.axle_height(self._c.tire.free_radius + self._c.axes.clearance)
 
     def steer(self, angle: float) -> None:
-        """Steering angle [rad], counted as the side slip angle: fy < 0 for a positive angle."""
+        """Set the steering angle [rad], with the sign of the side slip angle: fy < 0 for a
+        positive angle."""
         limit = math.radians(self._c.axes.steer_limit_deg)
         _within("steer", angle, -limit, limit, "rad")
         self._op["steer"] = angle
 
     def lateral(self, position: float) -> None:
-        """Handwheel of the hub: to the left of the middle of the road [m]."""
+        """Move the hub by handwheel to a position left of the middle of the road [m]."""
         limit = self._c.axes.lateral_limit
         _within("lateral", position, -limit, limit, "m")
         self._op["lateral"] = position
 
     def wheel_camber(self, angle: float) -> None:
-        """Camber of the hub [rad]."""
+        """Set the camber of the hub [rad]."""
         self._camber("wheel_camber", angle)
 
     def road_camber(self, angle: float) -> None:
-        """Camber of the road [rad]."""
+        """Set the camber of the road [rad]."""
         self._camber("road_camber", angle)
 
     def _camber(self, name: str, angle: float) -> None:
@@ -107,12 +110,12 @@ class Operator:
         self._op[name] = angle
 
     def pressure(self, bar: float) -> None:
-        """Tire inflation pressure [bar]."""
+        """Set the tire inflation pressure [bar]."""
         _within("pressure", bar, 0.5, 6.0, "bar")
         self._op["pressure"] = bar
 
     def cleat(self, height: float) -> None:
-        """A cleat of this height [m] at the place of the configuration; 0 takes it off."""
+        """Mount a cleat of this height [m] at its configured position; 0 removes it."""
         _within("cleat", height, 0.0, MAX_CLEAT, "m")
         if height and self._s["fz"][0] > 0.0:
             raise ValueError("cleat: the tire stands on the road; unload it first")
@@ -121,7 +124,8 @@ class Operator:
         self._m["mapped"] = 1
 
     def emergency_stop(self, pressed: bool = True) -> None:
-        """Mushroom button: the plank stops, driven axes other than the wheel quick-stop."""
+        """Press or release the emergency stop: the plank stops, driven axes other than the wheel
+        quick-stop."""
         self._op["estop"] = int(bool(pressed))
         if pressed:
             self._op["direction"] = 0
@@ -141,7 +145,7 @@ class Operator:
 
     @property
     def view(self) -> OperatorView:
-        """What can be seen at the machine."""
+        """What the operator sees at the machine."""
         s, op = self._s[0], self._op[0]
         wanted = ("height", "lateral", "steer", "wheel_camber", "road_camber")
         loaded = not op["load_mode"]

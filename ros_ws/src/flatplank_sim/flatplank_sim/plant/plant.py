@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The simulated bench: commands in, raw process image out, one call per bus cycle."""
+"""The simulated bench: one call per bus cycle, from commands to the raw process image."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ Truth.__doc__ = "What no node can read: forces and motion at the contact, SI uni
 
 
 class Plant:
-    """Deterministic: the same seed and commands give the same samples, bit for bit."""
+    """The simulated plant. It is deterministic: the same seed and commands give the same samples
+    bit for bit."""
 
     def __init__(self, config: PlantConfig, seed: int = 0, rate_hz: int = 250) -> None:
         if rate_hz <= 0 or 1_000_000_000 % rate_hz:
@@ -65,7 +66,7 @@ class Plant:
         )  # fmt: skip
 
     def step(self, commands: Sequence[AxisCommand] = ()) -> BusInputs:
-        """The next bus cycle; `commands` answer earlier cycles, a repeated one is ignored."""
+        """Make the next bus cycle; `commands` answer earlier cycles, a repeated one is ignored."""
         self.cycle = count = self.cycle + 1
         for command in commands:
             axis = command[0]
@@ -100,24 +101,24 @@ class Plant:
 
     @property
     def digital_outputs(self) -> int:
-        """Bits that any of the axes has on; bit 0 is the trigger of an optical system."""
+        """Digital outputs of all axes (OR); bit 0 is the trigger of an optical system."""
         bits = 0
         for own in self._outputs:
             bits |= own
         return bits
 
     def set_run(self, run: int) -> None:
-        """How many runs the road has seen; for wear."""
+        """Set the number of runs on the road, for its wear."""
         self._state["run"] = run
 
     @property
     def truth(self) -> Truth:
-        """Hidden truth of the last cycle."""
+        """True forces and motion of the last cycle, hidden from the nodes."""
         return Truth._make(self._truth.tolist())
 
     @property
     def bristles(self) -> np.ndarray:
-        """Bristles from leading to trailing edge: position, deflection x, y [m], slides."""
+        """Bristles from leading to trailing edge: position, deflection x, y [m], sliding flag."""
         t, s = self._records.tire[0], self._tire_state[0]
         j = np.arange(s["last"], s["first"] - 1, -1)
         k = j & (t["ring"] - 1)
@@ -125,15 +126,15 @@ class Plant:
         return np.stack([j * t["spacing"] - s["q"], b[0, k], b[1, k], b[4, k]])
 
     def inject_fault(self, axis: str, code: int = 0x7300) -> None:
-        """A drive fault that stays until `clear_fault`; a reset before that is in vain."""
+        """Inject a drive fault that stays until `clear_fault`, in spite of resets."""
         self._drive(axis)["inject"] = code
 
     def clear_fault(self, axis: str) -> None:
-        """The cause is gone; the drive still wants its reset."""
+        """Remove the cause of a fault; the drive still needs a reset."""
         self._drive(axis)["inject"] = 0
 
     def stick(self, axis: str, stuck: bool = True) -> None:
-        """The axis is mechanically jammed."""
+        """Jam or release the axis mechanically."""
         self._drive(axis)["stuck"] = int(stuck)
 
     def _drive(self, axis: str) -> np.ndarray:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From the configuration to the numeric records of the kernels."""
+"""Builds the numeric records of the kernels from the configuration."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from flatplank_sim.plant.defects.base import Site
 
 TURN = 2.0 * math.pi
 RING_MARGIN = 2.6
-"""length of the ring of bristles over the contact length at nominal load, at least"""
+"""smallest length of the ring of bristles over the contact length at nominal load [-]"""
 
 
 class Records(NamedTuple):
-    """Everything constant during a run."""
+    """Records that are constant during a run."""
 
     machine: np.ndarray
     tire: np.ndarray
@@ -47,7 +47,7 @@ def tire_record(t: TireConfig, spacing: float) -> np.ndarray:
     r["rolling"], r["camber"] = t.rolling_resistance, t.camber_factor
     r["creep_time"] = 1.0
     r["spacing"] = spacing
-    # a power of two, so that a place in the ring is a mask
+    # a power of two, so that a bit mask gives the index in the ring
     bristles = max(RING_MARGIN * 2.0 * t.contact_half_length / spacing, 16.0)
     r["ring"] = 2 ** math.ceil(math.log2(bristles))
     return r
@@ -68,7 +68,7 @@ def machine_record(c: PlantConfig, dt: float) -> np.ndarray:
     m["camber_speed"] = math.radians(x.camber_speed_deg)
     m["gear"], m["j_motor"], m["j_wheel"] = w.gear_ratio, w.motor_inertia, w.wheel_inertia
     m["j_free"], m["efficiency"] = w.free_wheel_inertia, w.efficiency
-    # spring and damper are the thesis's at the motor, before the loss
+    # spring and damper of the thesis are at the motor, before the gear loss
     m["k_spring"], m["d_spring"] = w.efficiency * w.stiffness, w.efficiency * w.damping
     m["backlash"], m["lock_ratio"] = math.radians(w.backlash_deg), w.lock_ratio
     m["bearing_torque"], m["rolling_speed"] = w.bearing_torque, 1e-4

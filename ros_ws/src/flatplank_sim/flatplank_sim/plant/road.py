@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The kinematic chain from the operator's switches to the road under the tire."""
+"""Kinematic chain from the operator's switches to the road under the tire."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ TURN = 2.0 * math.pi
 
 @inner
 def beyond(push, friction):
-    """What dry friction does not hold of a push."""
+    """Part of a force beyond the dry friction."""
     return push - min(max(push, -friction), friction)
 
 
 @inner
 def switch_speed(m, s, op):
-    """Speed by the plank switches [m/s]; they go to stop by themselves at stop_position."""
+    """Speed set by the plank switches [m/s]; they go to stop by themselves at stop_position."""
     if op.estop or op.direction == 0:
         return 0.0
     speed = m.slow
@@ -38,7 +38,7 @@ def switch_speed(m, s, op):
 
 @inner
 def plank_speed(m, s, op, dt):
-    """Mean plank speed by the pinion [m/s]: ramp, limit switches, droop under the tire force."""
+    """Mean plank speed at the pinion [m/s]: ramp, limit switches, droop under the tire force."""
     goal = switch_speed(m, s, op)
     most = (m.estop_deceleration if op.estop else m.acceleration) * dt
     if s.limit_front and goal > 0.0 or s.limit_rear and goal < 0.0:
@@ -73,7 +73,8 @@ def slack(w, gap, friction, damping, push, stiffness, dt):
 
 @inner
 def mesh(m, x):
-    """Error of rack and pinion [m] at pinion travel x: a tooth and a turn."""
+    """Mesh error of rack and pinion [m] at pinion travel x, with the periods of a tooth and a
+    turn."""
     return m.mesh_tooth * math.sin(
         TURN * x / m.mesh_pitch + m.mesh_phase
     ) + m.mesh_turn * math.sin(x / m.pinion_radius + m.mesh_phase)
@@ -164,8 +165,8 @@ def uniformity(m, theta):
 
 @inner
 def ride(m, s, p, ts, road_map, v_pinion, dt):
-    """Road, steering and load over dt [s]; returns the travel of the wheel over the road along and
-    across its plane [m], and its turn about z [rad].
+    """Advance road, steering and load by dt [s]; returns the travel of the wheel over the road
+    along and across its plane [m], and its turn about z [rad].
     """
     dx_road, dy_road = move_road(m, s, ts, v_pinion, dt)
     turn = -steer_hub(m, s, ts, dt)
@@ -178,7 +179,7 @@ def ride(m, s, p, ts, road_map, v_pinion, dt):
 
 @inner
 def shear(m, s, p, ts, bristles, road_map, dq, dx, dy, turn, dt):
-    """One step of the tire on the road as it is worn; arguments as those of `advance`."""
+    """One step of the tire on the worn road; arguments as in `advance`."""
     wear = max(1.0 - m.wear * s.run, 0.3)
     advance(
         p, ts, bristles, s.fz, s.pressure, dq, dx, dy, turn, s.gamma, s.road, wear, road_map,
@@ -188,7 +189,7 @@ def shear(m, s, p, ts, bristles, road_map, dq, dx, dy, turn, dt):
 
 @inner
 def rolling_radius(m, s, p, ts):
-    """Effective rolling radius of the moment [m], with what varies over a turn."""
+    """Momentary effective rolling radius [m], with its variation over a turn."""
     re = ts.re
     if m.runout_rolling != 0.0:
         re += m.runout_rolling * math.cos(s.theta - m.runout_phase)
@@ -199,7 +200,7 @@ def rolling_radius(m, s, p, ts):
 
 @inner
 def operator_axes(m, s, op, p, dt):
-    """Axle height, steering, cambers and pressure go to their targets at their speeds."""
+    """Move axle height, steering, cambers and pressure to their targets at their speeds."""
     if op.load_mode:
         missing = op.load - s.fz
         stiffness = p.cz * (s.pressure / p.p0) ** p.cz_p

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A whole run in one call: the bench's road, tire and bridges behind an ideal wheel servo, without
-bus and drive loop.
+"""Simulates a whole run in one call: road, tire and bridges with an ideal wheel servo, without bus
+and drive loop.
 
-The wheel's gear is quasi-static: backlash and wind-up are a lost motion that the tire closes at
-once.
+The gear of the wheel is quasi-static: the tire closes backlash and wind-up at once.
 """
 
 from __future__ import annotations
@@ -40,7 +39,7 @@ def tire_step(m, s, p, ts, bristles, op, road_map, omega, dt):
     if s.joined > 0.0:
         angle = lost_motion(m, s, ts, re, omega * dt, dx)
     else:
-        # free wheel: the tire force carries the rolling resistance
+        # free wheel: the tire force balances the rolling resistance
         angle = (dx - (ts.fx + s.drag / s.height) / max(ts.gx, 1e3)) / re
     s.theta += angle
     s.omega = angle / dt
@@ -68,7 +67,7 @@ def encoded(m, s):
 
 @inner
 def write_row(m, s, p, ts, curve, work, x, trigger, row):
-    """One sample of the measurement table, then the hidden fx and road position."""
+    """Write one sample of the measurement table, then true fx and road position."""
     height = m.lvdt_zero + m.lvdt_slope * work[16]
     row[0], row[1], row[2] = s.t, x, s.pinion_velocity
     row[3] = math.floor(s.theta / TURN * m.wheel_counts) * TURN / m.wheel_counts
@@ -86,12 +85,12 @@ def roll(
     machine, state, tire, tire_state, bristles, operator, curve, road_map, mix, drift, history,
     work, noise, profile, radius, delay, steps, out,
 ):  # fmt: skip
-    """One run from standstill; `out` gets a row per sample until the road ends. Returns the number
-    of rows.
+    """Simulate one run from standstill; `out` gets a row per sample until the road ends. Returns
+    the number of rows.
 
     profile: plank position since the trigger [m], slip; radius: effective rolling radius of the
-    slip control [m]; delay: the wheel starts so late after the plank's switch [s]; steps: tire
-    steps per sample.
+    slip control [m]; delay: of the wheel after the plank's switch [s]; steps: tire steps per
+    sample.
     """
     m, s, p, ts, op = machine[0], state[0], tire[0], tire_state[0], operator[0]
     dt = m.dt / steps

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The tire: bristles that travel through the contact patch, on a compliant carcass.
 
-A bristle sits on the belt at a fixed place and moves with it from the leading edge (+a) to the
-trailing edge (-a). Its tip sticks to the road until the shear force passes friction times the
-parabolic pressure, then it slides in the direction of its slip. All of them together push the
-contact patch against the carcass springs. Everything depends on increments of travel, not of time,
-so that a tire at standstill has a stiffness and a hysteresis. Signs: ISO W; fx > 0 drives, fy < 0
-for alpha > 0, fy < 0 for gamma > 0.
+A bristle has a fixed position on the belt and moves with it from the leading edge (+a) to the
+trailing edge (-a). Its tip sticks to the road until the shear force exceeds friction times the
+parabolic pressure; then it slides in the direction of its slip. The sum of the bristle forces
+deflects the carcass springs. The model depends on increments of travel, not of time, so a tire at
+standstill has stiffness and hysteresis. Signs: ISO W; fx > 0 drives, fy < 0 for alpha > 0, fy < 0
+for gamma > 0.
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ def contact(p, s, fz, pressure):
     """Half contact length [m], friction, bristle and carcass stiffness at load [N] and pressure
     [bar].
 
-    Power laws of the plant's own: a grows with the deflection, friction falls a little with load.
+    These are power laws of this plant: a grows with the deflection, friction falls slightly with
+    load.
     """
     pr = pressure / p.p0
     s.cz = p.cz * pr**p.cz_p
@@ -45,7 +46,7 @@ def contact(p, s, fz, pressure):
 
 @inner
 def slide(tx, ty, cx, cy, limit):
-    """Direction of the force on a sliding bristle, and how far it gives: nx, ny, stretch.
+    """Direction of the force on a sliding bristle, and its sliding distance: nx, ny, stretch.
 
     The tip slides by stretch * n against a force limit * n: solves t - limit n = stretch (cx nx,
     cy ny), |n| = 1.
@@ -69,7 +70,7 @@ def slide(tx, ty, cx, cy, limit):
 
 @inner
 def yielding(tx, ty, kx, ky, limit):
-    """A bristle beyond its limit: its force fx, fy and the stiffness xx, yy, xy that it keeps."""
+    """Force fx, fy of a sliding bristle, and its tangent stiffness xx, yy, xy."""
     if ty == 0.0:
         return math.copysign(limit, tx), 0.0, 0.0, ky * limit / abs(tx), 0.0
     if limit <= 0.0:
@@ -91,7 +92,7 @@ def place(x, rows):
 
 @inner
 def enter(p, s, bristles, dq):
-    """Move the belt by dq [m]; bristles that leave or enter the patch are straight."""
+    """Move the belt by dq [m]; bristles that leave or enter the patch have no deflection."""
     first = int(math.ceil((s.q + dq - s.a) / p.spacing))
     last = int(math.floor((s.q + dq + s.a) / p.spacing))
     for j in range(s.first, s.last + 1):
@@ -115,7 +116,7 @@ def mean_pressure_sum(first, last, q, spacing, a):
 
 @inner
 def lift(p, s, bristles):
-    """No contact: bristles and carcass are straight."""
+    """No contact: reset the deflections of bristles and carcass."""
     for j in range(s.first, s.last + 1):
         bristles[0, j & (p.ring - 1)] = 0.0
         bristles[1, j & (p.ring - 1)] = 0.0
@@ -190,7 +191,7 @@ def imbalance(p, s, cx, cy, ux, uy, fx, fy, sx, sy, sxy):
 
 @inner
 def keep(p, b, first, last):
-    """The trial deflections become the bristles' own."""
+    """Accept the trial deflections of the bristles."""
     for j in range(first, last + 1):
         k = j & (p.ring - 1)
         b[0, k] = b[2, k]

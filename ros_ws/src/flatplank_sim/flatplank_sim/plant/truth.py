@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The plant's own truth as a table, measured on its tire kernel by rolling it, not taken from any
-model of the analysis.
+"""Table of the true tire properties of the plant, measured by rolling its tire kernel, not taken
+from a model of the analysis.
 
 `python -m flatplank_sim.plant.truth --tire toyo` prints it.
 """
@@ -26,10 +26,10 @@ STEP = 2.5e-4
 
 
 class TruthRow(NamedTuple):
-    """One load and pressure."""
+    """True tire properties at one load and pressure."""
 
     fz: float
-    """[N]"""
+    """load [N]"""
     pressure: float
     """[bar]"""
     vertical_stiffness: float
@@ -91,7 +91,7 @@ def _experiment(
 
 
 def truth_row(config: PlantConfig, fz: float, pressure: float) -> TruthRow:
-    """What the plant's tire is at one load [N] and pressure [bar]."""
+    """True properties of the plant's tire at one load [N] and pressure [bar]."""
     tire = build_records(config, 0.004).tire
     state = np.zeros(1, layout.TIRE_STATE)
     _, _, cx, cy = _contact(tire, state, fz, pressure)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Frozen dataclasses from YAML: errors say where, and name the nearest known key."""
+"""Reads frozen dataclasses from YAML; errors state where, and name the nearest known key."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ class PlantConfigError(ValueError):
 
 
 def pack(content: Mapping[str, Any]) -> str:
-    """A mapping as one word that nobody reads by accident; it keeps no secrets."""
+    """Encode a mapping as one word that is not read by accident; this is no encryption."""
     return base64.b64encode(zlib.compress(json.dumps(content, sort_keys=True).encode())).decode()
 
 
 def unpack(text: str) -> dict[str, Any]:
-    """The mapping again; ValueError when the word is damaged."""
+    """Decode the mapping; ValueError when the word is damaged."""
     try:
         return dict(json.loads(zlib.decompress(base64.b64decode(text))))
     except (TypeError, zlib.error) as error:
@@ -37,7 +37,7 @@ def unpack(text: str) -> dict[str, Any]:
 
 
 def read_yaml(path: Path) -> dict[str, Any]:
-    """A mapping from a YAML file."""
+    """Read a mapping from a YAML file."""
     try:
         content = load_yaml(path.read_bytes(), path)
     except OSError as error:
@@ -50,7 +50,7 @@ def read_yaml(path: Path) -> dict[str, Any]:
 
 
 def read_overlay(path: Path) -> dict[str, Any]:
-    """What a file lays over the plant's own; of a challenge the file is sealed."""
+    """Read overrides of the plant from a file, also from the sealed file of a challenge."""
     content = read_yaml(path)
     if "sealed" not in content:
         return content
@@ -61,7 +61,7 @@ def read_overlay(path: Path) -> dict[str, Any]:
 
 
 def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    """`over` laid over `base`, folder by folder."""
+    """`base` with the values of `over`, merged level by level."""
     result = dict(base)
     for key, value in over.items():
         old = result.get(key)
@@ -71,7 +71,7 @@ def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def undot(mapping: Mapping[str, Any]) -> dict[str, Any]:
-    """{'a.b': 1} as {'a': {'b': 1}}."""
+    """Convert {'a.b': 1} to {'a': {'b': 1}}."""
     result: dict[str, Any] = {}
     for key, value in mapping.items():
         inner = undot(value) if isinstance(value, Mapping) else value
@@ -82,7 +82,7 @@ def undot(mapping: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def build(cls: type[T], data: Any, where: str) -> T:
-    """An instance of a dataclass from plain data; nested dataclasses, floats, tuples of floats."""
+    """Make a dataclass from plain data; supports nested dataclasses, floats, tuples of floats."""
     if not isinstance(data, Mapping):
         raise PlantConfigError(f"{where}: expected keys with values, found {data!r}")
     hints = typing.get_type_hints(cls)
@@ -99,7 +99,7 @@ def build(cls: type[T], data: Any, where: str) -> T:
 
 
 def convert(hint: Any, value: Any, where: str) -> Any:
-    """One value checked against the type of its field."""
+    """Check one value against the type of its field and convert it."""
     if dataclasses.is_dataclass(hint):
         return build(hint, value, where)  # type: ignore[arg-type]
     if typing.get_origin(hint) is tuple:
@@ -124,7 +124,7 @@ def convert(hint: Any, value: Any, where: str) -> Any:
 
 
 def to_plain(value: Any) -> Any:
-    """A dataclass as plain data for YAML."""
+    """Convert a dataclass to plain data for YAML."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {
             f.name: to_plain(getattr(value, f.name)) for f in dataclasses.fields(value) if f.init

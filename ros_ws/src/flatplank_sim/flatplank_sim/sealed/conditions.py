@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Conditions and runs of a campaign with something hidden."""
+"""Conditions and runs of a campaign with a hidden effect."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes a challenge: nine slips, three starts, something hidden, the answer sealed."""
+"""Makes a challenge: nine slips, three starts, a hidden effect, a sealed answer."""
 
 from __future__ import annotations
 
@@ -31,33 +31,33 @@ TIRE_SCATTER = 0.01
 NOISE = 15.0
 """standard deviation of the slow noise of the forces [N]; thesis 6.3 finds 24 N at no slip"""
 NOISE_TIME = 0.3
-"""it is correlated over so long [s]"""
+"""correlation time of that noise [s]"""
 OUTSIDE_SIZES = (60.0, 120.0)
-"""of a force that is in no library [N]"""
+"""range of a force that no effect of the library explains [N]"""
 Progress = Callable[[int, int, str], None]
 
 
 def quiet(_done: int, _all: int, _name: str) -> None:
-    """No progress is shown."""
+    """Progress callback that shows nothing."""
 
 
 @dataclass(frozen=True)
 class Machine:
-    """The machine of a challenge, and what is hidden in it."""
+    """The machine of a challenge, and the hidden effect."""
 
     seed: int
     hidden: Hidden
     size: float
     force: Force
     place: dict[str, Any] | None
-    """of a force that is in no library"""
+    """location of a force that no effect of the library explains"""
 
 
 def make_challenge(folder: Path, seed: int, progress: Progress = quiet, outside: str = "") -> Path:
-    """A campaign folder with `answer.sealed`; the same seed makes the same challenge.
+    """Make a campaign folder with `answer.sealed`; the same seed makes the same challenge.
 
-    outside: a force of `sealed.outside`, which no effect of the library explains, is hidden
-    instead of a defect.
+    outside: hide a force of `menu.OUTSIDE`, which no effect of the library explains, instead of a
+    defect.
     """
     random = np.random.default_rng(seed)
     machine = _machine(seed, outside, random)
@@ -72,7 +72,7 @@ def make_challenge(folder: Path, seed: int, progress: Progress = quiet, outside:
         effects = [hidden | ({"runs": machine.hidden.runs} if machine.hidden.runs else {})]
     answer = {"seed": seed, "tire": "toyo", "effects": effects, "outside": machine.place}
     seal(answer | {"force": outside}, folder)
-    if not outside:  # a force that is in no library is added to the signals, no plant has it
+    if not outside:  # a force outside the library is added to the signals, not to the plant
         seal_plant({"defects": machine.hidden.defects(machine.size)}, folder)
     return folder
 
@@ -135,21 +135,21 @@ def _measure(
 
 
 def _foreign(name: str, random: np.random.Generator) -> tuple[Force, dict[str, Any] | None]:
-    """A force that is in no library and its place; none without a name."""
+    """A force outside the library and its location; None without a name."""
     if not name:
         return (lambda _columns, _run: np.zeros(1)), None
     return OUTSIDE[name](float(random.uniform(*OUTSIDE_SIZES)), random)
 
 
 def _scattered(plain: PlantConfig, defects: Defects, random: np.random.Generator) -> PlantConfig:
-    """The bench of one run: the tire is not quite the same every time."""
+    """The bench of one run, with scatter of the tire from run to run."""
     names = ("friction", "tread_stiffness_x", "carcass_stiffness_x")
     tire = {n: getattr(plain.tire, n) * (1 + TIRE_SCATTER * random.normal()) for n in names}
     return PlantConfig.load("toyo", overrides={"defects": defects, "tire": tire})
 
 
 def _add_noise(columns: dict[str, np.ndarray], random: np.random.Generator) -> None:
-    """Slow noise of the machine on the forces, a first-order process."""
+    """Add slow noise to the forces, a first-order process."""
     keep = math.exp(-float(columns["time"][1] - columns["time"][0]) / NOISE_TIME)
     for name in ("fx", "fy", "fz"):
         white = random.normal(0.0, NOISE * math.sqrt(1.0 - keep**2), len(columns[name]))

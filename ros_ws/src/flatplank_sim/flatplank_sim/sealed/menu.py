@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What can be hidden: a defect of the simulated machine, its size, and the effect that names it.
+"""List of what can be hidden: a defect of the simulated machine, its size, and its effect names.
 
-One line each. The names of effects are those that a diagnosis uses; nothing else of the analysis
-is known here.
+The names of effects are those of the diagnosis; this module uses nothing else of the analysis.
 """
 
 from __future__ import annotations
@@ -18,24 +17,24 @@ from flatplank_sim.sealed.conditions import STEP, Columns, Run
 Defects = Mapping[str, Mapping[str, Any]]
 
 RUNS = 27
-"""of the usual plan: what a size that grows from run to run is told over"""
+"""runs of the usual plan, for a size that grows from run to run"""
 
 
 @dataclass(frozen=True)
 class Hidden:
-    """One entry: `defects(size)` switches it on; `names` are the effect and what is like it."""
+    """One entry: `defects(size)` returns its defects; `names` are the effect and its relatives."""
 
     names: tuple[str, ...]
-    """empty: no effect of the library, the answer is `none of these` or `partly`"""
+    """empty: no effect of the library; the right verdict is `none of these` or `partly`"""
     unit: str
     low: float
     high: float
     defects: Callable[[float], Defects]
     runs: int = 0
-    """of a size that grows from run to run: the runs over which it is told"""
+    """number of runs to which a size refers that grows from run to run"""
 
     def draw(self, random: np.random.Generator) -> float:
-        """A size, evenly over its logarithm."""
+        """Draw a size, uniform in its logarithm."""
         return float(np.exp(random.uniform(np.log(self.low), np.log(self.high))))
 
 
@@ -76,7 +75,7 @@ Made = tuple[Force, dict[str, Any]]
 
 
 def bump(size: float, random: np.random.Generator) -> Made:
-    """A pull between two places of the plank, only when driving or only when braking."""
+    """A force between two plank positions, only when driving or only when braking."""
     start, length = random.uniform(1.8, 3.0), random.uniform(0.4, 0.9)
     sign = float(random.choice([-1.0, 1.0]))
 
@@ -89,7 +88,7 @@ def bump(size: float, random: np.random.Generator) -> Made:
 
 
 def hum(size: float, random: np.random.Generator) -> Made:
-    """A wave over the plank that is there with one sign of the slip only."""
+    """A periodic force over the plank position, for one sign of slip only."""
     period, phase = random.uniform(0.12, 0.5), random.uniform(0.0, 6.28)
     sign = float(random.choice([-1.0, 1.0]))
 
@@ -102,7 +101,7 @@ def hum(size: float, random: np.random.Generator) -> Made:
 
 
 def ringing(size: float, random: np.random.Generator) -> Made:
-    """A wave that dies away after the step, the same whatever the slip."""
+    """A decaying oscillation after the step, independent of slip."""
     period, fade = random.uniform(0.15, 0.4), random.uniform(0.5, 1.0)
 
     def force(c: Columns, run: Run) -> np.ndarray:
@@ -115,7 +114,7 @@ def ringing(size: float, random: np.random.Generator) -> Made:
 
 
 def notch(size: float, random: np.random.Generator) -> Made:
-    """The force falls for a while at one place, the more the smaller the slip."""
+    """A local drop of the force at one plank position, larger at small slip."""
     start, length = random.uniform(2.0, 3.2), random.uniform(0.25, 0.5)
 
     def force(c: Columns, run: Run) -> np.ndarray:

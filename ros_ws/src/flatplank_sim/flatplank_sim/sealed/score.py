@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How a diagnosis is scored against an answer: strictly, by what the program itself said.
+"""Scores a diagnosis against an answer, strictly by the statements of the program.
 
-A hidden effect is found when an entry of the diagnosis has its name, or when it stands in the
-class of an entry, the class has at most four names, and the verdict says that it is a group. What
-the answer calls relatives is told beside it (`kin`) and is not right.
+A hidden effect is found when an entry of the diagnosis has its name. It is also found when it is
+in the class of an entry, the class has at most four names, and the verdict says that it is a
+group. Relatives in the answer are reported separately (`kin`) and do not count as right.
 """
 
 from __future__ import annotations
@@ -17,11 +17,12 @@ LARGEST_CLASS = 4
 GROUP = "found group"
 NAMING = ("found", GROUP)
 LAW = "tire_law"
-"""no fault of the machine: it says that the force law is of another form, and is never false"""
+"""effect for another form of the force law; it is no fault of the machine and never counts as
+false"""
 SILENT = ("none of these", "partly")
-"""verdicts that fit what is in no library"""
+"""right verdicts for an effect outside the library"""
 QUIET = ("at floor", "tire law only")
-"""verdicts that fit where nothing is hidden"""
+"""right verdicts when nothing is hidden"""
 
 Entry = Mapping[str, Any]
 Fits = Callable[[Entry, Entry], bool]
@@ -30,11 +31,11 @@ Fits = Callable[[Entry, Entry], bool]
 def score(diagnosis: Entry, answer: Entry) -> dict[str, Any]:
     """Compare the JSON of a diagnosis with an answer.
 
-    right: everything hidden is found and nothing else is named; what is in no library is said to
-    be left, at its place; where nothing is hidden the verdict says so. kin_right: the same when a
-    relative counts, too. `present` of an answer holds effects that are true of the tire and are
-    not asked: naming them is neither right nor false. Sizes are judged effect by effect; in
-    another unit than the hidden one an interval does not cover.
+    right: all hidden effects are found and no other is named; a force outside the library is
+    reported as unexplained, at its location; where nothing is hidden the verdict says so.
+    kin_right: the same when relatives count, too. `present` of an answer has true effects of the
+    tire that are not asked for: naming them is neither right nor false. Sizes are judged effect by
+    effect; an interval in another unit than the hidden size does not cover it.
     """
     hidden = list(answer.get("effects") or [])
     outside = answer.get("outside")
@@ -73,7 +74,7 @@ def score(diagnosis: Entry, answer: Entry) -> dict[str, Any]:
 
 
 def _class(named: Entry) -> set[str]:
-    """The names that an entry stands for; none when they are too many to be an answer."""
+    """Names in the class of an entry; none when there are too many for an answer."""
     names = {str(named["name"]), *map(str, named.get("class") or [])}
     return names if len(names) <= LARGEST_CLASS else set()
 
@@ -83,7 +84,7 @@ def _kin(hidden: Entry, named: Entry) -> bool:
 
 
 def _assign(hidden: Sequence[Entry], named: Sequence[Entry], fits: Fits) -> list[Entry | None]:
-    """For each that is hidden the entry that names it, its own name before any other."""
+    """For each hidden effect the entry that names it; an exact name has priority."""
     out: list[Entry | None] = [None] * len(hidden)
     free = list(named)
     for same in (True, False):
@@ -105,7 +106,7 @@ def _match(hidden: Entry, named: Entry | None, kin: Entry | None, runs: int) -> 
         return out | {"kin": kin["name"] if kin else None}
     truth, size = float(hidden["size"]), float(named["size"])
     over = int(hidden.get("runs") or 0)
-    if over and runs:  # grows from run to run: by so much in the runs of the diagnosis
+    if over and runs:  # a size that grows from run to run: scale it to the runs of the diagnosis
         truth *= (runs - 1) / (over - 1)
     low, high = (float(v) for v in named["interval"])
     units = {hidden.get("unit"), named.get("unit")} - {None}
@@ -123,7 +124,7 @@ def _match(hidden: Entry, named: Entry | None, kin: Entry | None, runs: int) -> 
 
 
 def _covers(diagnosis: Entry, outside: Entry) -> bool:
-    """True when the diagnosis points at the place (or period) of what is in no library."""
+    """True when the diagnosis gives the location (or period) of a force outside the library."""
     rest = diagnosis.get("unexplained") or {}
     period, found = outside.get("period"), rest.get("period")
     if period:
@@ -136,11 +137,11 @@ def _covers(diagnosis: Entry, outside: Entry) -> bool:
 
 
 DIAGNOSIS = "diagnosis.json"
-"""file of a diagnosis in a challenge's folder"""
+"""file name of a diagnosis in the folder of a challenge"""
 
 
 def text_of(answer: Mapping[str, Any], points: Mapping[str, Any]) -> list[str]:
-    """The answer and the score in words."""
+    """The answer and the score as text."""
     hidden = [f"{e['name']}, {_size(e)}" for e in answer["effects"]]
     hidden += [_outside(answer["outside"])] if answer.get("outside") else []
     lines = [f"hidden: {'; '.join(hidden) or 'nothing'}"]
@@ -153,7 +154,7 @@ def text_of(answer: Mapping[str, Any], points: Mapping[str, Any]) -> list[str]:
 
 
 def _effect(e: Mapping[str, Any]) -> str:
-    """What became of one hidden effect."""
+    """Text about one hidden effect."""
     if not e["named"]:
         kin = f"; {e['kin']} was named, which is like it but not it" if e["kin"] else ""
         return f"not found: {e['name']}{kin}"
@@ -166,7 +167,7 @@ def _effect(e: Mapping[str, Any]) -> str:
 
 
 def _size(e: Mapping[str, Any]) -> str:
-    """With its unit; of what grows from run to run, with their number."""
+    """Size with its unit, and the number of runs for a size that grows from run to run."""
     over = f" over {e['runs']} runs" if e.get("runs") else ""
     return quantity(e["size"], e["unit"]) + over
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sealed challenges: the answer beside a campaign.
+"""Writes and reads the sealed answer of a challenge.
 
 A sealed file, `answer.sealed`, is JSON: `{"format": "flatplank-sealed/1", "answer": TEXT}`, TEXT
 being base64 of zlib of this JSON:
@@ -8,11 +8,11 @@ being base64 of zlib of this JSON:
      "unit": "m", "class": ["..."]}], "outside": {"coordinate": "plank position",
      "range": [2.0, 2.8], "period": null} or null, "notes": "..."}
 
-`class` holds relatives: effects that the person who wrote the answer thinks to be alike. They are
-told, and are not right. No effects and no outside means that nothing is hidden. The seal keeps
-eyes off, it does not keep secrets: nothing in the analysis reads the file.
+`class` holds relatives: effects that the author of the answer considers similar. They are
+reported, and do not count as right. No effects and no `outside` means that nothing is hidden. The
+seal prevents reading by accident; it is no encryption. The analysis never reads the file.
 
-Beside it lies `plant.yaml`, the same machine for the simulated bench, sealed alike.
+`plant.yaml` beside it has the same machine for the simulated bench, sealed in the same way.
 """
 
 from __future__ import annotations
@@ -31,21 +31,22 @@ PLANT = "plant.yaml"
 
 
 def seal(answer: Mapping[str, Any], folder: str | Path) -> Path:
-    """Write an answer so that it is not read by accident."""
+    """Write an answer, encoded so that it is not read by accident."""
     path = Path(folder) / NAME
     path.write_text(json.dumps({"format": FORMAT, "answer": pack(answer)}) + "\n")
     return path
 
 
 def seal_plant(overlay: Mapping[str, Any], folder: str | Path) -> Path:
-    """Write what is laid over the plant's own, so that `--plant` reads it and nobody else."""
+    """Write the overrides of the plant for `--plant`, encoded so that they are not read by
+    accident."""
     path = Path(folder) / PLANT
     path.write_text(f"sealed: {pack(overlay)}\n")
     return path
 
 
 def unseal(folder: str | Path) -> dict[str, Any]:
-    """Open the sealed answer of a campaign folder."""
+    """Read the sealed answer of a campaign folder."""
     path = Path(folder) / NAME
     try:
         raw = json.loads(path.read_text(encoding="utf-8"))

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The bench's own cores and the simulated plant in one process, without ROS."""
+"""The twin: the cores of the bench and the simulated plant in one process, without ROS."""

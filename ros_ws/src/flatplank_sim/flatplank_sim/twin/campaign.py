@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Many measurements on the twin: one fresh simulated bench per run, over all cores."""
+"""Makes many measurements on the twin in parallel: one new simulated bench per run."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from flatplank_sim.twin.twin import Twin
 from flatplank_sim.twin.twin_bench import TwinBench
 
 SLIPS = (0.0, 0.01, -0.01, 0.02, -0.02, 0.05, -0.05, 0.1, -0.1)
-"""section 6.2"""
+"""slip levels of thesis section 6.2 [-]"""
 Progress = Callable[[int, int, str], None]
 
 
 def matrix(base: Measurement, slips: Sequence[float], starts: Sequence[int]) -> list[Measurement]:
-    """Every slip from every start, in the order in which they are made."""
+    """Measurements with every slip from every start, in order."""
     pairs = [(kappa, start) for kappa in slips for start in starts]
     return [
         replace(base, kappa=kappa, start=start, run_index=k)
@@ -37,7 +37,7 @@ def matrix(base: Measurement, slips: Sequence[float], starts: Sequence[int]) -> 
 
 
 def starts_of(text: str) -> list[int]:
-    """`1,2,3` to starts; ValueError says what is allowed."""
+    """Parse starts such as `1,2,3`; ValueError names the allowed ones."""
     starts = [int(word) if word.strip().isdigit() else -1 for word in text.split(",")]
     for start in starts:
         if start not in START_ANGLES:
@@ -48,7 +48,7 @@ def starts_of(text: str) -> list[int]:
 def fresh_bench(
     setup: BenchSetup, run_index: int, attempt: int, folder: Path, bags: bool
 ) -> TwinBench:
-    """A bench for one run, whose noise has its own seed."""
+    """A new bench for one run, with its own noise seed."""
     log = BagLog(folder) if bags else TableLog(folder)
     setup = replace(setup, seed=setup.seed + 1000 * run_index + attempt - 1)
     bench = TwinBench(Twin(setup), log)
@@ -57,7 +57,7 @@ def fresh_bench(
 
 
 def simulate_one(m: Measurement, setup: BenchSetup, folder: Path, bags: bool) -> Path:
-    """One measurement on a fresh bench."""
+    """Make one measurement on a new bench."""
     bench = fresh_bench(setup, m.run_index, 1, folder, bags)
     bench.perform(plan_of(m))
     return bench.kept[0]
@@ -72,7 +72,7 @@ def simulate_many(
     jobs: int | None = None,
     progress: Progress = lambda _done, _all, _name: None,
 ) -> list[Path]:
-    """All measurements; files and `campaign.yaml` in `folder`, joined to those that are there."""
+    """Make all measurements; adds files and `campaign.yaml` entries to those in `folder`."""
     folder.mkdir(parents=True, exist_ok=True)
     jobs = min(jobs or os.cpu_count() or 1, len(measurements)) or 1
     done: dict[int, Path] = {}
@@ -102,7 +102,7 @@ def _run(
 
 
 def setup_for(plan: CampaignPlan, setup: BenchSetup) -> BenchSetup:
-    """The simulated bench with the tire of the plan on it."""
+    """The simulated bench with the tire of the plan."""
     needed = {axis for run in plan.runs for axis in axes_of(run.measurement)}
     wheel = {**setup.parameters.get("wheel_drive", {}), "free_radius": plan.tire.free_radius}
     return replace(
@@ -114,7 +114,7 @@ def setup_for(plan: CampaignPlan, setup: BenchSetup) -> BenchSetup:
 
 
 def make(job: Job, setup: BenchSetup, folder: Path, bags: bool, limits: Limits) -> Outcome:
-    """One run on a fresh bench, judged."""
+    """Make and judge one run on a new bench."""
     bench = fresh_bench(setup, job.measurement.run_index, job.attempt, folder, bags)
     before, after = Standstill("before the run"), Standstill("after the run")
     turn = TurnWatch()
@@ -131,7 +131,7 @@ def run_on_twin(
     jobs: int = 1,
     progress: Callable[[Conductor, Job, Outcome], None] = lambda _conductor, _job, _outcome: None,
 ) -> None:
-    """All runs of the plan that are not done; the journal and campaign.yaml grow with each."""
+    """Make all remaining runs of the plan; updates the journal and campaign.yaml after each."""
     folder.mkdir(parents=True, exist_ok=True)
     setup = setup_for(conductor.plan, setup)
     list_kept(conductor, folder)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The twin's cycles as columns of messages, topic by topic, as the nodes would have said them."""
+"""Converts the cycles of the twin to columns of messages per topic, as the nodes would publish
+them."""
 
 from __future__ import annotations
 
@@ -17,21 +18,21 @@ CHANNELS = 6
 WHOLE = (
     "plank_counts", "wheel_counts", "steer_counts", "camber_counts", "road_counts", "digital",
 )  # fmt: skip
-"""per cycle, whole numbers"""
+"""fields with one integer per cycle"""
 OF_AXIS = ("status_word", "mode_display", "position", "velocity", "torque", "error_code")
 JOINTS = ("plank", "wheel", "steer", "road_camber")
 
 
 class TopicColumns(NamedTuple):
-    """How a topic is filled."""
+    """Functions that fill the messages of a topic."""
 
     fixed: Callable[[int], Mapping[str, Any]]
-    """texts and lengths, for batches of n cycles"""
+    """batch size -> texts and lengths of the messages"""
     pick: Callable[[Cycle], Any]
-    """the sample of a cycle; None: the topic is silent"""
+    """cycle -> sample; None: the topic has no message"""
     columns: Callable[[list[Any]], Mapping[str, Any]]
     texts: Callable[[Any], Mapping[str, str]] | None = None
-    """of one sample, where they are not the same all the time"""
+    """sample -> texts, where they vary"""
 
 
 def _array(samples: Sequence[Any]) -> np.ndarray:
@@ -165,11 +166,11 @@ TOPICS: dict[str, TopicColumns] = {
         _frame(""), _inside("free_rolling"), _inside_columns
     ),
 }
-"""In the order in which messages of one stamp are written."""
+"""topics in the order in which messages of one stamp are written"""
 
 
 def table_columns(cycles: Sequence[Cycle]) -> dict[str, np.ndarray]:
-    """Columns of a measurement table (units and axes as in the table's own definition)."""
+    """Columns of a measurement table; units and axes as defined there."""
     encoders = [c.encoders for c in cycles]
     wrench = _array([c.hub.contact for c in cycles])
     out = {"time": np.array([e.stamp_ns for e in encoders]) * 1e-9}

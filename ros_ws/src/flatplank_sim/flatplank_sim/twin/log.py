@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the twin keeps of a measurement: the same bag as the recorder's, or a measurement table."""
+"""Logs of a measurement on the twin: the same bag as the recorder's, or a measurement table."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from flatplank_sim.twin.columns import TOPICS, TopicColumns, table_columns
 from flatplank_sim.twin.twin import Cycle
 
 FLUSH_EVERY = 500
-"""cycles"""
+"""cycles between flushes"""
 PRE_TRIGGER = 2.0
-"""[s], as the recorder node"""
+"""time before the trigger that is kept, as in the recorder node [s]"""
 _TYPES = {spec.name: spec.type for spec in RECORDED}
 
 
 class RunLog(Protocol):
-    """Keeps one run."""
+    """Interface of a log of one run."""
 
     def start(self, record: RunRecord, stamp_ns: int, at_once: bool = False) -> None: ...
 
@@ -37,7 +37,7 @@ class RunLog(Protocol):
 
 
 class BagLog:
-    """A rosbag2 bag per run, written as the recorder node writes it."""
+    """Log to a rosbag2 bag per run, as written by the recorder node."""
 
     def __init__(self, folder: Path) -> None:
         self._session = RecordingSession(folder, RECORDED, pre_trigger=PRE_TRIGGER)
@@ -80,7 +80,7 @@ class BagLog:
     def _by_texts(
         self, topic: str, how: TopicColumns, spoken: list[tuple[Cycle, Any]]
     ) -> Iterator[tuple[CdrLayout | None, list[tuple[Cycle, Any]]]]:
-        """Messages whose texts agree have one layout; None: the topic's own."""
+        """Group messages by their texts, with one layout each; None: the layout of the topic."""
         if how.texts is None:
             if spoken:
                 yield None, spoken
@@ -97,7 +97,7 @@ class BagLog:
 
 
 class TableLog:
-    """A measurement table per run; `suffix` chooses the format."""
+    """Log to a measurement table per run; `suffix` selects the format."""
 
     def __init__(self, folder: Path, suffix: str = ".parquet") -> None:
         folder.mkdir(parents=True, exist_ok=True)
@@ -134,7 +134,7 @@ def _period(cycles: list[Cycle]) -> int:
 
 
 def _since_trigger(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """From the motion trigger on, as the reader of bags does."""
+    """Samples from the motion trigger on, as in the reader of bags."""
     rising = np.flatnonzero(np.diff(columns["motion_trigger"]) > 0.5)
     first = int(rising[0]) + 1 if rising.size else 0
     return {name: values[first:] for name, values in columns.items()}

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The whole bench in one process without ROS: the same cores in the same order, bit for bit the
-same.
+"""The bench in one process without ROS: the same cores in the same order, with bit-identical
+results.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ CONTROLLERS: dict[str, tuple[type, type[Params]]] = {
 
 
 class TwinAxis:
-    """Drive and controller of one axis; the plank's has none."""
+    """Drive and controller of one axis; the plank has no controller."""
 
     def __init__(self, drive: AxisDrive, controller: Any = None) -> None:
         self.drive, self.controller = drive, controller
@@ -40,7 +40,7 @@ class TwinAxis:
         return self.sample is not None and self.sample.state == State.OPERATION_ENABLED
 
     def follow(self, on: bool) -> None:
-        """The controller has the axis from now on, or lets go."""
+        """Switch the controller of the axis on or off."""
         if on:
             self.controller.reset()
             self.drive.set_operation_mode("follow")
@@ -58,7 +58,7 @@ class TwinAxis:
 
 
 def make_axis(setup: BenchSetup, axis: str) -> TwinAxis:
-    """The axis as its parameter files say."""
+    """Make an axis from its parameter files."""
     drive = from_mapping(DriveParameters, setup.of(DRIVEN[axis][0]), f"{axis}_drive")
     if axis not in CONTROLLERS:
         return TwinAxis(AxisDrive(drive))
@@ -68,7 +68,7 @@ def make_axis(setup: BenchSetup, axis: str) -> TwinAxis:
 
 
 class Cycle(NamedTuple):
-    """All that one cycle (or batch) says, in the order of the topics."""
+    """Samples of one cycle or batch, in the order of the topics."""
 
     batch: tuple[BusInputs, ...]
     hub: HubSample
@@ -81,7 +81,7 @@ class Cycle(NamedTuple):
 
 
 class Twin:
-    """Plant, hub, encoders, sources and drives, stepped as the lock-stepped graph steps them."""
+    """Plant, hub, encoders, sources and drives, stepped like the ROS graph in lockstep."""
 
     def __init__(self, setup: BenchSetup) -> None:
         def make(cls: type, name: str) -> Any:
@@ -116,7 +116,7 @@ class Twin:
         self._commands: tuple[AxisCommand, ...] = ()
 
     def in_force(self) -> dict[str, dict[str, Any]]:
-        """node -> parameters as they are now."""
+        """node -> present parameters."""
         cores = {
             "measurement_hub": self.hub,
             "encoders": self.encoders,
@@ -129,7 +129,7 @@ class Twin:
         return {**found, bus.name: self.setup.of(bus)}
 
     def set_mode(self, mode: str, value: float):
-        """Operation mode of the wheel drive; the source of the mode begins anew."""
+        """Set the operation mode of the wheel drive; resets the source of the mode."""
         done = self.drive.set_operation_mode(mode, value)
         if done.accepted:
             source = self.sources.get(mode)
@@ -139,14 +139,14 @@ class Twin:
         return done
 
     def move_to(self, angle: float):
-        """Turn the wheel to an angle [rad]; the drive goes to position mode."""
+        """Turn the wheel to an angle [rad], in position mode."""
         done = self.drive.move_to(angle)
         if done.accepted:
             self.source = None
         return done
 
     def cycle(self) -> Cycle:
-        """One batch of bus cycles through the whole chain."""
+        """Make one batch of bus cycles through the whole chain."""
         plant, hub, encoders = self.plant, self.hub, self.encoders
         commands = self._commands
         batch = tuple([plant.step(commands) for _ in range(self.batch)])
@@ -162,7 +162,7 @@ class Twin:
                 reference = source.step(encoder_sample)
             inside = source.state
         if source is not self.sequencer:
-            # as the node does: requests are judged by where the plank is now
+            # as in the node: requests are checked against the present plank position
             self.sequencer.watch(encoder_sample.plank_position, encoder_sample.cycle)
         command, drive_sample = self.drive.step(inputs, encoder_sample, hub_sample, reference)
         if self.axes:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The twin as a plan sees it: does the same steps at the same cycles as the held graph."""
+"""The twin as a bench for plans: does the same steps at the same cycles as the held graph."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from flatplank_sim.twin.twin import Twin, TwinAxis
 
 
 class TwinBench:
-    """Performs plans in one process; `log` keeps what is recorded."""
+    """Performs plans in one process; `log` stores the recording."""
 
     def __init__(self, twin: Twin, log: RunLog) -> None:
         self.twin = twin
@@ -63,7 +63,7 @@ class TwinBench:
         }
 
     def perform(self, plan: Iterable[S.Step]) -> None:
-        """A whole plan; whatever happens, nothing moves at its end and the record is closed."""
+        """Perform a whole plan; in any case stop all motion and close the record at its end."""
         try:
             for step in plan:
                 self._do[type(step)](step)

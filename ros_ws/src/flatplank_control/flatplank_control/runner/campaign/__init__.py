@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A campaign: a plan becomes runs, each is judged, and a stop is no loss."""
+"""Campaigns: expand a plan to runs, judge each run, and resume after a stop."""
 
 from flatplank_control.runner.campaign.conductor import Conductor, Job, Outcome
 from flatplank_control.runner.campaign.journal import (

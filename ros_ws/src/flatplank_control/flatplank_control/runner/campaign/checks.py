@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Why a run cannot be made on this machine with this tire; asked before anything moves."""
+"""Checks, before anything moves, whether a run is possible on this machine with this tire."""
 
 from __future__ import annotations
 
@@ -17,29 +17,29 @@ from flatplank_data.limits import LIMITS
 from flatplank_data.params import ParameterError, from_mapping, nearest
 
 STEER_LIMIT = LIMITS["steer_deg"].high
-"""[deg]"""
+"""largest steering angle [deg]"""
 
 
 @dataclass(frozen=True)
 class SetUp:
-    """What of the machine, as it stands now, is in the way."""
+    """Restrictions of the present machine set-up."""
 
     blocked: tuple[tuple[float, float], ...] = ()
-    """wheel angles from .. to [deg] at which something would collide; may go through 0"""
+    """ranges of the wheel angle (from, to) [deg] with a collision; a range may include 0"""
     steer_limit: float = STEER_LIMIT
-    """[deg]"""
+    """largest steering angle of this set-up [deg]"""
 
 
 Problem = tuple[str, str]
-"""key at fault and reason"""
+"""(key at fault, reason)"""
 LEAST_ANGLE = 5.0
-"""[deg]"""
+"""smallest steering angle of a lateral stiffness run [deg]"""
 LEAST_ROAD = 0.2
-"""a slip needs at least so much road behind its start to be seen [m]"""
+"""shortest road after the start of a slip waveform [m]"""
 
 
 def refuse(m: Measurement, tire: TireEntry, set_up: SetUp) -> Iterator[Problem]:
-    """Everything that forbids a run."""
+    """All reasons against a run."""
     if m.measurement not in PLANS:
         yield "measurement", f"measurement is '{m.measurement}'{nearest(m.measurement, PLANS)}"
     yield from _of_the_tire(m, tire)
@@ -61,7 +61,7 @@ def _of_the_tire(m: Measurement, tire: TireEntry) -> Iterator[Problem]:
 
 
 def _of_the_road(m: Measurement) -> Iterator[Problem]:
-    """The waveform, from its start on, must fit on the road; a cleat must be rolled over."""
+    """Check that the waveform fits on the road after its start, and that a cleat is reached."""
     if m.measurement in DRAGGED and m.distance > 0.0 and STANDS_AT + m.distance > ROAD_LENGTH:
         left = ROAD_LENGTH - STANDS_AT
         yield "distance", f"distance of {m.distance:g} m: there are {left:g} m"
@@ -86,8 +86,8 @@ def _of_the_waveform(m: Measurement) -> Iterator[Problem]:
 
 
 def _of_the_angles(m: Measurement, set_up: SetUp) -> Iterator[Problem]:
-    """Something of the set-up stands in the way of the wheel (valve, balance weight) or of the
-    steering; a lateral stiffness comes from a road that moves across the wheel."""
+    """Check the angles against obstacles at the wheel (valve, balance weight) and the steering
+    limit; a lateral stiffness needs a steered wheel."""
     angle = m.start_angle
     given = m.start_angle_deg is None
     key, name = ("start", f"start {m.start}") if given else ("start_angle_deg", "start_angle_deg")
@@ -105,7 +105,7 @@ def _of_the_angles(m: Measurement, set_up: SetUp) -> Iterator[Problem]:
 
 
 def _of_the_profile(m: Measurement, set_up: SetUp) -> Iterator[Problem]:
-    """It must stay within what its axis can, and have shown itself before the run is over."""
+    """Check that the profile stays within the range of its axis and fits into the run."""
     profile: Any = from_mapping(PROFILES[m.profile], m.profile_parameters, "profile")  # type: ignore[type-var]
     limit = LIMITS["camber_deg"].high if m.measurement == "camber_sweep" else set_up.steer_limit
     most = math.degrees(profile.largest())
@@ -121,7 +121,7 @@ def _of_the_profile(m: Measurement, set_up: SetUp) -> Iterator[Problem]:
 
 
 def waveform_length(m: Measurement) -> float:
-    """Road that the waveform takes by its own parameters [m]; 0 when it has no end."""
+    """Length of the waveform on the road by its parameters [m]; 0 when it has no end."""
     wave = from_mapping(WAVEFORMS[m.waveform], m.slip_parameters(), f"waveform {m.waveform}")
     names = ("length", "wavelength", "distance")
     length = float(next((getattr(wave, n) for n in names if hasattr(wave, n)), 0.0))

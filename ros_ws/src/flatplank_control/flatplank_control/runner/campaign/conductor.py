@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which run comes next: r_e first, repeats of bad ones, what is left after a stop."""
+"""Decides which run is next: r_e first, repeats of bad runs, the remaining runs after a stop."""
 
 from __future__ import annotations
 
@@ -17,38 +17,38 @@ from flatplank_control.runner.measurement import Measurement
 from flatplank_data.run_record import FILE_NAME, load_record, record_from_dict
 
 R_E_HOLDS = 5e-4
-"""so far r_e may change, relative, before the slips that rest on the old one are made again: so
-exactly is slip to be kept"""
+"""largest relative change of r_e before slip runs with the old value are repeated; equals the
+accuracy required of slip [-]"""
 
 
 class Job(NamedTuple):
-    """A run to be made now."""
+    """A run to be made."""
 
     run: PlannedRun
     measurement: Measurement
-    """with its effective rolling radius"""
+    """measurement with its effective rolling radius"""
     attempt: int
-    """1, 2, ..."""
+    """number of the attempt, from 1"""
     earlier: tuple[list[float], ...]
-    """profiles of good runs of the same condition"""
+    """Fx profiles of good runs of the same condition"""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a job."""
+    """Result of a job."""
 
     file: str
     verdict: Verdict
     facts: Mapping[str, Any] = field(default_factory=dict)
-    """radius, profile, zeros, warnings, stiffness or friction of a standing tire"""
+    """radius, Fx profile, zeros, warnings, stiffness or friction of a standing tire"""
 
     def text(self) -> str:
-        """One line: the verdict and what the operator must know beside it."""
+        """One line with the verdict and warnings for the operator."""
         return "; ".join([self.verdict.text(), *self.facts.get("warnings", ())])
 
 
 class Conductor:
-    """Hands out jobs and takes their outcomes; knows no bench and no clock."""
+    """Hands out jobs and takes their outcomes; independent of bench and clock."""
 
     def __init__(self, plan: CampaignPlan, journal: Journal) -> None:
         self.plan, self.journal = plan, journal
@@ -76,8 +76,8 @@ class Conductor:
         return not self._waiting
 
     def take(self, key: str = "") -> Job | None:
-        """The next run whose r_e is known, or that of `key`; None when all that is left waits for
-        one under way."""
+        """Next run whose r_e is known, or that of `key`; None when all remaining runs wait for one
+        in progress."""
         for run in self._waiting:
             if key not in ("", run.key):
                 continue
@@ -89,7 +89,8 @@ class Conductor:
         return None
 
     def finish(self, job: Job, outcome: Outcome) -> Outcome:
-        """Write down what came of it, and give it back with what follows from it for others."""
+        """Enter the outcome into the journal; returns it with a warning when other runs must be
+        repeated."""
         final = outcome.verdict.ok or job.attempt >= self.plan.attempts
         facts = {**outcome.verdict.plain(), "verdict": outcome.text(), **outcome.facts}
         record = job.measurement.record()
@@ -103,27 +104,27 @@ class Conductor:
         return replace(outcome, facts={**outcome.facts, "warnings": warnings})
 
     def kept(self) -> list[Done]:
-        """What there is of the runs that were not left out, in the order of the plan."""
+        """Existing results of all runs that are not skipped, in the order of the plan."""
         known = (self.journal.done.get(run.key) for run in self.plan.runs)
         return [done for done in known if done and done.counts and not done.skipped]
 
     def outdated(self) -> list[PlannedRun]:
-        """Runs that are there, and whose r_e has been measured again since and is another."""
+        """Runs made with an r_e that has since been measured anew and changed."""
         return [run for run in self.plan.runs if self._outdated(run)]
 
     def give_back(self, job: Job) -> None:
-        """The run was interrupted: it will be made again."""
+        """Return the job of an interrupted run, which will be made again."""
         self._busy.discard(job.run.key)
 
     def skip(self, key: str, why: str) -> None:
-        """Leave a run out, and what depends on it."""
+        """Skip a run and those that depend on it."""
         for run in self._waiting:
             if key in (run.key, run.needs):
                 self.journal.skip(run.key, why)
                 self._busy.discard(run.key)
 
     def time_left(self, durations: Mapping[str, float]) -> float:
-        """Bench time of the rest [s], from that of each run by its key."""
+        """Bench time of the remaining runs [s], from the duration of each run by its key."""
         return math.fsum(durations[run.key] for run in self._waiting)
 
     def _ready(self, run: PlannedRun) -> bool:
@@ -157,19 +158,20 @@ class Conductor:
         return replace(m, effective_rolling_radius=self._radius(run), r_e_source=source.files[-1])
 
     def _session(self, m: Measurement) -> dict[str, Any]:
-        """With the road that the paper has seen before this run [m]."""
+        """Facts of the session, with the road that loaded tires have rolled on the paper so far
+        [m]."""
         before = m.session.get("sliding_distance", 0.0)
         return {**m.session, "sliding_distance": round(before + self.journal.travel, 3)}
 
     def _name(self, run: PlannedRun, attempt: int) -> str:
-        """Appendix F, then _r02, ...: no two runs and no two attempts share a name."""
+        """Name by Appendix F, then with _r02, ...: unique for each run and attempt."""
         base = self._names[run.key]
         same = [key for key, name in self._names.items() if name == base]
         number = 1 + same.index(run.key) + (attempt - 1) * len(same) + self.plan.first_run
         return base if number == 1 else f"{base}_r{number:02d}"
 
     def _earlier(self, run: PlannedRun) -> tuple[list[float], ...]:
-        """Other starts and repeats of the same slip at the same condition."""
+        """Fx profiles of good runs with the same slip and condition, any start or repeat."""
         same = _sameness(run.measurement)
         found = []
         for other in self.plan.runs:
@@ -185,7 +187,7 @@ def _sameness(m: Measurement) -> Measurement:
 
 
 def unwritten(folder: Path, job: Job, journal: Journal) -> Path | None:
-    """The complete bag of this very run, when the journal does not know it."""
+    """Complete bag of this run that is not in the journal, or None."""
     written = {name for done in journal.done.values() for name in done.files}
     for path in sorted(folder.glob(f"{job.measurement.name}*")):
         if path.name in written or not (path / FILE_NAME).exists():

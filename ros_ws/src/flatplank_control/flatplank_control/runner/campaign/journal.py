@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a campaign has done, line by line on disk: it goes on after a crash or the next day."""
+"""Journal of a campaign, line by line on disk; with it a campaign resumes after a crash or a
+break."""
 
 from __future__ import annotations
 
@@ -15,7 +16,7 @@ from flatplank_data.run_record import load_record
 
 SUFFIX = ".journal.jsonl"
 GAUGE = (0.3, 6.0)
-"""pressures of a tire [bar]"""
+"""range of plausible tire pressures [bar]"""
 
 
 @dataclass
@@ -23,30 +24,30 @@ class Done:
     """How a run of the plan ended."""
 
     files: list[str] = field(default_factory=list)
-    """of all attempts"""
+    """files of all attempts"""
     counts: str = ""
-    """the file that counts, of the last attempt; the old one until there is a new one"""
+    """the valid file, from the last finished attempt"""
     record: dict[str, Any] = field(default_factory=dict)
-    """what that file was made with"""
+    """run record of that file"""
     attempts: int = 0
     ok: bool = False
-    """no further attempt is wanted"""
+    """no further attempt is needed"""
     skipped: bool = False
     facts: dict[str, Any] = field(default_factory=dict)
-    """findings, radius, profile"""
+    """findings, radius, Fx profile"""
 
 
 class Journal:
-    """Append-only; each line is on the disk before the bench goes on."""
+    """Append-only journal; each line is on disk before the bench continues."""
 
     def __init__(self, path: Path, name: str, digest: str) -> None:
-        """Open or begin; ValueError when the file belongs to another plan."""
+        """Open or create a journal; ValueError when the file belongs to another plan."""
         self.path = path
         self.done: dict[str, Done] = {}
         self.interrupted: str = ""
-        """key of a run that was begun and never ended"""
+        """key of a run that was begun and not ended"""
         self.travel = 0.0
-        """road that loaded tires have gone over in runs that ended, kept or not [m]"""
+        """road that loaded tires have rolled in all ended runs, kept or not [m]"""
         lines = read_lines(path)
         if lines and lines[0].get("digest") != digest:
             raise ValueError(
@@ -68,7 +69,8 @@ class Journal:
         self, key: str, file: str, ok: bool, final: bool,
         facts: Mapping[str, Any], record: Mapping[str, Any],
     ) -> None:  # fmt: skip
-        """`final`: no further attempt follows; `record`: what the run was made with."""
+        """Enter the end of a run. `final`: no further attempt follows; `record`: fields of its run
+        record."""
         line = {"event": "end", "run": key, "file": file, "ok": ok, "final": final}
         self._write({**line, "facts": dict(facts), "record": dict(record)})
 
@@ -76,18 +78,18 @@ class Journal:
         self._write({"event": "skip", "run": key, "why": why})
 
     def again(self, key: str) -> None:
-        """The run is to be made once more; until then what there is counts."""
+        """Schedule a run once more; the existing result stays valid until then."""
         self._write({"event": "again", "run": key})
 
     def doubtful(self, key: str) -> bool:
-        """The run was skipped, or all of its attempts were flagged."""
+        """True when the run was skipped or all its attempts were flagged."""
         done = self.done.get(key)
         if done is None:
             return False
         return done.skipped or (done.ok and not done.facts.get("good", True))
 
     def finished(self, key: str) -> bool:
-        """The run needs no further attempt."""
+        """True when the run needs no further attempt."""
         return key in self.done and (self.done[key].ok or self.done[key].skipped)
 
     def _write(self, line: Mapping[str, Any]) -> None:
@@ -116,13 +118,14 @@ class Journal:
 
 
 def note(path: Path, text: str) -> None:
-    """A remark of the operator on what is under way."""
+    """Enter a remark of the operator."""
     if text.strip():
         write_line(path, {"event": "note", "text": text.strip()})
 
 
 def pressure_after(path: Path, text: str) -> str:
-    """What the gauge shows after the latest run [bar]: into the journal and that run's record.
+    """Enter the pressure measured after the latest run [bar] into the journal and that run's
+    record.
 
     Returns the name of the run; ValueError when `text` is no pressure or no run is over.
     """
@@ -145,7 +148,7 @@ def pressure_after(path: Path, text: str) -> str:
 
 
 def write_line(path: Path, line: Mapping[str, Any]) -> None:
-    """One more line, on the disk when this returns."""
+    """Append a line; it is on disk when this returns."""
     with open(path, "a", encoding="utf-8") as file:
         file.write(json.dumps(line) + "\n")
         file.flush()
@@ -153,7 +156,7 @@ def write_line(path: Path, line: Mapping[str, Any]) -> None:
 
 
 def read_lines(path: Path) -> list[dict[str, Any]]:
-    """Whole lines of a journal; a last one that a crash has torn is left out."""
+    """Complete lines of a journal; a last line truncated by a crash is ignored."""
     if not path.exists():
         return []
     lines = []
@@ -166,6 +169,6 @@ def read_lines(path: Path) -> list[dict[str, Any]]:
 
 
 def cut_torn_line(path: Path) -> None:
-    """What comes next must begin a line of its own."""
+    """Remove a truncated last line, so that the next one starts properly."""
     if path.exists():
         os.truncate(path, path.read_bytes().rfind(b"\n") + 1)

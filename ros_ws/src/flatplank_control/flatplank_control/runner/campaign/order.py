@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The order of a plan's runs: a reference run first and every N runs, r_e before what needs it."""
+"""Orders the runs of a plan: a reference run first and every N runs, r_e where it is needed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _OF_THE_CONDITION = (
     "tire", "fz", "pressure", "alpha_deg", "gamma_deg", "wheel_camber_deg",
 )  # fmt: skip
 RADIUS = "r_e."
-"""how the keys of further runs begin that give an effective rolling radius"""
+"""prefix of the keys of added runs that determine an effective rolling radius"""
 _OF_THE_DAY = (
     "serial", "operator", "session", "et_value", "adapter_thickness", "hold_load", "end_position",
 )  # fmt: skip
@@ -26,13 +26,13 @@ class PlannedRun:
     """identity within the plan, for resume"""
     measurement: Measurement
     line: int
-    """in the plan, where it comes from"""
+    """line in the plan that defines it"""
     role: str = "run"
-    """run, radius (gives r_e to others) or reference (wear)"""
+    """run, radius (determines r_e for others) or reference (wear)"""
     needs: str = ""
-    """key of the run that gives its effective rolling radius"""
+    """key of the run that determines its effective rolling radius"""
     lines: Mapping[str, int] = field(default_factory=dict, compare=False, repr=False)
-    """line of each of its keys"""
+    """key -> line in the plan"""
 
     def line_of(self, key: str) -> int:
         """Line of a key, else of the run itself."""
@@ -40,14 +40,15 @@ class PlannedRun:
 
 
 def condition(m: Measurement) -> tuple:
-    """What one effective rolling radius holds for."""
+    """Condition for which one effective rolling radius is valid."""
     return tuple(getattr(m, name) for name in _OF_THE_CONDITION)
 
 
 def with_reference(
     runs: Sequence[PlannedRun], base: PlannedRun, every: int
 ) -> Iterator[PlannedRun]:
-    """The reference run before the first and after every N runs: what the paper has lost."""
+    """Add the reference run before the first and after every N runs; it shows the wear of the
+    paper."""
     for k, run in enumerate(runs):
         if k % every == 0:
             yield replace(base, key=f"{base.key}.{k // every}")
@@ -55,13 +56,13 @@ def with_reference(
 
 
 def with_radius(runs: Iterable[PlannedRun]) -> Iterator[PlannedRun]:
-    """Before the first run of a condition that rolls by its wheel's speed comes the one that
-    gives its r_e: a free-rolling run of the plan, else a further one."""
+    """Put the run that determines r_e before the first run of a condition with a driven wheel: a
+    free-rolling run of the plan, else an added one."""
     runs = list(runs)
     makers: dict[tuple, PlannedRun] = {}
     for run in runs:
         m = run.measurement
-        # r_e of the slip control is that of a driven wheel
+        # slip control needs the r_e of a driven wheel
         if m.measurement == "free_rolling" and m.flexplates and run.role == "run":
             makers.setdefault(condition(m), run)
     made: set[str] = set()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A campaign plan: YAML with lists, expanded to measurements that are checked one by one."""
+"""Campaign plans: YAML with lists, expanded to measurements that are checked one by one."""
 
 from __future__ import annotations
 
@@ -42,41 +42,41 @@ SESSION: dict[str, tuple[float, float] | None] = {
     "rim": None,
     "notes": None,
 }
-"""fact of the session that a run record keeps beside its own fields -> its range; none: text"""
+"""further fact of the session in a run record -> its range; None: text"""
 NOT_OF_A_BLOCK = {
     **dict.fromkeys(("tire", "serial", "operator", "session"), "write it once, at the top"),
     **dict.fromkeys(("name", "run_index"), "leave it out: the run gets its own"),
     "repeat": "give repeats",
 }
-"""field of a measurement that no block may have -> what to do"""
+"""field of a measurement that is not allowed in a block -> remedy"""
 OF_A_RUN = frozenset(f.name for f in fields(Measurement)) - frozenset(NOT_OF_A_BLOCK)
 OF_A_BLOCK = OF_A_RUN | {"repeats"}
 _LIMITS = tuple(f.name for f in fields(Limits))
 RADIUS_RUN = "the run that gives r_e (a free_rolling block of yours takes its place): "
 MOST_REPEATS = 1000
 _WHOLE = ("waveform_parameters", "profile_parameters")
-"""keys whose value is no list of alternatives"""
+"""keys whose list value is no list of alternatives"""
 
 
 @dataclass(frozen=True)
 class CampaignPlan:
-    """An expanded plan, in the order in which it is made."""
+    """An expanded plan, with its runs in order of execution."""
 
     name: str
     where: str
     digest: str
-    """of the text: what a resume must find again"""
+    """digest of the text; must be the same at a resume"""
     tire: TireEntry
     runs: tuple[PlannedRun, ...]
     attempts: int = 2
-    """a run that fails its quality is made at most so often"""
+    """largest number of attempts for a run that fails its quality limits"""
     quality: Limits = field(default_factory=Limits)
     first_run: int = 0
-    """runs that its folder had before: the order of the runs and their names go on from there"""
+    """number of earlier runs in the folder; run numbers and names continue from there"""
 
 
 class PlanError(ValueError):
-    """All that is wrong with a plan, one line each."""
+    """Faults of a plan, one line each."""
 
     def __init__(self, problems: Sequence[str]) -> None:
         super().__init__("\n".join(problems))
@@ -84,12 +84,12 @@ class PlanError(ValueError):
 
 
 def is_campaign(data: Any) -> bool:
-    """Whether YAML data is a campaign plan, not a single measurement."""
+    """True when YAML data is a campaign plan, false for a single measurement."""
     return isinstance(data, Mapping) and data.get("format") == FORMAT
 
 
 def load_plan(path: str | Path) -> CampaignPlan:
-    """The plan of a file; PlanError names file, line and reason."""
+    """Read the plan in a file; PlanError names file, line and reason."""
     try:
         text = read_text(path)
     except ValueError as error:
@@ -98,7 +98,7 @@ def load_plan(path: str | Path) -> CampaignPlan:
 
 
 def plan_from_text(text: str, where: str) -> CampaignPlan:
-    """The plan of a text; PlanError lists every line that cannot be done."""
+    """Read the plan in a text; PlanError lists every wrong line."""
     try:
         data = load(text, where)
     except ValueError as error:
@@ -107,7 +107,7 @@ def plan_from_text(text: str, where: str) -> CampaignPlan:
 
 
 class _Builder:
-    """Reads, expands, orders; collects problems instead of stopping at the first."""
+    """Reads, expands and orders a plan; collects problems instead of stopping at the first."""
 
     def __init__(self, data: Any, where: str, digest: str) -> None:
         if not isinstance(data, Located) or data.get("format") != FORMAT:
@@ -166,7 +166,7 @@ class _Builder:
         )
 
     def _about(self, tire: TireEntry) -> dict[str, Any]:
-        """What is the same in every run, and what holds when a block says nothing."""
+        """Values of all runs, and defaults for values missing in a block."""
         data, read = self.data, self.read
         session = read.section(data, "session", SESSION)
         facts = {
@@ -248,7 +248,7 @@ class _Builder:
     def _reference(
         self, spec: Located, about: dict[str, Any], common: Located
     ) -> PlannedRun | None:
-        """As the plan's runs where it says nothing else; of a list in `common` the first value."""
+        """Reference run; missing values are those of `common`, from a list the first one."""
         same = {k: v[0] if isinstance(v, list) and v else v for k, v in common.items()}
         values = {k: v for k, v in {**same, **spec}.items() if k in OF_A_RUN}
         line, lines = self.data.line_of("reference"), common.lines | spec.lines

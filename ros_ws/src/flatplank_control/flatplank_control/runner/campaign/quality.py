@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the samples of a run tell: is it good, stiffness and friction of a standing tire."""
+"""Evaluates the samples of a run: its quality, and stiffness and friction of a standing tire."""
 
 from __future__ import annotations
 
@@ -15,42 +15,42 @@ from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.moves import SPEED
 
 BRAKING = 0.02
-"""road before its end on which a plank that was stopped by hand brakes [m]"""
+"""braking distance of a plank that was stopped by hand [m]"""
 BEGINS = 0.3
-"""the tire rolls freely from here on [m]"""
+"""plank position from which the tire rolls freely [m]"""
 LEAST_TURN = 0.6
-"""turns of the wheel from which an amplitude is determined"""
+"""smallest wheel angle for an amplitude [turns]"""
 LOADED = 300.0
-"""more than the spurious force of an unloaded wheel [N]"""
+"""a tire is loaded above this Fz, which exceeds the spurious force of an unloaded wheel [N]"""
 GRID = np.arange(0.0, 4.15, 0.05)
-"""where runs are compared [m]"""
+"""plank positions at which runs are compared [m]"""
 Columns = Mapping[str, np.ndarray]
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What is still good; a plan may set its own under `quality`."""
+    """Quality limits of a run; a plan may set its own under `quality`."""
 
     settling: float = 120.0
     """change of Fx over the last 0.2 m before the step [N]"""
     load_error: float = 0.06
-    """mean Fz against the wanted load, before the step"""
+    """mean Fz before the step against the set load, relative [-]"""
     load_drift: float = 0.06
-    """Fz at the end against Fz at the beginning"""
+    """Fz at the end against Fz at the beginning, relative [-]"""
     speed_error: float = 0.01
-    """mean speed of the plank against 0.03092 m/s"""
+    """mean speed of the plank against 0.03092 m/s, relative [-]"""
     once_per_turn: float = 150.0
-    """amplitude of Fz over a turn of the wheel [N]"""
+    """once-per-turn amplitude of Fz [N]"""
     plateau: float = 0.25
-    """road without an answer after the step [m]"""
+    """road after the step without a response of Fx [m]"""
     repeatability: float = 200.0
-    """rms of Fx against the mean of earlier runs of the condition [N]"""
+    """rms difference of Fx from the mean of earlier runs of the condition [N]"""
     force_error: float = 0.05
-    """free rolling: mean Fx over the last 1.5 m, at most, against 50 N"""
+    """free rolling: mean Fx over the last 1.5 m (or less) against 50 N, relative [-]"""
 
 
 class Finding(NamedTuple):
-    """One answer."""
+    """Value of one quality criterion, with its limit."""
 
     name: str
     value: float
@@ -63,20 +63,20 @@ class Finding(NamedTuple):
 
 @dataclass(frozen=True)
 class Verdict:
-    """What is thought of a run."""
+    """Quality verdict on a run."""
 
     findings: tuple[Finding, ...]
     ended: float = math.nan
-    """where the operator ended the run [m]; NaN: it came to its end"""
+    """position where the operator ended the run [m]; NaN: complete run"""
     left_out: tuple[str, ...] = ()
-    """questions to whose road it did not come"""
+    """criteria that need more road than the run has"""
 
     @property
     def ok(self) -> bool:
         return all(f.ok for f in self.findings)
 
     def text(self) -> str:
-        """One line: good, or what is wrong; what could not be asked."""
+        """One line: good or what is wrong, and the criteria that could not be evaluated."""
         bad = [f"{f.name} {f.value:.3g} (limit {f.limit:g})" for f in self.findings if not f.ok]
         parts = bad or ["good"]
         if self.ended == self.ended:
@@ -86,7 +86,7 @@ class Verdict:
         return "; ".join(parts)
 
     def plain(self) -> dict[str, Any]:
-        """For the journal."""
+        """Plain values for the journal."""
         found = {f.name: round(float(f.value), 6) for f in self.findings}
         ended = {"ended": round(self.ended, 3)} if self.ended == self.ended else {}
         return {"findings": found, "not_asked": list(self.left_out), **ended}
@@ -102,24 +102,24 @@ def _mean(values: np.ndarray) -> float:
 
 
 def settling(c: Columns, m: Measurement, end: float) -> float:
-    """Fx must not be on its way any more when the step comes."""
+    """Change of Fx before the step: it must have settled."""
     late = _mean(_between(c, "fx", m.step_position - 0.05, m.step_position))
     return late - _mean(_between(c, "fx", m.step_position - 0.25, m.step_position - 0.2))
 
 
 def load_error(c: Columns, m: Measurement, end: float) -> float:
-    """A set load that was not there."""
+    """Deviation of Fz from the set load."""
     first = min(m.step_position, end) if m.measurement == "slip" else end
     return _mean(_between(c, "fz", 0.02, first)) / m.fz - 1.0
 
 
 def load_drift(c: Columns, m: Measurement, end: float) -> float:
-    """The axle sinks, or the tire loses air."""
+    """Change of Fz over the run: the axle sinks, or the tire loses air."""
     return _mean(_between(c, "fz", end - 0.5, end)) / _mean(_between(c, "fz", 0.02, 0.52)) - 1.0
 
 
 def speed_error(c: Columns, m: Measurement, end: float) -> float:
-    """The switch stood wrong, or the plank's drive slips."""
+    """Deviation of the plank speed: wrong switch position, or a slipping plank drive."""
     return _mean(_between(c, "plank_velocity", BEGINS, end)) / SPEED - 1.0
 
 
@@ -128,7 +128,7 @@ def _turns_from(m: Measurement) -> float:
 
 
 def once_per_turn(c: Columns, m: Measurement, end: float) -> float:
-    """Amplitude of Fz over the wheel angle: preloaded shaft, run-out."""
+    """Once-per-turn amplitude of Fz: shaft preload, run-out."""
     x, angle, fz = (
         _between(c, name, _turns_from(m), end) for name in ("plank_position", "wheel_angle", "fz")
     )
@@ -136,7 +136,7 @@ def once_per_turn(c: Columns, m: Measurement, end: float) -> float:
 
 
 def plateau(c: Columns, m: Measurement, end: float) -> float:
-    """Road behind the step until Fx has gone a tenth of its way."""
+    """Road after the step until Fx has reached a tenth of its change."""
     if abs(m.kappa) < 1e-6 or m.waveform != "step":
         return 0.0
     before = _mean(_between(c, "fx", m.step_position - 0.05, m.step_position))
@@ -148,7 +148,7 @@ def plateau(c: Columns, m: Measurement, end: float) -> float:
 
 
 def force_error(c: Columns, m: Measurement, end: float) -> float:
-    """The controller did not hold its 50 N."""
+    """Deviation of Fx from the 50 N of the free-rolling controller."""
     return _mean(_between(c, "fx", max(BEGINS, end - 1.5), end)) / 50.0 - 1.0
 
 
@@ -158,12 +158,12 @@ def _a_turn(m: Measurement) -> float:
 
 
 class Question(NamedTuple):
-    """What is asked of a run, and how far the run must have come for that."""
+    """A quality criterion, and the plank position that a run must reach for it."""
 
     ask: Callable[[Columns, Measurement, float], float]
-    """(samples, measurement, end of the road that was seen [m]) -> value"""
+    """(samples, measurement, end of the measured road [m]) -> value"""
     needs: Callable[[Measurement], float]
-    """position of the plank [m]"""
+    """measurement -> required position of the plank [m]"""
 
 
 _ALWAYS = (
@@ -180,11 +180,11 @@ QUESTIONS: dict[str, tuple[Question, ...]] = {
     ),
     "free_rolling": (*_ALWAYS, Question(force_error, lambda _m: BEGINS + 0.5)),
 }
-"""kind of measurement -> what is asked; others are not judged"""
+"""kind of measurement -> criteria; other kinds are not judged"""
 
 
 def profile(c: Columns) -> list[float]:
-    """Fx on the grid [N], small enough for the journal."""
+    """Mean Fx around the points of `GRID` [N], small enough for the journal."""
     x, fx = c["plank_position"], c["fx"]
     edges = np.append(GRID, GRID[-1] + 0.05) - 0.025
     number, _ = np.histogram(x, edges)
@@ -194,13 +194,13 @@ def profile(c: Columns) -> list[float]:
 
 
 def travel(c: Columns) -> float:
-    """Road that the loaded tire has gone over [m]."""
+    """Road that the loaded tire has rolled [m]."""
     under_load = c["plank_position"][c["fz"] > LOADED]
     return float(np.ptp(under_load)) if under_load.size else 0.0
 
 
 def repeatability(own: Sequence[float], earlier: Sequence[Sequence[float]]) -> float:
-    """rms difference [N] from the mean of earlier runs, over the road that all have seen."""
+    """rms difference [N] from the mean of earlier runs, over the road common to all."""
     others = np.array(earlier, float)
     mean = np.where(np.isnan(others).any(axis=0), np.nan, others.sum(axis=0) / len(others))
     difference = np.array(own, float) - mean
@@ -215,8 +215,8 @@ def judge(
     earlier: Sequence[Sequence[float]] = (),
     enough: bool = False,
 ) -> Verdict:
-    """The verdict on one run. `earlier`: profiles of runs of the same condition; `enough`: the
-    operator ended it, so that it is judged up to there."""
+    """The verdict on one run. `earlier`: Fx profiles of runs of the same condition; `enough`: the
+    operator ended the run, so it is judged up to its end."""
     bounds = asdict(limits)
     questions = QUESTIONS.get(m.measurement, ())
     farthest = float(columns["plank_position"].max()) if enough else math.nan
@@ -234,11 +234,11 @@ def judge(
 
 
 SHARE = (0.05, 0.2)
-"""of Fz: tangential forces in which a tire that hardly slides is linear"""
+"""range of tangential force over Fz in which the tire is linear [-]"""
 VERTICAL = (0.35, 0.95)
-"""of the largest Fz: above the play of the supports (thesis G.2)"""
+"""range of Fz over its maximum, above the play of the supports (thesis G.2) [-]"""
 SLID = 0.5
-"""of the way of a locked wheel, behind which it slides"""
+"""part of the travel after which a locked wheel slides [-]"""
 
 
 def slope(x: np.ndarray, y: np.ndarray) -> float:
@@ -249,7 +249,7 @@ def slope(x: np.ndarray, y: np.ndarray) -> float:
 
 
 def vertical(c: Columns, _m: Measurement) -> dict[str, float]:
-    """C_z [N/m], mean of loading and unloading, and the difference between them."""
+    """C_z [N/m], the mean of loading and unloading, and their difference."""
     radius, fz = c["loaded_radius"], c["fz"]
     top = int(np.argmax(fz))
     largest = float(fz[top])
@@ -262,7 +262,7 @@ def vertical(c: Columns, _m: Measurement) -> dict[str, float]:
 
 
 def _tangential(c: Columns, force: np.ndarray, sense: float) -> float:
-    """Slope [N/m] of a force over the road's travel times `sense`, before the tire slides."""
+    """Slope [N/m] of a force over the road's travel times `sense`, in the linear range."""
     size = np.hypot(c["fx"], c["fy"])
     fz = float(np.mean(c["fz"]))
     rest = c["plank_velocity"] == 0.0
@@ -277,7 +277,7 @@ def _tangential(c: Columns, force: np.ndarray, sense: float) -> float:
 
 
 def longitudinal(c: Columns, m: Measurement) -> dict[str, float]:
-    """C_x [N/m]: the road goes forward under a wheel that stands, so the force brakes."""
+    """C_x [N/m]: the road moves forward under a held wheel, so the force is a braking one."""
     return {"stiffness": _tangential(c, c["fx"], math.cos(math.radians(m.alpha_deg)))}
 
 
@@ -287,7 +287,7 @@ def lateral(c: Columns, m: Measurement) -> dict[str, float]:
 
 
 def friction(c: Columns, _m: Measurement) -> dict[str, float]:
-    """Mean friction of the sliding locked wheel, and its peak."""
+    """Mean friction coefficient of the sliding locked wheel, and the peak of the whole run."""
     x = c["plank_position"]
     mu = np.hypot(c["fx"], c["fy"]) / c["fz"]
     sliding = x > x[0] + SLID * (x[-1] - x[0])
@@ -300,4 +300,4 @@ EVALUATIONS: dict[str, Callable[[Columns, Measurement], dict[str, float]]] = {
     "stiffness_lateral": lateral,
     "locked_wheel": friction,
 }
-"""kind of measurement -> what its run tells [SI]"""
+"""kind of measurement -> evaluation of its run [SI]"""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads a plan's YAML and gathers what is wrong with it: file, line, what, what to do."""
+"""Reads the YAML of a plan and collects its faults: file, line, what, what to do."""
 
 from __future__ import annotations
 
@@ -61,14 +61,14 @@ _NONE: Hints = {}
 
 
 class Reading:
-    """Every reader gives what the plan says, or its default when that is refused."""
+    """Each method returns the value in the plan, or the default when the value is refused."""
 
     def __init__(self, where: str) -> None:
         self.where = where
         self.problems: list[str] = []
 
     def say(self, line: int, text: str) -> None:
-        """One problem; the same words are said once."""
+        """Add a problem; the same text is added once."""
         problem = f"{self.where}:{line}: {text}"
         if problem not in self.problems:
             self.problems.append(problem)
@@ -76,7 +76,7 @@ class Reading:
     def keys(
         self, data: Located, known: Collection[str], prefix: str = "", not_here: Hints = _NONE
     ) -> None:
-        """`not_here`: key that belongs elsewhere -> what to do with it."""
+        """Check the keys; `not_here`: key that belongs elsewhere -> remedy."""
         for key in data:
             if key in not_here:
                 self.say(data.line_of(key), f"{prefix}{key} does not belong here; {not_here[key]}")
@@ -86,7 +86,7 @@ class Reading:
     def section(
         self, data: Located, key: str, known: Collection[str], not_here: Hints = _NONE
     ) -> Located:
-        """A mapping with known keys; empty when the plan has none."""
+        """A mapping with known keys; empty when the plan lacks it."""
         value = data.get(key)
         if isinstance(value, Located):
             self.keys(value, known, f"{key}: ", not_here)
@@ -96,7 +96,7 @@ class Reading:
         return Located()
 
     def choice(self, data: Located, key: str, allowed: Sequence[str]) -> str:
-        """The first one is the default."""
+        """One of `allowed`; the first is the default."""
         value = data.get(key, allowed[0])
         if value in allowed:
             return str(value)
@@ -111,7 +111,7 @@ class Reading:
         return default
 
     def number(self, data: Located, key: str, default: float, span: Span) -> float:
-        """Within `span`."""
+        """A number within `span`."""
         value = data.get(key, default)
         if is_number(value) and span[0] <= value <= span[1]:
             return float(value)
@@ -126,7 +126,7 @@ class Reading:
         return 1.0
 
     def text(self, data: Located, key: str, default: str = "") -> str:
-        """A number stands for its digits."""
+        """A text; a number is read as its digits."""
         value = data.get(key, default)
         if isinstance(value, str) or is_number(value):
             return str(value)
@@ -134,7 +134,7 @@ class Reading:
         return default
 
     def spans(self, data: Located, key: str) -> tuple[Span, ...]:
-        """Pairs of numbers."""
+        """A list of pairs of numbers."""
         value = data.get(key, [])
         if isinstance(value, list) and all(_is_pair(v) for v in value):
             return tuple((float(low), float(high)) for low, high in value)
@@ -146,7 +146,7 @@ class Reading:
 
 
 def is_number(value: Any) -> bool:
-    """Finite, and no truth value."""
+    """True for a finite number that is no bool."""
     number = isinstance(value, (int, float)) and not isinstance(value, bool)
     return number and abs(value) <= sys.float_info.max
 
@@ -156,5 +156,5 @@ def _is_pair(value: Any) -> bool:
 
 
 def plain(value: Any) -> Any:
-    """Without the lines."""
+    """Plain values, without line numbers."""
     return dict(value) if isinstance(value, Located) else value

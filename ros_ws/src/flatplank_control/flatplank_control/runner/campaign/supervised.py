@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A run as a campaign makes it: the hub is looked at unloaded before and after."""
+"""Plan of a run in a campaign: the zero of the unloaded hub is checked before and after."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from flatplank_control.runner.plans import plan_of
 
 LOOKS = 20
 MAX_NOISE = 60.0
-"""standard deviation of a force at rest [N]"""
+"""largest standard deviation of a force at rest [N]"""
 
 
 class Standstill:
-    """A condition for Wait that collects looks until it knows; refuses a bad bench."""
+    """Condition for Wait that collects samples at rest; PlanFailed when the bench is faulty."""
 
     def __init__(self, when: str) -> None:
         self.when = when
@@ -50,11 +50,11 @@ class Standstill:
 
     @property
     def zero(self) -> tuple[float, float]:
-        """Mean Fx and Fz [N]; NaN before the first look."""
+        """Mean Fx and Fz [N]; NaN without samples."""
         return _mean(self.fx), _mean(self.fz)
 
     def facts(self) -> dict[str, float]:
-        """For the journal."""
+        """Zeros and noise for the journal."""
         fx, fz = self.zero
         noise = _spread(self.fz)
         return {"zero_fx": round(fx, 2), "zero_fz": round(fz, 2), "noise": round(noise, 2)}
@@ -70,21 +70,21 @@ def _spread(values: list[float]) -> float:
 
 
 LEAST_TURN = 2.0 * math.pi / 3.0
-"""[rad]"""
+"""smallest turn for a once-per-turn amplitude [rad]"""
 FEWEST = 12
-"""samples"""
+"""smallest number of samples for it"""
 
 
 class TurnWatch:
-    """Looks at the unloaded wheel on the way to its start; `left` [N] is NaN when it turned too
-    little to tell."""
+    """Watches the unloaded wheel while it turns to its start; `left` [N] is its once-per-turn
+    force, NaN when it turns too little."""
 
     def __init__(self) -> None:
         self.filter_on = False
         self._rows: list[tuple[float, float, float]] = []
 
     def watching(self, until: Callable[[S.Snapshot], bool]) -> Callable[[S.Snapshot], bool]:
-        """The same condition, with a look at every sample."""
+        """The same condition, which also collects every sample."""
 
         def check(s: S.Snapshot) -> bool:
             self.filter_on = s.hub.filter_on
@@ -100,18 +100,18 @@ class TurnWatch:
         angle, fx, fz = np.array(self._rows).T
         if np.ptp(angle) < LEAST_TURN:
             return math.nan
-        # a part of a turn: no drift beside the sine
+        # a partial turn: fit no drift beside the sine
         return float(turning_amplitude(angle, np.column_stack([fx, fz])).max())
 
 
 LOOK = 60.0
-"""[s]"""
+"""time-out of a check at rest [s]"""
 
 
 def supervised(
     m: Measurement, before: Standstill, after: Standstill, turn: TurnWatch | None = None
 ) -> Plan:
-    """The plan of a measurement with both looks; `turn` sees the unloaded wheel on its way."""
+    """Plan of a measurement with both checks; `turn` watches the unloaded wheel."""
     turning = False
     for step in plan_of(m):
         if turn is not None and turning and isinstance(step, S.Wait):
@@ -120,7 +120,7 @@ def supervised(
         if isinstance(step, S.Manual) and step.quantity == "load":
             yield from _look(before)
             yield S.Quick(QUICK)
-            # the wheel stands at this angle: the spurious force of the preloaded shaft is known
+            # the spurious force of the preloaded shaft is known at this wheel angle
             step = replace(step, zero=before.zero[1])
         yield step
     yield S.Enable(False)

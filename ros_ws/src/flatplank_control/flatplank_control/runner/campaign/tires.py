@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The tires that a plan may name: what they stand, and what the simulated plant calls them."""
+"""The tires that a plan may name: their limits, and their names in the simulated plant."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from flatplank_hw.share import config_file
 
 FILE = "tires.yaml"
 OF_THE_RECORD = ("free_radius", "nominal_load", "nominal_pressure")
-"""keys of an entry without a record"""
+"""keys that an entry without `record` must have"""
 
 
 @dataclass(frozen=True)
@@ -28,30 +28,30 @@ class TireEntry:
     """name of the simulated tire; empty: none"""
     record: TireRecord
     max_load: float
-    """[N]"""
+    """largest load [N]"""
     pressure_range: tuple[float, float]
-    """[bar]"""
+    """lowest and highest pressure [bar]"""
     effective_rolling_radius: float = math.nan
-    """at nominal load and pressure [m]; NaN: not known"""
+    """at nominal load and pressure [m]; NaN: unknown"""
 
     @property
     def free_radius(self) -> float:
-        """[m]"""
+        """Free radius r_0 [m]."""
         return self.record.free_radius
 
     @property
     def nominal_load(self) -> float:
-        """F_z0 [N]"""
+        """Nominal load F_z0 [N]."""
         return self.record.nominal_load
 
     @property
     def nominal_pressure(self) -> float:
-        """p_0 [bar]"""
+        """Nominal pressure p_0 [bar]."""
         return self.record.nominal_pressure
 
 
 def known_tires(more: Path | None = None) -> dict[str, TireEntry]:
-    """Tires of the packaged list, then those of a lab's own file in the same form."""
+    """Tires of the packaged list and of a file of the lab in the same format."""
     packaged = config_file("flatplank_control", FILE)
     if packaged is None:
         raise ValueError(f"{FILE}: not found; build the workspace")
@@ -60,7 +60,7 @@ def known_tires(more: Path | None = None) -> dict[str, TireEntry]:
 
 
 def tire_on(plant: str) -> TireEntry | None:
-    """The tire that the simulated plant has under this name."""
+    """The tire with this name in the simulated plant."""
     return next((t for t in known_tires().values() if t.plant == plant), None)
 
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makers' device descriptions (ESI, ETG.2000) and configured lines (ENI, ETG.2100) into the bus
-file."""
+"""Imports device descriptions (ESI, ETG.2000) and network configurations (ENI, ETG.2100) into the
+bus file."""
 
 from flatplank_hw.ethercat.esi.elements import EsiDevice, EsiError
 from flatplank_hw.ethercat.esi.merge import merge_device, slave_from_device

@@ -27,7 +27,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
 
 
 def run(options: argparse.Namespace) -> str:
-    """The list of devices, or the text of the new bus file."""
+    """Return the list of devices, or the text of the new bus file."""
     devices = read_esi(options.file)
     if not options.bus:
         return "\n".join(
@@ -42,7 +42,7 @@ def run(options: argparse.Namespace) -> str:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Exit code 2 and one line when it cannot be done."""
+    """Run the command; on failure print one line and return exit code 2."""
     options = parse(arguments)
     try:
         text = run(options)
@@ -59,7 +59,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _check(text: str) -> None:
-    """What is written must be readable."""
+    """Check that the written bus file can be read."""
     import yaml
 
     parse_bus(yaml.safe_load(text), "new bus file")

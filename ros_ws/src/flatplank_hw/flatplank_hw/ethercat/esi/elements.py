@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What ESI and ENI files have in common: numbers, PDOs, start-up commands, and a device."""
+"""Elements common to ESI and ENI files: numbers, PDOs, start-up commands, and a device."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ _TYPES = {
     "UINT24": "uint24",
 }
 ASSIGNMENTS = (0x1C12, 0x1C13)
-"""objects that say which PDOs there are"""
+"""objects with the PDO assignment"""
 _BY_BITS = {1: "bool", 8: "uint8", 16: "uint16", 24: "uint24", 32: "uint32", 64: "uint64"}
 
 
 class EsiError(ValueError):
-    """A device description that cannot be used: one line."""
+    """A device description that cannot be used, described in one line."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class EsiDevice:
 
 
 def number(text: str | None, where: str) -> int:
-    """'#x1A00', '0x1A00' or decimal."""
+    """Parse '#x1A00', '0x1A00' or a decimal number."""
     try:
         return int((text or "").strip().replace("#x", "0x"), 0)
     except ValueError:
@@ -90,12 +90,12 @@ def _entry(node: ElementTree.Element, where: str) -> Entry:
 
 
 def is_mapping(index: int) -> bool:
-    """Whether an object says what is in a PDO."""
+    """True for a PDO mapping object."""
     return 0x1600 <= index < 0x1800 or 0x1A00 <= index < 0x1C00
 
 
 def start_commands(commands: Iterable[ElementTree.Element], where: str) -> tuple[SdoValue, ...]:
-    """Start-up commands of the step from PREOP to SAFEOP."""
+    """Start-up commands of the transition from PREOP to SAFEOP."""
     values = []
     for command in commands:
         if "PS" not in [t.text for t in command.iterfind("Transition")]:

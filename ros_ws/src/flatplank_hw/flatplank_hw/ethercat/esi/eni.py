@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An ENI file (ETG.2100), what a configuration tool makes for a master: the slaves of one bus."""
+"""Reads an ENI file (ETG.2100), the bus configuration that a configuration tool writes for a
+master."""
 
 from __future__ import annotations
 
@@ -78,7 +79,7 @@ def _sync_managers(data: ElementTree.Element, where: str) -> SyncManagers | None
 
 
 def _pdos(data: ElementTree.Element, kind: str, where: str) -> Iterator[Pdo]:
-    """Assigned are those that a sync manager lists; without any list those that name one."""
+    """PDOs; those listed by a sync manager are assigned, without any list those that name one."""
     listed = {number(p.text, where) for m in _managers(data) for p in m.iterfind("Pdo")}
     for node in data.iterfind(kind):
         found = pdo(node, where)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A device description into the bus file: identity and PDOs from the maker, channels from us."""
+"""Merges a device description into the bus file: identity and PDOs of the maker, our channels."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ CIA402 = {
     0x6077: "torque",
     0x603F: "error_code",
 }
-"""objects of CiA 402 and what they are to an axis"""
+"""object of CiA 402 -> channel of an axis"""
 TORQUES = (0x6071, 0x6077)
 PER_THOUSAND = 1000.0
 
@@ -30,9 +30,9 @@ PER_THOUSAND = 1000.0
 def slave_from_device(
     device: EsiDevice, name: str, kind: str, axis: str = "", rated_torque_nm: float = 0.0
 ) -> Slave:
-    """A slave of the bus file; with an axis its CiA 402 objects get their channels.
+    """A new slave for the bus file; with `axis` its CiA 402 objects get the channels of the axis.
 
-    Torques are in thousandths of the rated torque [N m], so that one must be given for them.
+    Torques are in thousandths of the rated torque, so `rated_torque_nm` is needed for them.
     """
     channels = _cia402(axis, rated_torque_nm) if axis else {}
     return Slave(
@@ -56,8 +56,8 @@ def slave_from_device(
 def merge_device(
     bus: BusFile, name: str, device: EsiDevice, rated_torque_nm: float = 0.0
 ) -> BusFile:
-    """The bus with the identity and the PDOs of one slave replaced; its channels stay where their
-    objects are. Channels that would be lost are an error."""
+    """The bus with identity and PDOs of one slave replaced; channels stay with their objects.
+    Raises an error when a channel would be lost."""
     names = [s.name for s in bus.slaves]
     if name not in names:
         raise EsiError(f"no slave '{name}' in the bus file{nearest(name, names)}")
@@ -89,7 +89,8 @@ def _cia402(axis: str, rated_torque_nm: float) -> dict[int, Entry]:
 
 
 def _named(pdos: tuple[Pdo, ...], channels: dict[int, Entry], echo: bool) -> tuple[Pdo, ...]:
-    """Channels on their first assigned place; the first whole padding byte carries the echo."""
+    """PDOs with each channel at its first assigned object; the first padding byte carries the
+    echo."""
     used: set[str] = set()
     out = []
     for pdo in pdos:

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An ESI file (XML), or an ENI file, to its devices: identity, sync managers, PDOs, start-up
-commands."""
+"""Reads devices of an ESI or ENI file (XML): identity, sync managers, PDOs, start-up commands."""
 
 from __future__ import annotations
 
@@ -15,7 +14,7 @@ from flatplank_hw.ethercat.esi.eni import config_devices
 
 
 def read_esi(path: str | Path) -> list[EsiDevice]:
-    """All devices of a file, in its order."""
+    """All devices of a file, in file order."""
     path = Path(path)
     try:
         text = path.read_bytes()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The bus process; started by `BusClient`, which holds the other ends of the sockets."""
+"""The bus process; `BusClient` starts it and holds the other ends of its sockets."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
 
 
 def make(options: argparse.Namespace, link: ParentLink, lock: InterfaceLock) -> BusLoop:
-    """Everything up to OP; BusError or BusFileError when it cannot be."""
+    """Bring the bus to OP; BusError or BusFileError on failure."""
     bus = read_bus_file(options.bus)
     if options.rate:
         bus = replace(bus, rate_hz=options.rate)
@@ -63,7 +63,7 @@ def make(options: argparse.Namespace, link: ParentLink, lock: InterfaceLock) -> 
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Tell the parent 'ready' or 'failed', cycle, stop."""
+    """Report 'ready' or 'failed' to the parent, cycle until told to end, stop."""
     options = parse(arguments)
     link = ParentLink(options.data_fd, options.control_fd)
     lock = InterfaceLock(options.interface)
@@ -81,7 +81,7 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         loop.run()
     except Exception as error:
-        # the watchdogs stop the axes; whoever listens shall know why
+        # the watchdogs stop the axes; report the reason to the parent
         link.tell({"event": "crashed", "reason": f"{type(error).__name__}: {error}"})
         raise
     finally:

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The node's side of the bus: starts the bus process, takes images, gives commands, asks
-questions.
+"""Client of the bus process: starts it, receives images, sends commands and requests.
 
-When the bus process is silent or dead, images go on with the last values and health LOST, so that
-everybody's safety rules act.
+When the bus process is silent or dead, the client makes images with the last values and health
+LOST, so that the safety rules of all nodes act.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ from flatplank_hw.ethercat.reader import read_bus_file
 from flatplank_hw.process import environment
 
 SILENCE_S = 0.05
-"""without an image for so long the client makes its own, with health LOST [s]"""
+"""after this time without an image the client makes its own, with health LOST [s]"""
 _NO_AXIS = AxisInputs(0, 0, 0, 0, 0, 0)
 _NOTHING = BusInputs(
     0, 0, (0.0,) * 6, 0.0, 0, 0, 0, 0, 0, 0, int(Health.LOST), (_NO_AXIS,) * len(AXES)
@@ -36,7 +35,7 @@ _NOTHING = BusInputs(
 
 
 class BusClient:
-    """One bus process and the way to it. Images are for one thread; requests may come from any."""
+    """One bus process and its sockets. One thread reads images; any thread may make requests."""
 
     def __init__(
         self,
@@ -81,7 +80,7 @@ class BusClient:
         self._last = _NOTHING
         self._last_wall = 0.0
         self.invented = 0
-        """images made here because none came"""
+        """number of images made by the client because none came"""
 
     # --- life ------------------------------------------------------------------------------
 
@@ -109,7 +108,7 @@ class BusClient:
         self._last_wall = time.monotonic()
 
     def stop(self, timeout: float = 3.0) -> None:
-        """Stop the axes and the bus; the process is gone afterwards."""
+        """Stop the axes and the bus, and end the process."""
         if self.process is None:
             return
         self._tell({"do": "stop", "id": 0})
@@ -132,7 +131,7 @@ class BusClient:
 
     @property
     def alive(self) -> bool:
-        """Whether the bus process runs."""
+        """True while the bus process runs."""
         return self.process is not None and self.process.poll() is None
 
     def __enter__(self) -> BusClient:
@@ -145,7 +144,7 @@ class BusClient:
     # --- cycle -----------------------------------------------------------------------------
 
     def fileno(self) -> int:
-        """Readable when an image is there."""
+        """File descriptor that is readable when an image has arrived."""
         return self._data.fileno()
 
     def poll(self, timeout: float = SILENCE_S) -> list[BusInputs]:
@@ -168,7 +167,7 @@ class BusClient:
         return [self._invent(now)]
 
     def send(self, command: AxisCommand) -> None:
-        """A command in answer to an image; what the bus process cannot take is lost."""
+        """Send a command in answer to an image; it is lost when the bus process cannot take it."""
         try:
             self._data.send(link.pack_command(command))
         except OSError:
@@ -190,9 +189,9 @@ class BusClient:
         return found
 
     def _invent(self, now: float) -> BusInputs:
-        """As many cycles on as the wall says; the bus process will count likewise.
+        """Make an image with the cycle number by the wall clock, as the bus process will count.
 
-        With `slip` it does not, so there the images count one by one.
+        With `slip` the bus process does not count so, and each image gets the next number.
         """
         self.invented += 1
         gone = max(round((now - self._last_wall) * self.rate_hz), 1) if not self._slip else 1
@@ -206,7 +205,7 @@ class BusClient:
     # --- requests --------------------------------------------------------------------------
 
     def sdo_read(self, slave: str, index: int, subindex: int = 0, timeout: float = 1.0) -> bytes:
-        """Object of a slave; LookupError with the reason (abort text, no answer)."""
+        """Read an object of a slave; LookupError with the reason (abort text, no answer)."""
         answer = self._ask(timeout, do="sdo_read", slave=slave, index=index, subindex=subindex)
         return bytes.fromhex(answer["data"])
 
@@ -256,7 +255,7 @@ class BusClient:
             self._on_event(message)
 
     def events(self) -> None:
-        """Hand out events that have come; call now and then."""
+        """Pass received events to `on_event`; call this now and then."""
         if self._lock.acquire(blocking=False):
             try:
                 self._drain_events(0.0)
@@ -272,7 +271,7 @@ class BusClient:
     def _await_ready(self, timeout: float) -> None:
         end = time.monotonic() + timeout
         while time.monotonic() < end:
-            # asked first: what the process said before its end is still read
+            # check this first: messages sent before the end of the process are still read
             code = self.process.poll() if self.process is not None else None
             message = self._receive(0.05)
             if message is not None and message.get("event") == "ready":

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The last word before the wire: no command passes that would move a bench that is not well.
+"""Bus guard: the last check before commands are sent; a bench with a fault gets no command to
+move.
 
-A stop is latched. It is lifted only by the rising edge of the fault reset bit once its cause is
-gone; until then the axis shows the state FAULT with the error code of the cause, as a drive would.
+A stop is latched. Only a rising edge of the fault reset bit clears it, once its cause is gone.
+Until then the axis shows the state FAULT with the error code of the cause, like a drive.
 """
 
 from __future__ import annotations
@@ -24,12 +25,11 @@ from flatplank_hw.cia402 import (
 )
 
 BRAKING_S = 0.25
-"""quick stop for so long, then the voltage is taken away [s]"""
+"""duration of the quick stop before the voltage is disabled [s]"""
 
 
 class Cause(IntEnum):
-    """Why an axis is held; the value is its error code (CiA 402, manufacturer's part for our
-    own)."""
+    """Why an axis is held; the value is an error code of CiA 402 or its manufacturer range."""
 
     NONE = 0x0000
     BUS = 0x7500
@@ -38,10 +38,10 @@ class Cause(IntEnum):
     LIMIT_SWITCH = 0xFF02
 
 
-# status (masked) -> words (masked) that would bring the drive nearer to motion
+# status (masked) -> control words (masked) that bring the drive closer to motion
 _UPWARD = {
     STATUS[State.SWITCH_ON_DISABLED]: (SHUTDOWN, SWITCH_ON, ENABLE_OPERATION),
-    # the same with the quick stop bit, which says nothing in this state
+    # the same with the quick stop bit, which has no meaning in this state
     STATUS[State.SWITCH_ON_DISABLED] | 0x20: (SHUTDOWN, SWITCH_ON, ENABLE_OPERATION),
     STATUS[State.READY_TO_SWITCH_ON]: (SWITCH_ON, ENABLE_OPERATION),
     STATUS[State.SWITCHED_ON]: (ENABLE_OPERATION,),
@@ -51,19 +51,20 @@ _LIMITS = {
     AXES.index("wheel"): Digital.LIMIT_FRONT,
     AXES.index("plank"): Digital.LIMIT_FRONT | Digital.LIMIT_REAR,
 }
-"""switches whose closing stops an axis; an open way back is left, so only the edge counts"""
+"""limit switches that stop an axis; only the closing edge counts, so that the axis can move back
+"""
 
 
 class Guard:
-    """One per bus; a step per cycle."""
+    """Guard of one bus; call `step` once per cycle."""
 
     def __init__(self, rate_hz: int, timeout_ms: int) -> None:
         self.timeout = max(timeout_ms * rate_hz // 1000, 1)
-        """oldest command that is obeyed [cycles]"""
+        """largest age of a command that is sent [cycles]"""
         self.braking = round(BRAKING_S * rate_hz)
         self.latched: dict[int, Cause] = {}
         self.stops: dict[str, int] = {}
-        """how often each cause has stopped something"""
+        """cause -> number of stops"""
         self._since: dict[int, int] = {}
         self._reset_seen: dict[int, bool] = {}
         self._digital = ~0
@@ -71,8 +72,7 @@ class Guard:
     def step(
         self, cycle: int, commands: dict[int, AxisCommand], inputs: BusInputs | None, health: int
     ) -> list[AxisCommand]:
-        """Commands as they may go out in `cycle`; inputs and health are those of the last
-        cycle."""
+        """Commands that may be sent in `cycle`; inputs and health are those of the last cycle."""
         common = self._common(inputs, health)
         digital = inputs.digital if inputs is not None else self._digital
         closed, self._digital = digital & ~self._digital, digital
@@ -139,7 +139,7 @@ class Guard:
 
 
 def _wants_motion(status: int, word: int) -> bool:
-    """Whether the drive is energised or the command would bring it nearer to that."""
+    """True when the drive is energised or the command brings it closer to that."""
     return status in _ENERGISED or word & 0x0F in _UPWARD.get(status, ())
 
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Health of the bus, and which step to take when it is not well. Pure: what was seen and the time
-go in, a verdict and a step come out.
+"""Judges the health of the bus and chooses the recovery step. Pure functions of the observed
+cycles and the time.
 
-Recovery: tolerate, reopen the socket, acknowledge to OP, recover and reconfigure, scan everything
-anew. The axes are stopped before anything beyond the socket is touched.
+Order of recovery: tolerate, reopen the socket, acknowledge to OP, recover and reconfigure, scan
+the whole bus. The axes are stopped before any step after reopening the socket.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from typing import NamedTuple
 from flatplank_hw.bus.image import Health
 
 TOLERATED = 2
-"""so many bad cycles in a row are only counted"""
+"""bad cycles in a row that are only counted"""
 
 
 class Seen(NamedTuple):
-    """One cycle on the wire."""
+    """Observation of one cycle on the wire."""
 
     arrived: bool
     counter: int
@@ -28,7 +28,7 @@ class Seen(NamedTuple):
 
 
 class SlaveState(NamedTuple):
-    """AL state of one slave as last read; state 0: no answer."""
+    """AL state of one slave as last read; state 0 means no answer."""
 
     name: str
     state: int
@@ -41,7 +41,7 @@ OPERATIONAL = 8
 
 @dataclass
 class HealthMonitor:
-    """Keeps count and judges."""
+    """Counts good and bad cycles and judges the health of the bus."""
 
     expected: int
     sent: int = 0
@@ -51,15 +51,15 @@ class HealthMonitor:
     stale: int = 0
     in_a_row: int = 0
     faulty: tuple[SlaveState, ...] = ()
-    """slaves that were not in OP when last looked at"""
+    """slaves that were not in OP at the last check"""
     link: str = ""
-    """what is wrong with the interface itself, when last looked at"""
+    """fault of the interface at the last check; empty: none"""
     reason: str = ""
     history: dict[str, int] = field(default_factory=dict)
-    """cycles spent in each health"""
+    """health -> number of cycles"""
 
     def observe(self, seen: Seen) -> Health:
-        """Verdict on one cycle."""
+        """Health after one more cycle."""
         self.sent += 1
         good = seen.arrived and seen.counter == self.expected
         if seen.arrived:
@@ -74,12 +74,12 @@ class HealthMonitor:
         return verdict
 
     def states(self, states: tuple[SlaveState, ...]) -> None:
-        """AL states were read."""
+        """Register the AL states of the slaves."""
         self.faulty = tuple(s for s in states if s.state != OPERATIONAL)
 
     @property
     def suspicious(self) -> bool:
-        """Worth looking at the AL states now."""
+        """True when the AL states should be read now."""
         return self.in_a_row > 0
 
     def _verdict(self, seen: Seen) -> Health:
@@ -111,7 +111,7 @@ _STATES = {0: "no answer", 1: "INIT", 2: "PREOP", 3: "BOOT", 4: "SAFEOP", 8: "OP
 
 
 def describe(states: tuple[SlaveState, ...]) -> str:
-    """Slaves with their states and codes, for people."""
+    """Text with slaves, their states and codes."""
     parts = []
     for s in states:
         text = _STATES.get(s.state & 0x0F, hex(s.state))
@@ -122,18 +122,18 @@ def describe(states: tuple[SlaveState, ...]) -> str:
 
 
 SETTLE_S = 0.3
-"""time for the axes to stop before slaves are touched [s]"""
+"""time for the axes to stop before slaves are reconfigured [s]"""
 EFFECT_TIMEOUT_S = 0.25
-"""time for a step to show its effect [s]"""
+"""time to wait for the effect of a step [s]"""
 BACKOFF_S = 1.0
-"""between full scans [s]"""
+"""time between full scans [s]"""
 REOPEN_S = 0.02
-"""between two new sockets [s]"""
+"""time between two reopenings of the socket [s]"""
 ADDRESSED, SAFEOP = 0x0F, 4
 
 
 class RecoveryStep(IntEnum):
-    """Steps of the recovery."""
+    """Steps of the recovery, in increasing order of intervention."""
 
     NONE = 0
     REOPEN = 1
@@ -143,11 +143,11 @@ class RecoveryStep(IntEnum):
 
 
 class RecoveryPolicy:
-    """Climbs while the bus is bad; steps down as soon as it is good."""
+    """Takes stronger steps while the bus is bad; starts over once it is good."""
 
     def __init__(self) -> None:
         self.taken: dict[str, int] = {}
-        """how often each step was taken"""
+        """step -> number of times taken"""
         self._bad_since: float | None = None
         self._last = -1e9
         self._step = RecoveryStep.NONE
@@ -155,8 +155,8 @@ class RecoveryPolicy:
     def step(
         self, now: float, health: Health, states: tuple[int, ...], silent: bool = False
     ) -> RecoveryStep:
-        """now [s]; states: AL state of every slave that is not in OP (0: no answer); silent: no
-        process data come back at all."""
+        """Step to take at time `now` [s]. states: AL state of each slave that is not in OP (0: no
+        answer); silent: no process data are received at all."""
         if health in (Health.OK, Health.DEGRADED):
             self._bad_since, self._step = None, RecoveryStep.NONE
             return RecoveryStep.NONE

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bytes of the slaves to `BusInputs`, `AxisCommand`s to bytes; compiled once from the bus file."""
+"""Converts bytes of the slaves to `BusInputs` and `AxisCommand`s to bytes, by the bus file."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from flatplank_hw.ethercat.reader import BusFileError
 
 @dataclass(frozen=True)
 class BitPlace:
-    """Where the bits of one slave lie.
+    """Position of the bits of one slave in the process image.
 
-    Slaves with less than a byte share bytes of the logical image, and pysoem hands out the whole
-    byte. SOEM packs them one behind the other; a slave of eight bits or more starts a new byte.
+    Slaves with less than a byte share bytes of the logical image, and pysoem returns the whole
+    byte. SOEM packs them one after the other; a slave with eight bits or more starts a new byte.
     """
 
     shift: int = 0
@@ -30,13 +30,13 @@ class BitPlace:
     """number of the shared byte"""
 
     def take(self, data: bytes) -> bytes:
-        """The slave's own bits."""
+        """The bits of this slave alone."""
         if not self.bits or not data:
             return data
         return bytes([data[0] >> self.shift & ((1 << self.bits) - 1)])
 
     def put(self, data: bytes, shared: dict[int, int]) -> bytes:
-        """The whole byte, with the bits of the slaves before it in the same byte."""
+        """The whole byte; `shared` has the bits of earlier slaves in it."""
         if not self.bits:
             return data
         shared[self.group] = shared.get(self.group, 0) | data[0] << self.shift
@@ -44,7 +44,7 @@ class BitPlace:
 
 
 def place_bits(lengths: list[int]) -> list[BitPlace]:
-    """Places for slaves with so many bits in one direction."""
+    """Positions for slaves of the given lengths [bit] in one direction."""
     places, position, group = [], 0, 0
     for number, bits in enumerate(lengths):
         if bits >= 8 or bits == 0:
@@ -65,14 +65,14 @@ def place_bits(lengths: list[int]) -> list[BitPlace]:
 
 
 class Counter:
-    """Follows an encoder counter that wraps at its own width; 32 bits pass through as int32."""
+    """Extends an encoder counter that wraps at its own width; 32 bits pass through as int32."""
 
     def __init__(self, bits: int) -> None:
         self._bits = bits
         self._value: int | None = None
 
     def see(self, raw: int) -> int:
-        """Next raw value; a step of less than half the range is taken as the way it went."""
+        """Extended count for the next raw value; assumes a step of less than half the range."""
         if self._bits >= 32:
             return wrapped(raw)
         if self._value is None:
@@ -97,7 +97,7 @@ class _Row:
 
 
 class InputImage:
-    """Input bytes of all slaves to one image of the bench."""
+    """Converts the input bytes of all slaves to one image of the bench."""
 
     def __init__(self, bus: BusFile) -> None:
         places = place_bits([s.input_bits for s in bus.slaves])
@@ -118,7 +118,7 @@ class InputImage:
         self._axes = [_axis(found, name) for name in AXES]
 
     def decode(self, data: Sequence[bytes], cycle: int, stamp_ns: int, health: int) -> BusInputs:
-        """data: input bytes per slave, in the order of the bus file."""
+        """One cycle of inputs; data: input bytes per slave, in the order of the bus file."""
         flat: list[int] = [0]
         for row in self.rows:
             flat += row.layout.unpack(row.place.take(data[row.slave]))
@@ -147,7 +147,7 @@ class InputImage:
 
 
 class OutputImage:
-    """Commands to output bytes, with the echo of the cycle in a padding byte."""
+    """Converts commands to output bytes, with the echo of the cycle in a padding byte."""
 
     def __init__(self, bus: BusFile) -> None:
         places = place_bits([s.output_bits for s in bus.slaves])
@@ -168,7 +168,8 @@ class OutputImage:
     def encode(
         self, commands: Sequence[AxisCommand], digital_outputs: int, echo: int
     ) -> list[tuple[int, bytes]]:
-        """(slave, output bytes) for every slave with outputs; values are limited to their type."""
+        """(slave, output bytes) for each slave with outputs; values are limited to the range of
+        their type."""
         flat = [0, echo & 0xFF, digital_outputs] + [0] * (_WORDS * len(AXES))
         for c in commands:
             at = _AXES + _WORDS * c.axis
@@ -218,7 +219,7 @@ def expected_counter(bus: BusFile) -> int:
 
 
 def _scaled(found: tuple[int, Entry] | None) -> tuple[int, float]:
-    """Place and volts per count; place -1 is the zero in front of the flat list."""
+    """Index and volts per count; index -1 means the zero of a missing channel."""
     if found is None:
         return -1, 0.0
     position, entry = found

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks before the first cycle: the interface, the permission, that nobody else is on the wire,
-and that the slaves are those of the bus file."""
+"""Checks before the first cycle: interface, permission, no second master, and slaves as in the bus
+file."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from flatplank_hw.ethercat.busfile import BusFile
 
 
 class BusError(ValueError):
-    """The bus cannot be used: one line that says what, where and what to do."""
+    """The bus cannot be used; one line states what, where and what to do."""
 
 
 NAME_LIMIT = 15
@@ -26,7 +26,7 @@ IFF_UP, IFF_RUNNING = 0x01, 0x40
 
 
 def check_interface(name: str) -> None:
-    """A longer name crashes the library below; a missing one only gives 'could not open'."""
+    """Check the name: a long one crashes SOEM, and a missing one gives only 'could not open'."""
     if not name:
         raise BusError("no interface given; 'ip link' lists what there is")
     if len(name.encode()) > NAME_LIMIT:
@@ -39,7 +39,7 @@ def check_interface(name: str) -> None:
 
 
 def link_trouble(name: str) -> str:
-    """Why nothing can come from an interface by itself; empty when its link is up."""
+    """Why an interface cannot receive; empty when its link is up."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as control:
         raw = fcntl.ioctl(control, SIOCGIFFLAGS, name.encode().ljust(16, b"\0") + bytes(24))
     flags = int.from_bytes(raw[16:18], sys.byteorder)
@@ -49,7 +49,7 @@ def link_trouble(name: str) -> str:
 
 
 def check_permission() -> None:
-    """Raw sockets need CAP_NET_RAW."""
+    """Check for CAP_NET_RAW, which raw sockets need."""
     try:
         socket.socket(socket.AF_PACKET, socket.SOCK_RAW, socket.htons(ETHERCAT)).close()
     except PermissionError:
@@ -71,7 +71,7 @@ class InterfaceLock:
         self._file: int | None = None
 
     def acquire(self) -> None:
-        """Take the lock, or say who has it."""
+        """Take the lock; BusError names the process that has it."""
         try:
             handle = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
         except OSError as error:
@@ -93,7 +93,7 @@ class InterfaceLock:
         self._file = handle
 
     def release(self) -> None:
-        """Give the lock back; the file stays, as removing it would race with the next owner."""
+        """Release the lock; the file stays, as removing it would race with the next owner."""
         if self._file is not None:
             os.close(self._file)
             self._file = None
@@ -104,7 +104,7 @@ Found = tuple[str, int, int, int]
 
 
 def check_identities(bus: BusFile, found: Sequence[Found], interface: str) -> None:
-    """Refuse a bus that is not the one of the file, and say where it differs first."""
+    """Refuse a bus that differs from the bus file, and name the first difference."""
     if not found:
         raise BusError(
             f"no slaves on '{interface}'; check the cable, the power of the slaves,"

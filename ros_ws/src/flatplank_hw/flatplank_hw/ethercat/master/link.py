@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The two sockets between the bus process and its client, and the end of the bus process.
+"""The two sockets between the bus process and its client, as the bus process uses them.
 
 Data: packed tuples, one per message. Requests and events: JSON.
 """
@@ -23,7 +23,7 @@ MAX_MESSAGE = 65536
 
 
 def pack_inputs(inputs: BusInputs) -> bytes:
-    """One cycle for the client."""
+    """Pack one cycle for the client."""
     flat: list[float] = [inputs.cycle, inputs.stamp_ns, *inputs.bridge_volts, *inputs[3:11]]
     for axis in inputs.axes:
         flat += axis
@@ -39,7 +39,7 @@ def unpack_inputs(data: bytes) -> BusInputs:
 
 
 def pack_command(command: AxisCommand) -> bytes:
-    """One command for the bus process."""
+    """Pack one command for the bus process."""
     return _COMMAND.pack(*command)
 
 
@@ -48,8 +48,8 @@ def unpack_command(data: bytes) -> AxisCommand:
 
 
 class ParentLink:
-    """Commands in, images out, requests and events; never blocks. A closed socket means that the
-    parent is gone."""
+    """Receives commands and requests, sends images and events; never blocks. A closed socket means
+    that the parent has ended."""
 
     def __init__(self, data_fd: int, control_fd: int) -> None:
         self._data = socket.socket(fileno=data_fd)
@@ -58,28 +58,28 @@ class ParentLink:
         self._control.setblocking(False)
         self.parent_gone = False
         self.unread = 0
-        """images that the parent was too slow to take"""
+        """images dropped because the parent was too slow"""
 
     def commands(self) -> list[AxisCommand]:
-        """What came since the last look, oldest first."""
+        """Commands received since the last call, oldest first."""
         return [unpack_command(data) for data in self._drain(self._data)]
 
     def await_commands(self, seconds: float) -> list[AxisCommand]:
-        """Likewise, but waits for one, at most so long [s]."""
+        """Like `commands`, but waits for one, at most `seconds` [s]."""
         if seconds > 0.0 and not self.parent_gone:
             select.select([self._data], [], [], seconds)
         return self.commands()
 
     def requests(self) -> list[dict[str, Any]]:
-        """Requests since the last look."""
+        """Requests received since the last call."""
         return [json.loads(data) for data in self._drain(self._control)]
 
     def publish(self, inputs: BusInputs) -> None:
-        """One image; dropped and counted when the parent does not read."""
+        """Send one image; it is dropped and counted when the parent does not read."""
         self._send(self._data, pack_inputs(inputs))
 
     def tell(self, message: dict[str, Any]) -> None:
-        """An answer or an event."""
+        """Send an answer or an event."""
         self._send(self._control, json.dumps(message).encode())
 
     def _send(self, target: socket.socket, data: bytes) -> None:

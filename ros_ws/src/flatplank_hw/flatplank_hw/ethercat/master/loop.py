@@ -19,30 +19,30 @@ from flatplank_hw.ethercat.master.sdo import SdoQueue
 from flatplank_hw.ethercat.master.soem import SoemBus
 
 STATE_POLL = 10
-"""AL states are read every so many cycles, and at once when something looks wrong"""
+"""cycles between readings of the AL states; they are also read when a fault is suspected"""
 MAILBOX_POLL_S = 0.008
-"""one mailbox is looked into so often, in turn [s]"""
+"""time between checks of one mailbox; the mailboxes take turns [s]"""
 SILENT = 25
-"""cycles without an answer after which the wire counts as silent"""
+"""the wire counts as silent after this many cycles without an answer"""
 LINK_POLL = 5
-"""on a silent wire the interface itself is looked at every so many cycles"""
+"""cycles between checks of the interface on a silent wire"""
 STOP_S = 0.4
-"""longest time that the axes get to stop before the bus is taken down [s]"""
+"""longest wait for the axes to stop before the bus is shut down [s]"""
 TURNING = 2000
-"""motor speed over which an axis counts as turning [counts/s]"""
+"""an axis turns above this motor speed [counts/s]"""
 
 
 class Timing(NamedTuple):
-    """How the loop treats time; the defaults are for a real bus."""
+    """Timing options of the loop; the defaults are for a real bus."""
 
     slip: bool = False
     """after a stall the cycle numbers go on without a gap"""
     reply_timeout_s: float = 0.0
     """a later answer is lost; 0: 2 ms, at most 0.6 of the period [s]"""
     patience_s: float = 0.0
-    """a cycle waits at most so long for the nodes' answer to the last one; 0: never [s]"""
+    """longest wait of a cycle for the nodes' answer to the last one; 0: no wait [s]"""
     batch: int = 1
-    """the nodes answer the last of so many cycles"""
+    """the nodes answer the last of this many cycles"""
 
 
 class Emergency(NamedTuple):
@@ -55,7 +55,7 @@ class Emergency(NamedTuple):
 
 
 class BusLoop:
-    """Everything of one running bus."""
+    """One running bus."""
 
     def __init__(
         self, bus: BusFile, soem: SoemBus, link: ParentLink, scheduling: str, timing: Timing
@@ -91,20 +91,20 @@ class BusLoop:
         soem.emergency = self._emergency
 
     def start(self) -> None:
-        """Bring the bus to OP; BusError when it cannot be."""
+        """Bring the bus to OP; BusError on failure."""
         self.soem.scan()
         self.soem.configure()
         self.soem.to_op(self.outputs.encode((), 0, 0))
         self.clock = CycleClock(self.bus.period_ns, time.perf_counter_ns(), self.timing.slip)
 
     def run(self) -> None:
-        """Cycle until told to stop or the parent is gone; then stop the axes."""
+        """Cycle until told to stop or the parent has ended; then stop the axes."""
         while self.running and not self.link.parent_gone:
             self.turn()
         self._stop_axes()
 
     def turn(self) -> None:
-        """One cycle, and what it leaves time for."""
+        """One cycle, and housekeeping in the remaining time."""
         waited = self.waiting.waited_ns
         commands = self.waiting.hold(
             self.clock.cycle + 1,
@@ -142,7 +142,7 @@ class BusLoop:
         self._decode(cycle, self.soem.inputs() if good or self.inputs is None else None)
 
     def _decode(self, cycle: int, data: list[bytes] | None) -> None:
-        """New inputs, or the last good ones with a new number and the present health."""
+        """New inputs, or the last good ones with the new cycle number and the present health."""
         stamp = cycle * self.bus.period_ns
         if data is not None and len(data) == len(self._blank):
             self.inputs = self.decoder.decode(data, cycle, stamp, int(self.health))
@@ -154,7 +154,8 @@ class BusLoop:
             )
 
     def _housekeeping(self, cycle: int) -> None:
-        """One thing per cycle: states when in doubt, else in turn states, mailboxes, SDOs."""
+        """One task per cycle: AL states when a fault is suspected, else states, mailboxes or SDOs
+        in turn."""
         for request in self.link.requests():
             self._serve(request)
         bad = self.health not in (Health.OK, Health.DEGRADED)
@@ -173,8 +174,8 @@ class BusLoop:
             self.recovery.step(time.monotonic(), self.health, ())
 
     def _look_at_states(self, cycle: int) -> bool:
-        """After a stall, and often when something is wrong, but seldom on a silent wire, where
-        each look costs 10 ms."""
+        """True when the AL states are due: after a stall, and often during a fault; seldom on a
+        silent wire, where reading takes 10 ms."""
         if self.clock.missed != self._missed:
             self._missed = self.clock.missed
             return True
@@ -219,7 +220,7 @@ class BusLoop:
             self.link.tell({"id": request["id"], "ok": False, "reason": f"unknown '{word}'"})
 
     def report(self) -> dict[str, Any]:
-        """All that diagnostics show."""
+        """Data for the diagnostics."""
         m = self.monitor
         return {
             "health": self.health.name,
@@ -252,7 +253,7 @@ class BusLoop:
         self.link.tell({"event": "emergency", "slave": slave, "code": code, "register": register})
 
     def _stop_axes(self) -> None:
-        """Quick stop, wait until nothing turns, then let the voltage go."""
+        """Quick stop, wait until no axis turns, then disable the voltage."""
         self.guard.hold_all(self.clock.cycle, Cause.STALE_COMMAND)
         until = self.clock.cycle + round(STOP_S * self.bus.rate_hz)
         while self.clock.cycle < until and self._turning():

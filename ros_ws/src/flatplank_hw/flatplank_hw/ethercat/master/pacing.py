@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""When the next cycle is due, whose answer it waits for, and which commands hold in it."""
+"""Decides when the next cycle starts, which answers it waits for, and which commands apply."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from flatplank_hw.bus.image import AxisCommand
 from flatplank_hw.cia402 import FAULT_RESET
 
 CATCH_UP = 5
-"""so many late cycles are made up for; more are given up and counted"""
+"""late cycles that are made up for; more are dropped and counted"""
 
 
 class CycleClock:
     """Cycle n is due at start + n * period; a number is never used twice.
 
-    After a stall the numbers jump with the wall clock, as the machine has gone on. With `slip`
-    they go on without a gap instead: right for an emulated bench, which stalls together with the
+    After a stall the numbers jump with the wall clock, because the machine kept moving. With
+    `slip` they continue without a gap, for an emulated bench, which stalls together with the
     master.
     """
 
@@ -27,14 +27,14 @@ class CycleClock:
         self.start = start_ns
         self.cycle = 0
         self.missed = 0
-        """cycles that were given up"""
+        """cycles that were dropped"""
 
     def due(self) -> int:
         """Wall time of the next cycle [ns]."""
         return self.start + (self.cycle + 1) * self.period
 
     def excuse(self, waited_ns: int) -> None:
-        """Time in which the bus has waited for its nodes: nothing is late because of it."""
+        """Shift the schedule by the time that the bus has waited for its nodes."""
         self.start += waited_ns
 
     def advance(self, now_ns: int) -> int:
@@ -51,42 +51,41 @@ class CycleClock:
 
 
 LOOK_S = 0.05
-"""so often a wait looks whether the bus shall end [s]"""
+"""a wait checks at this interval whether the bus is to end [s]"""
 SHORTEST_NS = 10_000_000
-"""the wait for somebody who is silent cycle after cycle [ns]"""
+"""shortest wait for nodes that stay silent [ns]"""
 SHARE = 0.5
-"""of a cycle that the nodes' answers may take; after a later one the cycle becomes longer"""
+"""share of a cycle for the nodes' answers; a later answer makes the cycle longer [-]"""
 
 
 class Waiting:
     """For an emulated bus: the next cycle waits until the nodes have answered the last one.
 
-    An emulated bus shares its computer with the nodes and with other work. A machine would stop
-    in a stall of the nodes; an emulated one stalls together with them, as long as they live. A
-    node that is silent for too long is waited for no more until it answers again. On a computer
-    that is too slow for the nodes, bench time goes slower by itself, and recorder, panel and
-    clients, which only listen and go behind the nodes, have their share of the computer.
+    An emulated bus shares its computer with the nodes. When the nodes stall, a real machine would
+    stop; the emulated bus stalls with them instead. It stops waiting for a node that is silent for
+    too long, until that node answers again. On a slow computer bench time runs slower, so that
+    recorder, panel and clients, which have lower priority, get computing time.
     """
 
     def __init__(self, patience_s: float, batch: int = 1) -> None:
-        """patience_s: longest wait for another answer, 0: none; batch: the last of so many cycles
-        is answered."""
+        """patience_s: longest wait for a further answer, 0: none; batch: the nodes answer the last
+        of this many cycles."""
         self.patience_s = patience_s
         self.batch = batch
         self.waited_ns = 0
-        """wall time by which late answers have made cycles longer than the period [ns]"""
+        """wall time that late answers have added to the cycles [ns]"""
         self.given_up = 0
         """waits that ended without an answer"""
         self._limit_ns = self._longest_ns = round(patience_s * 1e9)
         self._answered: dict[int, int] = {}
 
     def note(self, commands: Iterable[AxisCommand]) -> None:
-        """Commands that have come."""
+        """Register commands that have arrived."""
         for command in commands:
             self._answered[command.axis] = command.cycle
 
     def lacking(self, cycle: int) -> list[int]:
-        """Axes whose answer `cycle`, the next one, must wait for."""
+        """Axes for whose answer `cycle`, the next one, must wait."""
         return [axis for axis, last in self._answered.items() if last < cycle - self.batch]
 
     def hold(
@@ -135,7 +134,8 @@ class Waiting:
         take: Callable[[float], list[AxisCommand]],
         go_on: Callable[[], bool],
     ) -> int:
-        """Add to `found` what comes until nobody lacks any more; the start that this allows."""
+        """Add commands to `found` until all axes have answered; returns when the cycle may start
+        [ns]."""
         now = time.perf_counter_ns()
         end = max(now, due_ns) + self._limit_ns
         while go_on() and self.lacking(cycle) and now < end:
@@ -144,7 +144,7 @@ class Waiting:
             found += more
             now = time.perf_counter_ns()
             if more:
-                # somebody catches up, and shall
+                # a node catches up: give it the full time
                 end = max(now, due_ns) + self._limit_ns
         silent = self.lacking(cycle) if go_on() else []
         self._conclude(silent)
@@ -153,8 +153,8 @@ class Waiting:
         return begun_ns + round(min(now - begun_ns, self._longest_ns) / SHARE)
 
     def _conclude(self, silent: list[int]) -> None:
-        """Who is silent cycle after cycle is waited for ever shorter, so that bench time goes on
-        and the rules on old commands act."""
+        """Shorten the wait for nodes that stay silent, so that bench time goes on and the rules on
+        stale commands act."""
         self.given_up += len(silent)
         for axis in silent:
             del self._answered[axis]
@@ -169,8 +169,8 @@ def _sleep_until(then_ns: int) -> None:
 
 
 class Inbox:
-    """Commands that arrived since the last cycle: the newest counts, but no fault reset gets lost.
-    It acts by its edge, and in a burst it would be overwritten before any drive saw it."""
+    """Commands that arrived since the last cycle: the newest applies, but no fault reset is lost.
+    A reset acts by its edge, which a newer command would overwrite before a drive sees it."""
 
     def __init__(self) -> None:
         self.current: dict[int, AxisCommand] = {}
@@ -178,7 +178,7 @@ class Inbox:
         self._later: dict[int, AxisCommand] = {}
 
     def take(self, commands: Iterable[AxisCommand]) -> dict[int, AxisCommand]:
-        """What holds in this cycle."""
+        """Commands that apply in this cycle."""
         waiting, self._later = self._later, {}
         shown: set[int] = set()
         for command in (*waiting.values(), *commands):

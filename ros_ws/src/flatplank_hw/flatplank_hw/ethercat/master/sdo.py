@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""SDOs: requests of the client, at most one per cycle and in order; and in PREOP a slave's
-configuration, its SDOs, then mapping and assignment of its PDOs."""
+"""SDO requests of the client, at most one per cycle and in order. Also configures a slave in
+PREOP: its SDOs, then mapping and assignment of its PDOs."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ QUEUE = 64
 
 
 class SdoQueue:
-    """Keeps SDO requests until the cycle has time for one."""
+    """Queue of SDO requests; the cycle serves one when it has time."""
 
     def __init__(self, bus: BusFile, answer: Callable[[dict[str, Any]], None]) -> None:
         self._names = [s.name for s in bus.slaves]
@@ -39,7 +39,7 @@ class SdoQueue:
             self._waiting.append(request)
 
     def serve(self, transport: SoemBus) -> bool:
-        """Do one; whether there was one."""
+        """Serve one request; false when there is none."""
         if not self._waiting:
             return False
         request = self._waiting.popleft()
@@ -62,7 +62,7 @@ class SdoQueue:
 
 
 def write_configuration(target: pysoem.CdefSlave, slave: Slave) -> None:
-    """Everything that the bus file wants written at start."""
+    """Write all start values of the bus file."""
     for sdo in slave.sdos:
         target.sdo_write(sdo.index, sdo.subindex, encode_value(sdo.kind, sdo.value))
     if slave.write_mapping:
@@ -83,7 +83,7 @@ def encode_value(kind: str, value: int | str) -> bytes:
 
 
 def _write_list(target: pysoem.CdefSlave, index: int, items: list[int], size: int) -> None:
-    """Empty, fill, then make valid by its count."""
+    """Write a list: set its count to 0, write the items, then set the count."""
     target.sdo_write(index, 0, b"\0")
     for position, item in enumerate(items, 1):
         target.sdo_write(index, position, item.to_bytes(size, "little"))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""pysoem with its pitfalls taken care of: one object per bus, used by one thread only."""
+"""Wraps pysoem safely: one object per bus, used by one thread only."""
 
 from __future__ import annotations
 
@@ -18,15 +18,16 @@ from flatplank_hw.ethercat.master.interface import BusError, check_identities
 from flatplank_hw.ethercat.master.sdo import write_configuration
 
 SDO_TIMEOUT_US = 20_000
-"""an unanswered SDO stops the cycle for so long; the library's 700 ms would trip every watchdog"""
+"""SDO time-out in OP; the cycle stops meanwhile, and the default of 700 ms would trip all
+watchdogs"""
 START_SDO_TIMEOUT_US = 700_000
-"""before OP nothing suffers from a slow slave"""
+"""SDO time-out before OP, where a slow slave does no harm"""
 WATCHDOG_DIVIDER_NS = 100_000
 STATES = {"INIT": 1, "PREOP": 2, "SAFEOP": 4, "OP": 8}
 
 
 class Exchange(NamedTuple):
-    """What came of one process data frame."""
+    """Result of one process data frame."""
 
     arrived: bool
     counter: int
@@ -34,23 +35,23 @@ class Exchange(NamedTuple):
 
 
 class SoemBus:
-    """From interface to OP and back."""
+    """One bus, from the interface to OP and back."""
 
     def __init__(self, bus: BusFile, interface: str) -> None:
         self.bus = bus
         self.interface = interface
         self.expected = expected_counter(bus)
         self.emergency: Callable[[str, int, int], None] = lambda *_: None
-        """told of every emergency: slave, error code, error register"""
+        """called for each emergency with slave, error code and error register"""
         self.mapped = False
-        """there is a process image, whatever the states of the slaves"""
+        """true when a process image exists, whatever the states of the slaves"""
         self._master = pysoem.Master()
         self._fd = -1
 
-    # --- from nothing to OP ----------------------------------------------------------------
+    # --- from INIT to OP -------------------------------------------------------------------
 
     def open(self) -> None:
-        """Open the socket, and find it: only so can a reply be waited for without holding the
+        """Open the socket and find its descriptor, which allows waiting for replies without the
         GIL."""
         before = _sockets()
         try:
@@ -63,12 +64,12 @@ class SoemBus:
         self._set_sdo_timeout(SDO_TIMEOUT_US)
 
     def reopen(self) -> None:
-        """A new socket: whatever answers were on their way are gone."""
+        """Open a new socket; pending answers are discarded."""
         self._master.close()
         self.open()
 
     def scan(self) -> None:
-        """Find the slaves and compare them with the bus file; they are in PREOP afterwards."""
+        """Find the slaves and compare them with the bus file; leaves them in PREOP."""
         self.mapped = False
         count = self._master.config_init()
         found = [(s.name, s.man, s.id, s.rev) for s in self._master.slaves] if count > 0 else []
@@ -77,7 +78,7 @@ class SoemBus:
             slave.add_emergency_callback(self._emergency(spec.name))
 
     def configure(self) -> None:
-        """SDOs, PDOs, image, watchdogs; the slaves are in SAFEOP afterwards."""
+        """Configure SDOs, PDOs, image and watchdogs; leaves the slaves in SAFEOP."""
         self._set_sdo_timeout(START_SDO_TIMEOUT_US)
         try:
             self._configure()
@@ -121,7 +122,7 @@ class SoemBus:
                 self._need("OP")
 
     def acknowledge(self) -> None:
-        """Ask slaves that fell back to SAFEOP to OP again, errors acknowledged."""
+        """Acknowledge errors of slaves that fell back to SAFEOP and request OP."""
         for slave in self._master.slaves:
             if slave.state & 0x0F == STATES["SAFEOP"]:
                 if slave.state & 0x10:
@@ -144,7 +145,7 @@ class SoemBus:
         return good
 
     def close(self) -> None:
-        """SAFEOP, INIT, and the socket closed; errors on a dead wire do not matter any more."""
+        """Go to SAFEOP and INIT and close the socket; errors are ignored."""
         if not self._master.context_initialized:
             return
         for state in ("SAFEOP", "INIT"):
@@ -156,7 +157,8 @@ class SoemBus:
     # --- the cycle -------------------------------------------------------------------------
 
     def exchange(self, outputs: Sequence[tuple[int, bytes]], timeout_s: float) -> Exchange:
-        """One process data frame; a lost one costs the time-out, not the library's 4 to 12 ms."""
+        """Exchange one process data frame; a lost one costs the time-out, not the 4 to 12 ms of
+        pysoem."""
         if not self.mapped:
             return Exchange(False, 0, 0)
         slaves = self._master.slaves
@@ -178,11 +180,11 @@ class SoemBus:
         return [slave.input for slave in self._master.slaves]
 
     def output_byte(self, slave: int, byte: int) -> int:
-        """A byte of the outputs as it came back with the last frame."""
+        """Output byte as returned by the last frame."""
         return self._master.slaves[slave].output[byte]
 
     def states(self) -> tuple[SlaveState, ...]:
-        """AL states of all slaves, read now (one frame when all are well)."""
+        """Read the AL states of all slaves (one frame when all are in OP)."""
         if len(self._master.slaves or ()) != len(self.bus.slaves):
             return tuple(SlaveState(spec.name, 0, 0, "") for spec in self.bus.slaves)
         self._master.read_state()
@@ -197,7 +199,7 @@ class SoemBus:
         )
 
     def poll_mailbox(self, number: int) -> None:
-        """Look for an emergency in the mailbox of a slave."""
+        """Check the mailbox of a slave for an emergency."""
         if not self.mapped:
             return
         try:
@@ -206,11 +208,11 @@ class SoemBus:
             return
 
     def sdo_read(self, number: int, index: int, subindex: int) -> bytes:
-        """One upload; LookupError with the reason when the slave refuses or is silent."""
+        """SDO upload; LookupError with the reason when the slave refuses or does not answer."""
         return self._sdo(number, lambda s: s.sdo_read(index, subindex, 4096))
 
     def sdo_write(self, number: int, index: int, subindex: int, data: bytes) -> None:
-        """One download; LookupError with the reason when the slave refuses or is silent."""
+        """SDO download; LookupError with the reason when the slave refuses or does not answer."""
         self._sdo(number, lambda s: s.sdo_write(index, subindex, data))
 
     # --- details ---------------------------------------------------------------------------

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The defects of the machine, by the part that has them (thesis, chapter 3)."""
+"""The defects of the machine, by part (thesis, chapter 3)."""

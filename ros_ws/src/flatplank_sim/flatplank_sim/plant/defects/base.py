@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a defect of the machine is: sizes with units, channels that show it, where it is."""
+"""Base of the defects of the machine: parameters with units, channels that show the defect,
+location."""
 
 from __future__ import annotations
 
@@ -23,7 +24,7 @@ _DEFECTS: dict[str, type[Defect]] = {}
 
 
 class Site(NamedTuple):
-    """The places of the bench where a defect can be built in; records of layout.py."""
+    """Records of layout.py that a defect can change."""
 
     machine: np.ndarray
     tire: np.ndarray
@@ -31,17 +32,17 @@ class Site(NamedTuple):
     road_map: np.ndarray
     """over plank position: friction factor, height of the plank [m], height of a cleat [m]"""
     mix: np.ndarray
-    """measured from true (Fx, Fy, Fz, Mx, Mz) at the wheel centre"""
+    """matrix from true to measured (Fx, Fy, Fz, Mx, Mz) at the wheel centre"""
     drift: np.ndarray
     """C1..C6: offset [V], drift [V/s]; last row LVDT: offset [V], gain error"""
 
     def positions(self) -> np.ndarray:
-        """Road position of the map's rows, zero at the motion trigger [m]."""
+        """Road positions of the rows of the map, zero at the motion trigger [m]."""
         x = np.arange(len(self.road_map)) * MAP_STEP - MAP_START
         return x - float(self.machine["trigger_at"][0])
 
     def use_map(self) -> None:
-        """The road is no longer the same everywhere."""
+        """Enable the road map; the road is no longer uniform."""
         self.machine["mapped"] = 1
 
 
@@ -52,10 +53,10 @@ def size(
     bounds: tuple[float, float] = (-math.inf, math.inf),
     into: str = "",
 ) -> Any:
-    """One parameter of a defect; its default is what the thesis's machine had, or a plausible
+    """One parameter of a defect; the default is that of the machine in the thesis, or a plausible
     size.
 
-    into: what `install` sets to it, a field of the machine's record or `RECORD.FIELD` of a `Site`.
+    into: field that `install` sets, of the machine record or `RECORD.FIELD` of a `Site`.
     """
     data = {"unit": unit, "note": note, "bounds": bounds, "into": into}
     return field(default=default, metadata=data)
@@ -63,7 +64,7 @@ def size(
 
 @dataclass(frozen=True)
 class Defect:
-    """Base: nothing is wrong."""
+    """Base class of the defects; changes nothing."""
 
     source: ClassVar[str] = ""
     touches: ClassVar[frozenset[str]] = frozenset()
@@ -72,21 +73,21 @@ class Defect:
     """channels that must not show it"""
 
     def __init_subclass__(cls) -> None:
-        """Registered under its YAML name: RoadPlay is road_play."""
+        """Register the class under its YAML name: RoadPlay is road_play."""
         name = re.sub("(?<!^)(?=[A-Z])", "_", cls.__name__).lower()
         if name in _DEFECTS:
             raise ValueError(f"defect '{name}' exists twice")
         _DEFECTS[name] = cls
 
     def install(self, site: Site) -> None:
-        """Build it in: each size goes where its `into` says."""
+        """Apply the defect: set each parameter in the field that its `into` names."""
         for f in fields(self):
             if into := f.metadata["into"]:
                 record, _, name = into.rpartition(".")
                 getattr(site, record or "machine")[name] = getattr(self, f.name)
 
     def check(self, where: str) -> None:
-        """Values inside their bounds."""
+        """Raise an error for a value outside its bounds."""
         for f in fields(self):
             low, high = f.metadata["bounds"]
             value = getattr(self, f.name)
@@ -100,14 +101,14 @@ class Defect:
 
 @cache
 def defects() -> Mapping[str, type[Defect]]:
-    """Name -> class."""
+    """Name -> class of all defects."""
     for module in pkgutil.iter_modules([str(Path(__file__).parent)]):
         importlib.import_module(f"{__package__}.{module.name}")
     return dict(sorted(_DEFECTS.items()))
 
 
 def build_defects(data: Mapping[str, Any], where: str) -> dict[str, Defect]:
-    """Defects from YAML: {name: {parameter: value}}; null switches one off that was on."""
+    """Defects from YAML: {name: {parameter: value}}; null switches a defect off."""
     if not isinstance(data, Mapping):
         raise PlantConfigError(f"{where}: expected names of defects, found {data!r}")
     known = defects()

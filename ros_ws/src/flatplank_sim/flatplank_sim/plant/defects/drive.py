@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is wrong with the drive of the wheel."""
+"""Defects of the drives of plank and wheel."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from flatplank_sim.plant.defects.base import Defect, Site, size
 class MeshRipple(Defect):
     """Speed ripple of the rack and pinion mesh, which the encoder on the pinion cannot see.
 
-    Position error of the plank, periodic in a tooth and in a turn of the pinion.
+    It is a position error of the plank with the periods of a tooth and of a turn of the pinion.
     """
 
     tooth: float = size(20e-6, "m", "amplitude once per tooth", (0.0, 0.005), "mesh_tooth")
@@ -29,7 +29,8 @@ class MeshRipple(Defect):
 
 @dataclass(frozen=True)
 class SpeedDroop(Defect):
-    """The plank drive yields to the tire: driving pushes it, braking holds it back.
+    """The speed of the plank drive depends on the tire force: driving raises it, braking lowers
+    it.
 
     Speed rises with fx.
     """
@@ -46,7 +47,7 @@ class SpeedDroop(Defect):
 
 @dataclass(frozen=True)
 class WheelBacklash(Defect):
-    """Another backlash of the wheel drive than the +-15 deg that it has by nature.
+    """Backlash of the wheel drive other than its usual +-15 deg at the motor.
 
     The dead zone of (5.16): after a torque reversal the motor turns and the wheel does not.
     """
@@ -62,9 +63,9 @@ class WheelBacklash(Defect):
 
 @dataclass(frozen=True)
 class WheelEncoderPlay(Defect):
-    """The wheel encoder's shaft is not firmly joined to the hub's shaft.
+    """The shaft of the wheel encoder is not fixed to the shaft of the hub.
 
-    The encoder follows the wheel with a play.
+    The encoder follows the wheel with play.
     """
 
     angle: float = size(0.002, "rad", "whole play", (0.0, 0.2), "wheel_encoder_play")
@@ -76,9 +77,9 @@ class WheelEncoderPlay(Defect):
 
 @dataclass(frozen=True)
 class StartDelay(Defect):
-    """The wheel starts late: the road pulls at a standing tire first.
+    """The wheel starts late, so the road first deflects a standing tire.
 
-    A resting wheel drive answers after a constant time.
+    A resting wheel drive responds after a constant delay.
     """
 
     time: float = size(0.15, "s", "from command to motion", (0.0, 5.0), "wheel_servo.start_delay")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is wrong with the measurement hub and the other instruments."""
+"""Defects of the measurement hub and the other instruments."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from flatplank_sim.plant.defects.base import Defect, Site, size
 
 @dataclass(frozen=True)
 class Crosstalk(Defect):
-    """One force of the hub shows in the channel of another.
+    """Crosstalk: a force of the hub appears in the channel of another.
 
-    Proportional to the other force, whatever the slip.
+    The error is proportional to the other force, independent of slip.
     """
 
     fz_to_fx: float = size(0.01, "-", "Fx per Fz", (-0.5, 0.5))
@@ -36,9 +36,9 @@ class Crosstalk(Defect):
 
 @dataclass(frozen=True)
 class HubGain(Defect):
-    """The calibration of the measuring hub is old.
+    """The calibration of the measurement hub is outdated.
 
-    Factors on the forces and moments at the wheel centre, in the bridges.
+    The bridges scale the forces and moments at the wheel centre by wrong factors.
     """
 
     fx: float = size(0.02, "-", "relative error of Fx", (-0.5, 0.5))
@@ -58,9 +58,9 @@ class HubGain(Defect):
 
 @dataclass(frozen=True)
 class ForceLag(Defect):
-    """The measuring amplifier filters the bridges.
+    """The measurement amplifier filters the bridges.
 
-    First-order low-pass in time on all bridges.
+    The filter is a first-order low-pass in time on all bridges.
     """
 
     time: float = size(0.03, "s", "constant", (0.0, 5.0), "lag")
@@ -72,9 +72,9 @@ class ForceLag(Defect):
 
 @dataclass(frozen=True)
 class ZeroDrift(Defect):
-    """The zero of the bridges creeps away with time.
+    """The zero of the bridges drifts with time.
 
-    Offset and drift of each amplifier channel.
+    Each amplifier channel has an offset and a drift.
     """
 
     offset: tuple[float, ...] = size((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), "V", "of C1..C6", (-5.0, 5.0))
@@ -96,7 +96,7 @@ class SensorNoise(Defect):
     """White noise and resolution of the analogue inputs and of the drive's torque estimate. On by
     default.
 
-    Each sample alone; seeded.
+    The noise is independent from sample to sample, and seeded.
     """
 
     bridge: float = size(0.002, "V", "standard deviation at C1..C6", (0.0, 1.0))
@@ -118,9 +118,9 @@ class SensorNoise(Defect):
 
 @dataclass(frozen=True)
 class MainsHum(Defect):
-    """The mains couple into the twelve metres of analogue cable. On by default.
+    """Mains hum couples into the twelve metres of analogue cable. On by default.
 
-    The same sine on all bridges; sampled at 250 Hz, 50 Hz stays 50 Hz.
+    All bridges have the same sine; sampled at 250 Hz, 50 Hz is not aliased.
     """
 
     amplitude: float = size(0.001, "V", "at C1..C6", (0.0, 1.0), "hum")
@@ -135,7 +135,7 @@ class MainsHum(Defect):
 class TimeSkew(Defect):
     """Forces and motion are recorded by two machines whose clocks differ.
 
-    All bridges are late by a constant time against encoders and drive.
+    All bridges are delayed by a constant time relative to encoders and drive.
     """
 
     delay: float = size(0.05, "s", "of the bridges", (0.0, 0.9), "skew")
@@ -147,9 +147,9 @@ class TimeSkew(Defect):
 
 @dataclass(frozen=True)
 class LvdtError(Defect):
-    """The coefficients of the LVDT are no longer right.
+    """The calibration of the LVDT is wrong.
 
-    Offset and gain of the axle height signal.
+    The axle height signal has errors of offset and gain.
     """
 
     offset: float = size(0.02, "V", "at the LVDT", (-5.0, 5.0))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is wrong with the road and its plank."""
+"""Defects of the road and its plank."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from flatplank_sim.plant.defects.base import Defect, Site, size
 
 @dataclass(frozen=True)
 class RoadPlay(Defect):
-    """The road plate can shift in its plank, because a bearing was cut off with the shortened
-    end.
+    """The road plate can shift in its plank, because a bearing was lost when the end was
+    shortened.
 
-    A gap along the travel; the tire pushes the plate across it when fx changes sign: dead
-    travel * kappa = gap.
+    The play is a gap along the travel; the tire pushes the plate across it when fx changes sign:
+    dead travel * kappa = gap.
     """
 
     gap: float = size(0.00115, "m", "whole play of the road", (0.0, 0.01), "road_gap")
@@ -31,9 +31,9 @@ class RoadPlay(Defect):
 
 @dataclass(frozen=True)
 class PlankWander(Defect):
-    """The plank moves sideways along its travel, guided by bearings out of line.
+    """The plank moves sideways along its travel, because its guide bearings are misaligned.
 
-    A lateral sine over the plank's position.
+    The lateral motion is a sine over the plank position.
     """
 
     amplitude: float = size(0.0005, "m", "lateral", (0.0, 0.01), "wander")
@@ -47,10 +47,10 @@ class PlankWander(Defect):
 
 @dataclass(frozen=True)
 class RoadSpeedError(Defect):
-    """The road does not run at the speed that the slip control takes for granted.
+    """The road does not run at the speed that the slip control assumes.
 
-    `relative` is a drive that is too fast and is seen by the pinion encoder; `unseen` is a
-    wrong pitch radius.
+    `relative`: the drive is too fast, which the pinion encoder measures; `unseen`: the pitch
+    radius is wrong, which it does not.
     """
 
     relative: float = size(
@@ -69,8 +69,8 @@ class RoadSpeedError(Defect):
 class WornPatches(Defect):
     """Patches of the sandpaper that have lost their grip.
 
-    Friction is lower at fixed road positions; felt by each bristle on its own place, grows
-    with |slip|.
+    Friction is lower at fixed road positions; it acts on each bristle at its own position, and the
+    effect grows with |slip|.
     """
 
     positions: tuple[float, ...] = size(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is wrong with the steering of the hub."""
+"""Plays of rack, steering and rotation supports, and the zero of the steering."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from flatplank_sim.plant.defects.base import Defect, Site, size
 
 @dataclass(frozen=True)
 class RackBacklash(Defect):
-    """Backlash of rack and pinion: a driving tire pushes the plank ahead of its pinion.
+    """Backlash of rack and pinion: a driving tire pushes the plank ahead of the pinion.
 
     A gap between pinion and rack, held by the friction of the plank's bearings; travel * kappa
     = gap.
@@ -30,8 +30,8 @@ class RackBacklash(Defect):
 class SteeringPlay(Defect):
     """Play between worm screw and worm gear of the steering: the tire steers itself.
 
-    The hub turns within the play when the moment about z passes the friction; the encoder sits
-    on the screw.
+    The hub turns within the play when the moment about z exceeds the friction; the encoder sits on
+    the screw.
     """
 
     angle: float = size(0.0035, "rad", "whole play", (0.0, 0.1), "steer_play")
@@ -45,7 +45,7 @@ class SteeringPlay(Defect):
 
 @dataclass(frozen=True)
 class SteeringZeroError(Defect):
-    """The protractor's zero is not the wheel's straight ahead.
+    """The zero of the protractor is not the straight-ahead position of the wheel.
 
     alpha = steering angle + angle; neither encoder nor protractor shows it.
     """
@@ -63,8 +63,8 @@ class SteeringZeroError(Defect):
 class RotationSupportPlay(Defect):
     """Play between half-moon guides and rotation supports of the road.
 
-    Sideways a gap that the lateral force crosses; vertically the road sinks while the load
-    rises through a window.
+    The lateral force moves the road across the lateral play; vertically the road sinks while the
+    load rises from `load_from` to `load_to`.
     """
 
     gap_y: float = size(0.003, "m", "lateral play", (0.0, 0.02))

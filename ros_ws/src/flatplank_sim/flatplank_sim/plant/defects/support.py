@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is wrong with the support of wheel and hub."""
+"""Defects of the supports of plank, wheel and hub."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from flatplank_sim.plant.yamlconfig import PlantConfigError
 class SupportBearings(Defect):
     """The plank rises and falls where it rolls onto or off a vertical support bearing.
 
-    Humps of the road at fixed plank positions; with a fixed axle height they are load, and
-    through it fx.
+    The road has humps at fixed plank positions; with a fixed axle height they change the load and
+    thereby fx.
     """
 
     positions: tuple[float, ...] = size((2.1, 2.9, 3.2), "m", "of road travel since the trigger")
@@ -48,9 +48,9 @@ class SupportBearings(Defect):
 
 @dataclass(frozen=True)
 class ParasiticShaft(Defect):
-    """The flexplate drum preloads the measuring shaft: forces in the bridges that no tire makes.
+    """The flexplate drum preloads the measuring shaft, which gives spurious forces in the bridges.
 
-    Once per turn of the wheel, whatever slip and load.
+    The forces vary once per turn of the wheel, independent of slip and load.
     """
 
     fx: float = size(250.0, "N", "amplitude in Fx at the wheel centre", (0.0, 5000.0), "para_fx")
@@ -85,9 +85,9 @@ class LoadChange(Defect):
 
 @dataclass(frozen=True)
 class RunOut(Defect):
-    """The adapter is not concentric with the hub: the wheel runs out once per turn.
+    """The adapter is not concentric with the hub, which gives run-out once per turn of the wheel.
 
-    Deflection and rolling radius vary with the wheel angle, order 1.
+    Deflection and rolling radius vary with the first order of the wheel angle.
     """
 
     amplitude: float = size(2e-4, "m", "radial", (0.0, 0.02))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is special about the tire on the bench."""
+"""Properties of the tire that its nominal model lacks."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from flatplank_sim.plant.defects.base import Defect, Site, size
 
 @dataclass(frozen=True)
 class CarcassCreep(Defect):
-    """The rubber creeps: part of the carcass deflection comes late.
+    """Creep of the rubber: part of the carcass deflection is delayed.
 
-    A Kelvin element in series with the carcass.
+    A Kelvin element acts in series with the carcass.
     """
 
     share: float = size(0.15, "-", "delayed over elastic deflection", (0.0, 2.0), "tire.creep")
@@ -25,9 +25,9 @@ class CarcassCreep(Defect):
 
 @dataclass(frozen=True)
 class CarcassLoad(Defect):
-    """The carcass stiffness depends on load more than the tire's own table says.
+    """The carcass stiffness depends more on load than in the nominal tire.
 
-    Exponent added to that of the longitudinal carcass stiffness over load.
+    The exponent adds to that of the longitudinal carcass stiffness over load.
     """
 
     exponent: float = size(0.2, "-", "added", (-2.0, 2.0))
@@ -42,9 +42,9 @@ class CarcassLoad(Defect):
 
 @dataclass(frozen=True)
 class CarcassPressure(Defect):
-    """The carcass stiffness depends on pressure more than the tire's own table says.
+    """The carcass stiffness depends more on pressure than in the nominal tire.
 
-    Exponent added to that of the longitudinal carcass stiffness over pressure.
+    The exponent adds to that of the longitudinal carcass stiffness over pressure.
     """
 
     exponent: float = size(0.5, "-", "added", (-2.0, 2.0))
@@ -59,7 +59,7 @@ class CarcassPressure(Defect):
 
 @dataclass(frozen=True)
 class CarcassSoftening(Defect):
-    """The carcass gets softer the further it is deflected.
+    """The carcass softens with deflection.
 
     Force = stiffness * u / (1 + softening |u|).
     """
@@ -73,9 +73,9 @@ class CarcassSoftening(Defect):
 
 @dataclass(frozen=True)
 class Conicity(Defect):
-    """The tire is a little conical.
+    """Conicity of the tire.
 
-    A camber of the tire's own.
+    It acts as a constant additional camber.
     """
 
     camber: float = size(0.01, "rad", "own camber", (-0.2, 0.2), "tire.conicity")
@@ -87,9 +87,9 @@ class Conicity(Defect):
 
 @dataclass(frozen=True)
 class PlySteer(Defect):
-    """The belt's plies make the tire pull sideways.
+    """Ply steer: the plies of the belt cause a lateral force.
 
-    A side slip angle of the tire's own, whichever side it is mounted on.
+    It acts as an additional side slip angle, independent of the mounting side.
     """
 
     angle: float = size(0.003, "rad", "own side slip angle", (-0.1, 0.1), "tire.ply_steer")
@@ -101,9 +101,9 @@ class PlySteer(Defect):
 
 @dataclass(frozen=True)
 class DriveBrakeAsymmetry(Defect):
-    """The tire grips less when it brakes.
+    """The friction of the tire is lower when braking.
 
-    Friction of the bristles that are pulled backwards.
+    It reduces the friction of bristles deflected backward.
     """
 
     friction: float = size(
