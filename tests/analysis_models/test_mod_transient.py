@@ -8,11 +8,21 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from flatplank_analysis.models import nonlinear as nl
-from flatplank_analysis.models.base import TOYO, TransientModel, slip_inputs, stack_runs
-from flatplank_analysis.models.linear import LinearX
+from flatplank_analysis.models.base import (
+    TOYO,
+    TransientModel,
+    slip_inputs,
+    stack_runs,
+)
+from flatplank_analysis.models.linear import LinearX, LinearY
 from flatplank_analysis.models.magic_formula import Coefficients
 from flatplank_analysis.models.mf_tyre import ContactPointMF, MFTyre
-from flatplank_analysis.models.nonlinear import NonlinearX, TableLaw, table_law
+from flatplank_analysis.models.nonlinear import (
+    NonlinearX,
+    NonlinearY,
+    TableLaw,
+    table_law,
+)
 from flatplank_analysis.models.tir import shipped_tir
 from flatplank_analysis.models.tire_record import shipped_record
 from flatplank_analysis.models.tire_state import tire_state
@@ -27,8 +37,9 @@ def law_of(stiffness: float = 9e4, peak: float = 3700.0) -> TableLaw:
 
 MODELS: dict[str, tuple[TransientModel, np.ndarray]] = {
     "linear": (LinearX(), np.array([[0.45, 9e4], [0.5, 9.9e4]])),
+    "linear-y": (LinearY(), np.array([[0.45, 5e4], [0.5, 5.5e4]])),
     "nonlinear": (NonlinearX(lambda _: law_of()), np.array([[2e5], [2.2e5]])),
-    "nonlinear-y": (NonlinearX(lambda _: law_of(), longitudinal=False), np.array([[1e5], [2e5]])),
+    "nonlinear-y": (NonlinearY(lambda _: law_of()), np.array([[1e5], [2e5]])),
     "mf": (MFTyre(shipped_tir().coefficients), np.zeros((1, 0))),
     "mf-contact-point": (ContactPointMF(shipped_tir().coefficients), np.zeros((1, 0))),
 }
@@ -72,6 +83,21 @@ def test_linear_starts_at_the_start_force_and_forgets_it() -> None:
     np.testing.assert_allclose(force, -150.0 * np.exp(-X / 0.45), rtol=1e-12)
 
 
+def test_linear_side_force_is_negative_for_a_positive_slip_angle() -> None:
+    run = slip_inputs(X, 0.0, 3700.0, alpha=0.02)
+    force = LinearY().simulate(np.array([[0.5, 5e4]]), run)[0, 0]
+    np.testing.assert_allclose(force, -5e4 * np.tan(0.02) * -np.expm1(-X / 0.5), rtol=1e-12)
+
+
+def test_nonlinear_side_force_ends_at_its_law_and_begins_where_it_is_told() -> None:
+    law = law_of(5e4, 3300.0)
+    run = slip_inputs(X, 0.0, 3700.0, alpha=0.03, start_fy=400.0)
+    force = NonlinearY(lambda _: law).simulate(np.array([[3e5]]), run)[0, 0]
+    assert force[0] == pytest.approx(400.0, abs=25.0)
+    wanted = -law.force(np.array([[np.tan(0.03)]]))[0].item()
+    assert force[-1] == pytest.approx(wanted, rel=1e-3)
+
+
 @pytest.mark.parametrize("kappa", [-0.1, -0.02, 0.01, 0.05, 0.1])
 def test_nonlinear_against_an_ode_solver(kappa: float) -> None:
     law = law_of()
@@ -103,7 +129,7 @@ def test_nonlinear_small_slip_has_the_relaxation_length_of_7_27() -> None:
     "model",
     [
         NonlinearX(lambda _: law_of()),
-        NonlinearX(lambda _: law_of(), longitudinal=False),
+        NonlinearY(lambda _: law_of()),
         NonlinearX(lambda _: law_of(), tread_stiffness=1.7e7),
         NonlinearX(lambda _: law_of(), friction=0.35),
         NonlinearX(lambda _: table_law(np.linspace(-0.4, 0.4, 41), 3700.0 * np.sin(

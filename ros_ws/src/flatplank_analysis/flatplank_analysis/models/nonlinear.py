@@ -102,6 +102,11 @@ class NonlinearX:
 
     def simulate(self, params: np.ndarray, inputs: RunInputs) -> np.ndarray:
         """Fx [N] (lanes, runs, samples)."""
+        return self._force(params, inputs, inputs.slip_x, inputs.start_fx)
+
+    def _force(
+        self, params: np.ndarray, inputs: RunInputs, moved: np.ndarray, start: np.ndarray
+    ) -> np.ndarray:
         law, shape = self.law(params), (len(params), inputs.shape[0])
         compliance = np.broadcast_to(1.0 / column(params, 0), shape)
         a = self.geometry.half_length(inputs.fz, inputs.pressure)
@@ -110,8 +115,8 @@ class NonlinearX:
             theta = np.abs(law.stiffness())[..., None] / limit
         else:
             theta = (2.0 * self.tread_stiffness * a**2 / limit)[None]
-        slip = start_slip(law, np.broadcast_to(inputs.start_fx, shape))
-        rows = (slip, compliance, inputs.travel, inputs.slip_x, a, theta)
+        slip = start_slip(law, np.broadcast_to(start, shape))
+        rows = (slip, compliance, inputs.travel, moved, a, theta)
         table = law.values if law.values.ndim == 3 else law.values[None]
         return march(
             *(np.ascontiguousarray(row) for row in rows),
@@ -120,6 +125,18 @@ class NonlinearX:
             np.ascontiguousarray(table),
             self.longitudinal,
         )
+
+
+@dataclass(frozen=True)
+class NonlinearY(NonlinearX):
+    """Fy over the lateral slip of the patch; `law` gives -Fy over tan(alpha'), which rises, for
+    parameters (lanes, 1) of c_cy [N/m]."""
+
+    longitudinal: bool = False
+
+    def simulate(self, params: np.ndarray, inputs: RunInputs) -> np.ndarray:
+        """Fy [N] (lanes, runs, samples)."""
+        return -self._force(params, inputs, inputs.slip_y, -inputs.start_fy)
 
 
 def start_slip(law: TableLaw, force: np.ndarray) -> np.ndarray:
