@@ -9,7 +9,7 @@ import pytest
 from flatplank_control.runner.campaign.quality import Limits, judge, profile, travel
 from flatplank_control.runner.dry_run import DryBench
 from flatplank_control.runner.measurement import Measurement
-from flatplank_control.runner.moves import ENOUGH
+from flatplank_control.runner.moves import ENOUGH, SLOW, SPEED
 from flatplank_control.runner.plans import plan_of
 from flatplank_control.runner.steps import StopRecord, Wait
 
@@ -43,6 +43,13 @@ M = Measurement(kappa=0.05)
 def test_a_good_run_is_good():
     verdict = judge(run(), M, Limits())
     assert verdict.ok and verdict.text() == "good"
+
+
+def test_a_slow_run_is_judged_by_its_own_speed():
+    columns = run()
+    assert not judge(columns, Measurement(kappa=0.05, speed=SLOW), Limits()).ok
+    columns["plank_velocity"] = columns["plank_velocity"] * SLOW / SPEED
+    assert judge(columns, Measurement(kappa=0.05, speed=SLOW), Limits()).ok
 
 
 @pytest.mark.parametrize("name", FAULTS)

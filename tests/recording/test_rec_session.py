@@ -62,6 +62,23 @@ def test_recording_begins_at_the_trigger_with_what_came_before(session):
     assert told(path) == ["armed", "complete"]
 
 
+@pytest.mark.parametrize("late", [-2, -1, 0, 1, 2])
+def test_what_is_kept_is_the_same_in_whatever_order_topics_arrive(session, late):
+    """A topic reaches the recorder `late` cycles after the bus, or before it."""
+    path = session.start(samples.toyo(), 0)
+    for cycle in range(100, 500):
+        wrench, bus = ((t, cycle - n) for t, n in ((samples.WRENCH, late), (samples.BUS, 0)))
+        for topic, at in (wrench, bus) if late < 0 else (bus, wrench):
+            data = samples.wrench_bytes(at) if topic == samples.WRENCH else None
+            data = samples.bus_bytes(at, at >= 400) if data is None else data
+            session.write(topic, data, at * samples.PERIOD_NS)
+    session.stop("complete")
+    stamps = {t: [s for name, s, _ in samples.read(path) if name == t] for t in
+              (samples.BUS, samples.WRENCH)}  # fmt: skip
+    first = 375 * samples.PERIOD_NS
+    assert stamps[samples.BUS][0] == stamps[samples.WRENCH][0] == first
+
+
 def test_a_trigger_that_is_already_on_does_not_start(session):
     path = session.start(samples.toyo(), 0)
     feed(session, range(10), trigger_from=0)

@@ -27,6 +27,8 @@ FREE_DISK = 200_000_000
 """the disk counts as full below this free space [bytes]"""
 
 
+SAME_CLOCK_NS = 1_000_000_000
+"""a stamp that is further ahead of the bus than this is of another clock [ns]"""
 RING_LENGTH = 1_000_000
 """largest number of messages kept before the trigger"""
 
@@ -35,7 +37,7 @@ class _Waiting(NamedTuple):
     """A message received before the trigger."""
 
     since_ns: int
-    """its stamp, but at most the bus time at its arrival [ns]"""
+    """its stamp; the bus time at its arrival when the stamp is of another clock [ns]"""
     topic: str
     cdr: bytes
     stamp_ns: int
@@ -137,9 +139,10 @@ class RecordingSession:
         if self.state is State.RECORDING:
             self._put(topic, cdr, stamp_ns, image)
             return
-        self._ring.append(_Waiting(min(stamp_ns, self._bus_ns), topic, cdr, stamp_ns))
+        ahead = stamp_ns > self._bus_ns + SAME_CLOCK_NS
+        self._ring.append(_Waiting(self._bus_ns if ahead else stamp_ns, topic, cdr, stamp_ns))
         if image is not None:
-            while self._ring[0].since_ns < self._bus_ns - self._pre_trigger_ns:
+            while self._too_old(self._ring[0]):
                 self._drop_oldest()
             if self._rising(image):
                 self._begin()
@@ -229,11 +232,15 @@ class RecordingSession:
         self.state = State.RECORDING
         self.record = record = self.record.with_changes(status="recording")
         self._guarded(lambda: record.save(bag.path))
-        begin_ns = self._ring[0].since_ns if self._ring else self._bus_ns
+        kept = [w for w in self._ring if not self._too_old(w)]
+        begin_ns = min((w.since_ns for w in kept), default=self._bus_ns)
         for topic, cdr in self._latched.items():
             if cdr and self.state is State.RECORDING:
                 self._put(topic, cdr, begin_ns, None)
         while self._ring and self.state is State.RECORDING:
+            if self._too_old(self._ring[0]):  # it came after younger ones
+                self._drop_oldest()
+                continue
             _, topic, cdr, stamp_ns = self._ring.popleft()
             image = read_bus_image(cdr) if topic == BUS_TOPIC else None
             self._put(topic, cdr, stamp_ns, image)
@@ -253,6 +260,9 @@ class RecordingSession:
     def _remember(self, topic: str, cdr: bytes) -> None:
         if topic in self._latched:
             self._latched[topic] = cdr
+
+    def _too_old(self, waiting: _Waiting) -> bool:
+        return waiting.since_ns < self._bus_ns - self._pre_trigger_ns
 
     def _drop_oldest(self) -> None:
         dropped = self._ring.popleft()

@@ -78,6 +78,8 @@ REQUESTS: dict[str, tuple[type, str]] = {
     "road_camber": (srv.SetValue, f"{PLANT}/set_road_camber_deg"),
     "emergency_stop": (SetBool, f"{PLANT}/emergency_stop"),
 }
+UP_TO = {"stop_record": "up_to"}
+"""request -> field for the stamp of the latest bus cycle: a recording has all that was shown"""
 """request -> service"""
 
 
@@ -172,6 +174,8 @@ class PanelNode:
     # requests
     async def ask(self, request: str, **fields: Any) -> Reply:
         kind, name = REQUESTS[request]
+        if request in UP_TO and "inputs" in self._latest:
+            fields[UP_TO[request]] = self._latest["inputs"].header.stamp
         return await self._call(kind, name, fields, reply_of)
 
     async def _call(

@@ -12,7 +12,6 @@ import numpy as np
 
 from flatplank_control.calibration.fits import turning_amplitude
 from flatplank_control.runner.measurement import Measurement
-from flatplank_control.runner.moves import SPEED
 
 BRAKING = 0.02
 """braking distance of a plank that was stopped by hand [m]"""
@@ -38,7 +37,7 @@ class Limits:
     load_drift: float = 0.06
     """Fz at the end against Fz at the beginning, relative [-]"""
     speed_error: float = 0.01
-    """mean speed of the plank against 0.03092 m/s, relative [-]"""
+    """mean speed of the plank against that of the plan, relative [-]"""
     once_per_turn: float = 150.0
     """once-per-turn amplitude of Fz [N]"""
     plateau: float = 0.25
@@ -120,7 +119,7 @@ def load_drift(c: Columns, m: Measurement, end: float) -> float:
 
 def speed_error(c: Columns, m: Measurement, end: float) -> float:
     """Deviation of the plank speed: wrong switch position, or a slipping plank drive."""
-    return _mean(_between(c, "plank_velocity", BEGINS, end)) / SPEED - 1.0
+    return _mean(_between(c, "plank_velocity", BEGINS, end)) / m.speed - 1.0
 
 
 def _turns_from(m: Measurement) -> float:
