@@ -47,9 +47,7 @@ pytestmark = pytest.mark.timeout(600)  # whole diagnoses: a busy machine takes m
 
 def test_every_effect_of_the_library_is_on_the_menu():
     without = set(library()) - set(MENU)
-    # no tire of the kit has one relaxation length: tests/discovery/test_disc_relaxation.py has
-    other = {"tire_law", "slip_definition", "sliding_friction", "ply_steer", "relaxation_fixed"}
-    assert without <= other, without
+    assert without <= {"tire_law", "slip_definition", "sliding_friction", "ply_steer"}, without
     assert set(MENU) <= set(library())
     assert {n for pair in PAIRS for n in pair} <= set(MENU)
     assert {n for kin in KIN.values() for n in kin} <= set(library())

@@ -112,33 +112,3 @@ class CarcassSoftening(TireProperty):
 
     def tire(self, tire: Tire) -> None:
         tire.x.soften += self.per_run.soften
-
-
-@dataclass(frozen=True)
-class RelaxationFixed(TireProperty):
-    """The relaxation length does not fall with the slip as that of a carcass spring does.
-
-    With a spring the force builds up over F'(k)/C, C the stiffness of the carcass: the flatter
-    the force over the slip, the faster. A share of 1 has K/C at every slip, K the slip stiffness:
-    a single contact point with one relaxation length.
-    """
-
-    identifier = "relaxation_fixed"
-    title = "The relaxation length does not fall with the slip"
-    coordinate = "distance since the step"
-    law = True
-    source = "the tire itself; (7.7) with one relaxation length for all slips"
-    what = (
-        "The force builds up over the same distance at small and at large slips. With a carcass "
-        "spring it is faster at large slips."
-    )
-    check = "Slip steps of 1 and 10 %: the distance to 63 % of the force."
-
-    share: float = param(
-        0.0, unit="1", bounds=(-0.5, 1.5), screen=0.2, matters=0.1,
-        note="0: falls as with a carcass spring; 1: the same at every slip",
-    )  # fmt: skip
-
-    def tire(self, tire: Tire) -> None:
-        tire.x.linear += self.per_run.share
-        tire.y.linear += self.per_run.share

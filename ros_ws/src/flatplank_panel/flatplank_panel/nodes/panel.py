@@ -78,9 +78,9 @@ REQUESTS: dict[str, tuple[type, str]] = {
     "road_camber": (srv.SetValue, f"{PLANT}/set_road_camber_deg"),
     "emergency_stop": (SetBool, f"{PLANT}/emergency_stop"),
 }
+"""request -> service"""
 UP_TO = {"stop_record": "up_to"}
 """request -> field for the stamp of the latest bus cycle: a recording has all that was shown"""
-"""request -> service"""
 
 
 def reply_of(response: Any) -> Reply:
