@@ -38,8 +38,12 @@ FEW_CONDITIONS = 4
 """number of conditions below which no effect is said to be absent"""
 OTHER_SIDE = 0.25
 """weight of a slip on the side without a residual, relative to the other side"""
+SHOWN = 0.5
+"""weight of a slip from which its side has the residual, too"""
 ANOTHER_STEP = 0.3
 """[m] least distance between two different step positions"""
+Side = Callable[[float], float]
+"""weight of a slip by its side"""
 Gain = Callable[[tuple[Setting, ...]], float]
 """expected increase of a log likelihood ratio by runs"""
 
@@ -69,8 +73,9 @@ def questions(result: Diagnosis, evidence: Evidence, made: Sequence[Setting]) ->
     else:
         out = list(_suspect_question(search, predictor))
     if result.verdict in (verdict.NONE, verdict.PARTLY):
-        out.append(_of_place(made))
-        out += _of_levels(made, _residual_excess(search))
+        side = _side(made, _residual_excess(search))
+        out.append(_of_place(made, side))
+        out += _of_levels(made, side)
     if result.verdict in (verdict.AT_FLOOR, verdict.LAW) and not out:
         out.append(_absence_question(search, predictor, len({s.repeats for s in made})))
     return out
@@ -142,9 +147,10 @@ def _gain(pair: Pair, predictor: Predictor, share: float = 1.0) -> Gain:
     return gain
 
 
-def _of_place(made: Sequence[Setting]) -> Question:
-    """A residual over the plank or since the step: a second step position decides."""
-    steps = {s.step_position for s in made}
+def _of_place(made: Sequence[Setting], side: Side) -> Question:
+    """A residual over the plank or since the step: a second step position decides, at a slip on a
+    side that has the residual."""
+    steps = {s.step_position for s in made if side(s.kappa) >= SHOWN}
 
     def another(settings: Sequence[Setting]) -> bool:
         return all(
@@ -155,7 +161,10 @@ def _of_place(made: Sequence[Setting]) -> Question:
     largest = max(abs(s.kappa) for s in made) or 1.0
 
     def gain(settings: tuple[Setting, ...]) -> float:
-        return TOLD_APART * (0.5 + 0.5 * abs(settings[0].kappa) / largest) * another(settings)
+        kappa = settings[0].kappa
+        if side(kappa) < SHOWN or not another(settings):
+            return 0.0
+        return TOLD_APART * (0.5 + 0.5 * abs(kappa) / largest)
 
     return Question(
         "to separate plank position from distance since the step", have, 0.5 * TOLD_APART, gain
@@ -171,13 +180,9 @@ def _residual_excess(search: Search) -> np.ndarray:
     return out
 
 
-def _of_levels(made: Sequence[Setting], left: Sequence[float]) -> Iterator[Question]:
-    """The residual at slips that were not measured; the value of a slip is its distance from the
-    others, small slips counting like large ones, and larger on the side (driving or braking) with
-    the larger residual."""
-    there = {s.kappa for s in made}
-    if there.issuperset(SLIPS):
-        return
+def _side(made: Sequence[Setting], left: Sequence[float]) -> Side:
+    """Weight of a slip: 1 on the side (driving or braking) with the largest residual, and where
+    nothing is known; less on the other; left (runs,): the residual of each run [N]."""
     sides = {}
     for sign in (1.0, -1.0):
         own = [v * v for s, v in zip(made, left, strict=True) if s.kappa * sign > 0.0]
@@ -186,9 +191,18 @@ def _of_levels(made: Sequence[Setting], left: Sequence[float]) -> Iterator[Quest
     largest = max(sides.values(), default=0.0) or 1.0
 
     def side(kappa: float) -> float:
-        """One on the side with the larger residual, and where nothing is known."""
         own = [v / largest for sign, v in sides.items() if kappa * sign >= 0.0]
         return OTHER_SIDE + (1.0 - OTHER_SIDE) * min(own, default=1.0)
+
+    return side
+
+
+def _of_levels(made: Sequence[Setting], side: Side) -> Iterator[Question]:
+    """The residual at slips that were not measured; the value of a slip is its distance from the
+    others, small slips counting like large ones, and larger on the side with the residual."""
+    there = {s.kappa for s in made}
+    if there.issuperset(SLIPS):
+        return
 
     def away(kappa: float) -> float:
         place = math.asinh(kappa / SLIPS[1])
