@@ -102,7 +102,8 @@ class Contract:
         bench.node.cycles(AFTER)
         self.not_enabled()
         wheel = bench.emulator.wheel()
-        assert wheel["moving"] is not self.stops, f"{self.name}: {wheel}"
+        report = bench.client.diagnostics()
+        assert wheel["moving"] is not self.stops, f"{self.name}: {wheel}; {report}"
 
     def _measures_again(self) -> None:
         """3."""

@@ -9,10 +9,10 @@ import gc
 import os
 import select
 import subprocess
-import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -186,6 +186,10 @@ class Bench:
         self._rate_hz = rate_hz
         self.events: list[dict[str, Any]] = []
         self.emulator: Emulator | None = None
+        # There from the beginning, with the node's priority: the start of a thread waits until it
+        # runs, at ordinary priority on a busy computer, and the node is due meanwhile.
+        self._asker = ThreadPoolExecutor(1, initializer=be_first, initargs=(True,))
+        self._asker.submit(int).result()
         try:
             rate = ("--rate", str(rate_hz)) if rate_hz else ()
             self.emulator = Emulator(self.namespace, bus, *rate, *emulator)
@@ -248,29 +252,18 @@ class Bench:
         return process.stdout.readline()
 
     def ask_sdo(self) -> str:
-        """How a read of the drive's name ends, while the node goes on answering.
-
-        Another thread asks, with the node's own priority: it must not keep the interpreter's lock
-        from the node.
-        """
-        said: list[str] = []
-
-        def ask() -> None:
-            be_first(True)
-            try:
-                said.append(self.client.sdo_read("wheel_drive", 0x1008).decode())
-            except LookupError as error:
-                said.append(str(error))
-
-        thread = threading.Thread(target=ask)
-        thread.start()
-        self.node.run(lambda _inputs: bool(said), what="SDO answered")
-        thread.join()
-        return said[0]
+        """How a read of the drive's name ends, while the node goes on answering."""
+        asked = self._asker.submit(self.client.sdo_read, "wheel_drive", 0x1008)
+        self.node.run(lambda _inputs: asked.done(), what="SDO answered")
+        error = asked.exception()
+        if isinstance(error, LookupError):
+            return str(error)
+        return asked.result().decode()
 
     def close(self) -> None:
         """End everything."""
         be_quick(False)
+        self._asker.shutdown()
         if hasattr(self, "client"):
             self.client.stop()
         if self.emulator is not None:
