@@ -158,7 +158,6 @@ class TireModel:
                 "round",
                 "tread",
                 "memory",
-                "linear",
                 "combine",
                 "swing",
                 "rotate",
