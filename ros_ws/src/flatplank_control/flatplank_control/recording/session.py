@@ -232,15 +232,12 @@ class RecordingSession:
         self.state = State.RECORDING
         self.record = record = self.record.with_changes(status="recording")
         self._guarded(lambda: record.save(bag.path))
-        kept = [w for w in self._ring if not self._too_old(w)]
-        begin_ns = min((w.since_ns for w in kept), default=self._bus_ns)
+        self._drop_old()
+        begin_ns = min((w.since_ns for w in self._ring), default=self._bus_ns)
         for topic, cdr in self._latched.items():
             if cdr and self.state is State.RECORDING:
                 self._put(topic, cdr, begin_ns, None)
         while self._ring and self.state is State.RECORDING:
-            if self._too_old(self._ring[0]):  # it came after younger ones
-                self._drop_oldest()
-                continue
             _, topic, cdr, stamp_ns = self._ring.popleft()
             image = read_bus_image(cdr) if topic == BUS_TOPIC else None
             self._put(topic, cdr, stamp_ns, image)
@@ -263,6 +260,15 @@ class RecordingSession:
 
     def _too_old(self, waiting: _Waiting) -> bool:
         return waiting.since_ns < self._bus_ns - self._pre_trigger_ns
+
+    def _drop_old(self) -> None:
+        """Drop what is too old, also where it arrived after younger messages."""
+        waiting, self._ring = self._ring, deque(maxlen=RING_LENGTH)
+        for message in waiting:
+            if self._too_old(message):
+                self._remember(message.topic, message.cdr)
+            else:
+                self._ring.append(message)
 
     def _drop_oldest(self) -> None:
         dropped = self._ring.popleft()

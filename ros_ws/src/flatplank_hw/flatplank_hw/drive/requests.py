@@ -26,7 +26,7 @@ LASTING = ("inputs", "samples", "emergency_stop")
 class DriveRequests:
     """State of one drive and the requests that change it; `AxisDrive` adds the cyclic step.
 
-    An accepted request takes effect with the next step, or at the cycle `at_cycle`.
+    An accepted request takes effect in the next cycle.
     """
 
     def __init__(self, p: DriveParameters) -> None:

@@ -111,39 +111,42 @@ class Waiting:
         if not self.patience_s:
             _sleep_until(due_ns)
             return take(0.0)
+        found: list[AxisCommand] = []
+
+        def hear(seconds: float) -> bool:
+            """Whether commands came within that time."""
+            more = take(seconds)
+            self.note(more)
+            found.extend(more)
+            return bool(more)
+
         _sleep_until(begun_ns + round(SHARE * (due_ns - begun_ns)))
-        found = take(0.0)
-        self.note(found)
+        hear(0.0)
         start = due_ns
         if self.lacking(cycle):
-            start = max(due_ns, self._late(cycle, begun_ns, due_ns, found, take, go_on))
+            start = max(due_ns, self._late(cycle, begun_ns, due_ns, hear, go_on))
         elif self._answered:
             self._limit_ns = self._longest_ns
         _sleep_until(start)
-        more = take(0.0)
-        self.note(more)
+        hear(0.0)
         self.waited_ns += start - due_ns
-        return found + more
+        return found
 
     def _late(
         self,
         cycle: int,
         begun_ns: int,
         due_ns: int,
-        found: list[AxisCommand],
-        take: Callable[[float], list[AxisCommand]],
+        hear: Callable[[float], bool],
         go_on: Callable[[], bool],
     ) -> int:
-        """Add commands to `found` until all axes have answered; returns when the cycle may start
-        [ns]."""
+        """Wait until all axes have answered; returns when the cycle may start [ns]."""
         now = time.perf_counter_ns()
         end = max(now, due_ns) + self._limit_ns
         while go_on() and self.lacking(cycle) and now < end:
-            more = take(min(LOOK_S, (end - now) * 1e-9))
-            self.note(more)
-            found += more
+            came = hear(min(LOOK_S, (end - now) * 1e-9))
             now = time.perf_counter_ns()
-            if more:
+            if came:
                 # a node catches up: give it the full time
                 end = max(now, due_ns) + self._limit_ns
         silent = self.lacking(cycle) if go_on() else []
