@@ -126,13 +126,15 @@ def rows_of(bag: str) -> np.ndarray:
 
 def in_pieces(rolled: np.ndarray, slipped: np.ndarray) -> np.ndarray:
     """Means over 10 mm of plank travel: Fx of free rolling, how much Fx rises by the slip step,
-    and the turn of the wheel [rad/m] in both. How the plank stops in between is left to chance."""
+    and the turn of the wheel [rad/m] in both. How the plank stops in between is left to chance;
+    a mean over travel, because so is how long it stands between recorder on and plank forward."""
 
     def means(rows: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
         edges = rows[0, 0] + PIECE * np.arange(count + 1)
         inside = [(rows[:, 0] >= a) & (rows[:, 0] < b) for a, b in pairwise(edges)]
         turns = [np.ptp(rows[i, 1]) / np.ptp(rows[i, 0]) for i in inside]
-        return np.array([rows[i, 2].mean() for i in inside]), np.array(turns)
+        forces = [np.trapezoid(rows[i, 2], rows[i, 0]) / np.ptp(rows[i, 0]) for i in inside]
+        return np.array(forces), np.array(turns)
 
     (force, turn), (slip_force, slip_turn) = means(rolled, 3), means(slipped, 4)
     return np.concatenate([force, slip_force[1:] - slip_force[0], turn, slip_turn[1:]])

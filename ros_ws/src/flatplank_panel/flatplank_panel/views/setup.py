@@ -37,8 +37,10 @@ def _constants(page: Page) -> None:
                 fields[name].tooltip(info.description)
 
         async def load() -> None:
+            before = {name: field.value for name, field in fields.items()}
             for name, value in (await page.operator.constants()).items():
-                fields[name].set_value(value)
+                if fields[name].value == before[name]:  # not what was typed while the bench answers
+                    fields[name].set_value(value)
 
         with page.row():
             page.button(
