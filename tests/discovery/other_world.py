@@ -42,6 +42,10 @@ class At:
     speed: float = 1.0
 
 
+def _repeated(*kappas: float) -> tuple[At, ...]:
+    return tuple(At(k, start=s) for k in kappas for s in (1, 2, 3))
+
+
 DESIGNS: dict[str, tuple[At, ...]] = {
     "plain": tuple(At(k, start=1 + i % 3) for i, k in enumerate((-0.1, -0.02, 0.0, 0.02, 0.1))),
     # what only one run shows of a channel is taken for noise (`contact_patch/denoising.py`)
@@ -58,6 +62,8 @@ DESIGNS: dict[str, tuple[At, ...]] = {
         for a, g in ((-1.0, -3.0), (1.0, -3.0), (1.0, 3.0))
         for k in (-0.03, 0.03)
     ),
+    "to 5 %": _repeated(-0.05, -0.02, -0.01, 0.01, 0.02, 0.05),
+    "to 10 %": _repeated(-0.1, -0.05, -0.01, 0.01, 0.05, 0.1),
     "speeds": tuple(At(k, speed=v) for v in (1.0, 0.5) for k in (-0.1, -0.05, 0.05, 0.1)),
 }
 
@@ -91,7 +97,32 @@ def plant(design: str, wrong: Wrong) -> list[Columns]:
     return out
 
 
-WORLDS = {"second": second, "plant": plant}
+def contact_point(design: str, wrong: Wrong) -> list[Columns]:
+    """A single contact point on a spring: the slip follows over a relaxation length, then a steady
+    curve. The length falls as the slope of the curve; `fixed`: the share of it that does not.
+    """
+    stiff, peak, soft = 7e4, 3900.0, 3.5e5
+    fixed = wrong.get("fixed", 0.0)
+    time = np.arange(0.0, 4.0 / SPEED, 0.02)
+    travel = SPEED * time
+    out = []
+    for at in DESIGNS[design]:
+        wanted = np.where(travel >= STEP, at.kappa, 0.0)
+        turned = np.cumsum((1.0 + wanted) * np.gradient(travel)) / RADIUS
+        slip = np.zeros_like(travel)
+        for i in range(1, len(travel)):
+            over = (stiff * slip[i - 1] / peak) ** 2
+            length = stiff / soft * (fixed + (1.0 - fixed) / (1.0 + over) ** 1.5)
+            gone = -math.expm1(-(travel[i] - travel[i - 1]) / length)
+            slip[i] = slip[i - 1] + (wanted[i] - slip[i - 1]) * gone
+        still = np.zeros_like(travel)
+        force = stiff * slip / np.sqrt(1.0 + (stiff * slip / peak) ** 2)
+        out.append({"time": time, "plank_position": travel, "wheel_angle": turned, "fx": force,
+                    "fy": still, "fz": still + at.fz, "mx": still, "mz": still})  # fmt: skip
+    return out
+
+
+WORLDS = {"second": second, "plant": plant, "contact point": contact_point}
 
 
 def blinded(columns: Sequence[Columns], others: Sequence[Columns]) -> list[Columns]:

@@ -64,7 +64,7 @@ def test_something_hidden_is_found_and_confirmed(tmp_path):
 def test_a_refused_batch_costs_nothing_and_is_not_asked_for_again():
     effects = {k: v for k, v in library().items() if k in FEW}
     log = Memory()
-    loop = Loop(FastBench(41, MENU["drive_brake_asymmetry"].defects(0.12), effects), log, 100.0)
+    loop = Loop(FastBench(41, MENU["drive_brake_asymmetry"].defects(0.12), effects), log, 400.0)
     loop.begin()
     loop.decide()
     loop.measure()
@@ -79,7 +79,7 @@ def test_a_refused_batch_costs_nothing_and_is_not_asked_for_again():
     for i, settings in enumerate(refused):  # each is another one
         assert not [s for s in settings for old in refused[:i] if s in old]
     told, text = summary(log.events), text_of(log.events)
-    assert told["runs"] == 6 and told["minutes"] == pytest.approx(100.0 - left, abs=0.1)
+    assert told["runs"] == 6 and told["minutes"] == pytest.approx(400.0 - left, abs=0.1)
     assert text.count("no run: ") == text.count("refused: not made") == 3
 
 

@@ -41,15 +41,15 @@ NAMES = (
     "stiff", "peak", "shape", "fall", "round", "denom", "carcass", "half", "tread",
     "asym_peak", "asym_stiff", "play", "play_at", "play_soft", "give", "soften",
     "creep", "creep_time", "slide", "follow", "combine", "loss_brake", "loss_drive",
-    "play_rest", "play_hold", "memory", "turn", "feel", "swing", "rotate", "start",
+    "play_rest", "play_hold", "memory", "turn", "feel", "swing", "rotate", "start", "linear",
     "law_0", "law_1", "law_2", "law_3", "law_4", "law_5", "law_6", "law_7",
 )  # fmt: skip
 (
     STIFF, PEAK, SHAPE, FALL, ROUND, DENOM, CARCASS, HALF, TREAD,
     ASYM_PEAK, ASYM_STIFF, PLAY, PLAY_AT, PLAY_SOFT, GIVE, SOFTEN,
     CREEP, CREEP_TIME, SLIDE, FOLLOW, COMBINE, LOSS_BRAKE, LOSS_DRIVE,
-    PLAY_REST, PLAY_HOLD, MEMORY, TURN, FEEL, SWING, ROTATE, START, LAW,
-) = range(32)  # fmt: skip
+    PLAY_REST, PLAY_HOLD, MEMORY, TURN, FEEL, SWING, ROTATE, START, LINEAR, LAW,
+) = range(33)  # fmt: skip
 WIDTH = len(NAMES)
 #: further rows of a block: constants, state, inputs of a node, work space of a node
 (
@@ -231,7 +231,8 @@ def set_up(flat, params, other, nominal, elements):
         rest, _ = in_play(force, p[PLAY], p[PLAY_AT], p[PLAY_SOFT], held, start)
         w[PLACE, i] = rest
         soft = softened(force, p[SOFTEN])
-        w[DEFLECTED, i] = choose(held > 0.0, rest, rest + start) + force * soft * w[FLEX, i]
+        bent = force * soft + p[LINEAR] * (p[STIFF] * slip - force)
+        w[DEFLECTED, i] = choose(held > 0.0, rest, rest + start) + bent * w[FLEX, i]
 
 
 @inline
@@ -332,13 +333,16 @@ def newton(flat, across):
         slope = slope * change + force * bent
         force = force * change
         soft = softened(force, w[SOFTEN, i])
-        deflected, flex = force * soft * w[FLEX, i], (2.0 * soft - 1.0) * w[FLEX, i]
+        # a share of the deflection follows the slip, as if the law were a straight line
+        straight = w[LINEAR, i] * w[FLEX, i]
+        deflected = force * soft * w[FLEX, i] + straight * (stiff * k - force)
+        flex, spare = (2.0 * soft - 1.0) * w[FLEX, i], straight * (stiff - slope)
         play, at, yields, held = w[PLAY, i], w[PLAY_AT, i], w[PLAY_SOFT, i], w[PLAY_HOLD, i]
         place, rate = in_play(force, play, at, yields, held, w[PLACE, i])
         deflected, flex = deflected + place, flex + rate
         miss = patch + deflected - w[DEFLECTED, i] - w[AIM, i]
         rigid = (rise + late * late * ds * ds) * under
-        trial = k - miss / (rigid + max(slope, 0.0) * flex)
+        trial = k - miss / (rigid + max(slope, 0.0) * flex + spare)
         low, high, before = w[LOW, i], w[HIGH, i], w[MOVE, i]
         high = choose(miss > 0.0, k, high)
         low = choose(miss > 0.0, low, k)
@@ -353,7 +357,7 @@ def newton(flat, across):
         # a converged element does not change
         going = abs(before) >= CLOSE
         # the last step is so small that everything else is linear
-        new_force, new_deflected = force + slope * move, deflected + slope * flex * move
+        new_force, new_deflected = force + slope * move, deflected + (slope * flex + spare) * move
         new_patch = patch + rigid * move
         new_place = place + slope * rate * move
         old_force, old_deflected = w[NEW_FORCE, i], w[NEW_DEFLECTED, i]

@@ -158,6 +158,7 @@ class TireModel:
                 "round",
                 "tread",
                 "memory",
+                "linear",
                 "combine",
                 "swing",
                 "rotate",

@@ -84,6 +84,7 @@ def _parameters(load: float, turned: bool, along: float = 0.0) -> list[tuple[str
         Parameter("carcass", "N/m", 2.5e5, 4e4, 3e6, 3e4),
         Parameter("half", "m", half, 0.4 * half, 2.0 * half, 0.01, prior=0.2 * half),
         Parameter("tread", "1", 1.0, 0.4, 2.5, 0.2, prior=0.3),
+        Parameter("linear", "1", 0.0, 0.0, 1.5, 0.2, prior=0.3),
         Parameter("memory", "1", memory, 0.02, 1.5, 0.2, prior=0.7),
         Parameter("slip_offset", "1", 0.0, -0.02, 0.02, 1e-3),
         Parameter("fx_offset", "N", -30.0, -300.0, 300.0, 20.0),

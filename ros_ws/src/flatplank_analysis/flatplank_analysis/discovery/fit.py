@@ -150,7 +150,7 @@ class Fitter:
         bound = tuple(
             e.parameter.name
             for e, v in zip(task.entries, z * [e.scale for e in task.entries], strict=True)
-            if min(v - e.parameter.lower, e.parameter.upper - v) < 1e-6 * e.scale
+            if e.parameter.at_end(v, 1e-6 * e.scale)
         )
         return Fit(*task.unpack(z), predicted, chi2, columns, task.free, bound, task.known)
 

@@ -184,7 +184,7 @@ def at_ends(fitter: Fitter, fit: Fit) -> list[str]:
         p, value = entry.parameter, float(z) * entry.scale
         width = p.upper - p.lower
         near = NEAR_END * (width if np.isfinite(width) else entry.scale)
-        if min(value - p.lower, p.upper - value) > near:
+        if not p.at_end(value, near):
             continue
         owner = "" if entry.term < 0 else f"{fit.terms[entry.term].effect.identifier}."
         seen = float(np.sqrt(np.mean((column * fitter.weight) ** 2, axis=(1, 2)).max()))

@@ -32,6 +32,13 @@ class Parameter:
     """True when the parameter is known within its narrow range: it absorbs small deviations and
     hides no effect; large deviations are left to effects"""
 
+    def at_end(self, value: float, near: float) -> bool:
+        """Within `near` of an end of the range. An end that is `null` is none: the size that
+        nothing has limits no fit."""
+        above = value - self.lower if self.lower != self.null else np.inf
+        below = self.upper - value if self.upper != self.null else np.inf
+        return min(above, below) < near
+
 
 def param(
     null: float,
