@@ -17,7 +17,7 @@ def _params(**changes):
     p = np.zeros((2, 1, kernel.WIDTH))
     values = {
         "stiff": STIFF, "peak": 1.05, "shape": 3.0, "carcass": CARCASS, "half": HALF,
-        "tread": 1.0, "memory": 0.02, "play_soft": 10.0, "creep_time": 10.0,
+        "tread": 1.0, "patch_order": 0.02, "play_soft": 10.0, "creep_time": 10.0,
     } | changes  # fmt: skip
     for name, value in values.items():
         p[..., kernel.NAMES.index(name)] = value
@@ -62,8 +62,8 @@ def test_slope_of_the_law_is_its_derivative():
 
 
 def test_halving_the_step_changes_little():
-    coarse = _run(0.05, step=0.006, memory=0.8)
-    fine = _run(0.05, step=0.003, memory=0.8)
+    coarse = _run(0.05, step=0.006, patch_order=0.8)
+    fine = _run(0.05, step=0.003, patch_order=0.8)
     miss = coarse[1] - np.interp(coarse[0], *fine)
     assert np.abs(miss[5:]).max() < 12.0
     assert np.sqrt(np.mean(miss**2)) < 3.0

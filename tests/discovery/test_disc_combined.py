@@ -92,7 +92,14 @@ def test_the_carcass_over_the_load_is_found_with_its_size():
 def test_without_side_slip_at_one_load_the_base_has_none_of_their_numbers():
     model = TireModel(from_tables(tables("plain", seed=3)[:6]))
     names = {p.name for p in model.parameters}
-    assert not names & {"combine", "swing", "rotate", "grip_y", "slip_turned", "slip_load"}
+    assert not names & {
+        "other_slip",
+        "turn_share",
+        "turn_rate",
+        "grip_y",
+        "slip_turned",
+        "slip_load",
+    }
     assert len(names) == 19
 
 

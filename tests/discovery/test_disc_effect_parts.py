@@ -250,7 +250,7 @@ def motion(name: str, **values: float):
 @pytest.mark.parametrize(
     ("name", "values", "x", "y"),
     [
-        ("combined_slip", {"share": 0.4}, {"combine": 1.4}, {"combine": 1.4}),
+        ("combined_slip", {"share": 0.4}, {"other_slip": 1.4}, {"other_slip": 1.4}),
         ("road_play", {"gap": 2e-3, "rest": 0.5, "at": 40.0},
          {"play": 1.002, "play_rest": 1.5, "play_at": 40.0, "play_hold": 0.0}, {}),
         ("road_play", {"gap": 2e-3, "rest": 0.5, "at": 40.0, "kept": 1.0},

@@ -59,7 +59,7 @@ def _elements(seed: int, **more: float):
     params = np.zeros((2, RUNS, kernel.WIDTH))
     usual = {
         "stiff": 9e4, "peak": 1.05, "shape": 3.0, "carcass": 2.3e5, "half": 0.07, "tread": 1.0,
-        "memory": 0.5, "play_soft": 10.0, "creep_time": 10.0, "feel": 1.0, "denom": 0.5,
+        "patch_order": 0.5, "play_soft": 10.0, "creep_time": 10.0, "load_share": 1.0, "denom": 0.5,
     } | more  # fmt: skip
     for name, value in usual.items():
         params[..., kernel.NAMES.index(name)] = value * random.uniform(0.7, 1.3, (2, RUNS))
@@ -81,12 +81,12 @@ def _forces(given, rows, across):
 EVERYTHING = {
     "play": 1e-3, "play_rest": 0.3, "creep": 0.3, "slide": 0.2, "law_2": 0.1, "law_5": -0.1,
     "asym_peak": 0.1, "asym_stiff": -0.1, "soften": 0.2, "loss_brake": 0.05, "give": 1e-7,
-    "turn": 0.5, "fall": 0.1, "round": 0.5, "swing": 0.3, "rotate": 0.2, "follow": 1e-3,
+    "turn": 0.5, "fall": 0.1, "round": 0.5, "turn_share": 0.3, "turn_rate": 0.2, "follow": 1e-3,
 }  # fmt: skip
 
 
 @pytest.mark.parametrize(
-    "more, across", [({}, None), (EVERYTHING, None), (EVERYTHING | {"combine": 1.0}, 1)]
+    "more, across", [({}, None), (EVERYTHING, None), (EVERYTHING | {"other_slip": 1.0}, 1)]
 )
 def test_an_element_does_not_depend_on_those_beside_it(more, across):
     given = _elements(5, **more)
@@ -98,7 +98,7 @@ def test_an_element_does_not_depend_on_those_beside_it(more, across):
 
 
 def test_without_slip_across_the_shared_law_is_that_of_one_direction():
-    given = _elements(7, combine=1.0, swing=0.3)
+    given = _elements(7, other_slip=1.0, turn_share=0.3)
     given[1][1] = 0.0
     rows = np.arange(RUNS)
     alone = _forces(given, rows, None)
@@ -106,7 +106,7 @@ def test_without_slip_across_the_shared_law_is_that_of_one_direction():
 
 
 def test_node_by_node_is_the_sweep():
-    given = _elements(9, **(EVERYTHING | {"combine": 1.0}))
+    given = _elements(9, **(EVERYTHING | {"other_slip": 1.0}))
     rows = np.arange(RUNS)
     ds, dw, dt, load, friction, params, nominal = given
     blocks = kernel.blocks_of(rows)

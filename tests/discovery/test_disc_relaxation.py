@@ -31,6 +31,8 @@ def test_a_fixed_relaxation_length_is_no_effect(design: str, fixed: float) -> No
     assert result.verdict == verdict.AT_FLOOR, (result.reason, result.found)
     base = result.search.last.state.fit.base
     (share,) = (
-        v for p, v in zip(result.search.model.parameters, base, strict=True) if p.name == "linear"
+        v
+        for p, v in zip(result.search.model.parameters, base, strict=True)
+        if p.name == "fixed_length"
     )
     assert abs(share - fixed) < 0.3

@@ -29,7 +29,7 @@ runs:
 """
 NUMBERS = {
     "stiff": 6e4, "peak": 1.0, "shape": 4.0, "carcass": 1.2e5, "half": 0.05, "tread": 1.0,
-    "memory": 0.8, "play_soft": 10.0, "creep_time": 10.0, "feel": 1.0, "round": 0.4,
+    "patch_order": 0.8, "play_soft": 10.0, "creep_time": 10.0, "load_share": 1.0, "round": 0.4,
 }  # fmt: skip
 
 

@@ -55,8 +55,26 @@ for name in ("ask", "measure", "cancel", "set_parameters"):
     setattr(PanelNode, name, accept)
 PanelNode.beat = lambda *_: None
 """
+LATE = """
+import asyncio
+from flatplank_panel.operator import Operator
+
+zero_taken = asyncio.Event()
+
+async def constants(self):
+    await asyncio.wait_for(zero_taken.wait(), 60.0)
+    return {"et_value": 0.04, "adapter_thickness": 0.033}
+
+async def tare(self, page):
+    zero_taken.set()
+    return self.say("the zero is taken")
+
+Operator.constants, Operator.tare = constants, tare
+"""
+"""a bench that tells its constants when its zero is taken"""
 IDLE = {
     "hands": ACCEPTS,
+    "hands and answers": ACCEPTS + LATE,
     "eyes": "from flatplank_panel.nodes.panel import PanelNode\nPanelNode.look = lambda _: None",
 }
 """what a panel does not do -> Python that takes it away: it acts on nothing, or sees nothing"""

@@ -12,7 +12,10 @@ In the steady state k = kappa/(1 + ns kappa): ns = 0 is the thesis's form, ns = 
 bristles move through the contact with the wheel. While the carcass deflects, the bristles still
 move with the whole wheel, so dw is added to ds, not the slip of the patch.
 
-The carcass deflects with the change of the steady force, so the rates of load and friction matter.
+The carcass deflects with the change of the steady force, so the rates of load and friction matter,
+and the relaxation length falls with the slope of the force law. The share `fixed_length` of the
+deflection follows the slip instead, as with a law that is a straight line: with 1 the relaxation
+length is the same at every slip.
 
 An element is one run of one lane. Elements are computed in blocks of `WIDE` as a table with
 one row per quantity and one column per element. Loops over the columns have
@@ -40,21 +43,23 @@ from flatplank_analysis.contact_patch.compiling import (
 NAMES = (
     "stiff", "peak", "shape", "fall", "round", "denom", "carcass", "half", "tread",
     "asym_peak", "asym_stiff", "play", "play_at", "play_soft", "give", "soften",
-    "creep", "creep_time", "slide", "follow", "combine", "loss_brake", "loss_drive",
-    "play_rest", "play_hold", "memory", "turn", "feel", "swing", "rotate", "start", "linear",
+    "creep", "creep_time", "slide", "follow", "other_slip", "loss_brake", "loss_drive",
+    "play_rest", "play_hold", "patch_order", "turn", "load_share", "turn_share", "turn_rate",
+    "start", "fixed_length",
     "law_0", "law_1", "law_2", "law_3", "law_4", "law_5", "law_6", "law_7",
 )  # fmt: skip
 (
     STIFF, PEAK, SHAPE, FALL, ROUND, DENOM, CARCASS, HALF, TREAD,
     ASYM_PEAK, ASYM_STIFF, PLAY, PLAY_AT, PLAY_SOFT, GIVE, SOFTEN,
-    CREEP, CREEP_TIME, SLIDE, FOLLOW, COMBINE, LOSS_BRAKE, LOSS_DRIVE,
-    PLAY_REST, PLAY_HOLD, MEMORY, TURN, FEEL, SWING, ROTATE, START, LINEAR, LAW,
+    CREEP, CREEP_TIME, SLIDE, FOLLOW, OTHER_SLIP, LOSS_BRAKE, LOSS_DRIVE,
+    PLAY_REST, PLAY_HOLD, PATCH_ORDER, TURN, LOAD_SHARE, TURN_SHARE, TURN_RATE,
+    START, FIXED_LENGTH, LAW,
 ) = range(33)  # fmt: skip
 WIDTH = len(NAMES)
 #: further rows of a block: constants, state, inputs of a node, work space of a node
 (
-    FLEX, BEND, THETA_SHARE, NOMINAL, OTHER_STIFF, OTHER_PEAK, OTHER_FEEL, OTHER_ASYM_PEAK,
-    OTHER_ASYM_STIFF, OTHER_SLIDE,
+    FLEX, BEND, THETA_SHARE, NOMINAL, OTHER_STIFF, OTHER_PEAK, OTHER_LOAD_SHARE,
+    OTHER_ASYM_PEAK, OTHER_ASYM_STIFF, OTHER_SLIDE,
     SLIP, FORCE, DEFLECTED, CREPT, SLOPE, RATE, PLACE,
     DS, DW, DT, LOAD, FRICTION, ACROSS,
     AT, SIGMA, LATE, THETA, LENGTH, BEYOND, STIFF_NOW, PEAK_NOW, SPEED_RATIO, STIFF_ACROSS,
@@ -110,18 +115,19 @@ def steady(k, stiff, peak, shape, fall, bend):
 
 
 @inline
-def shared(k, stiff, peak, bent_across, way_across, shape, fall, bend, swing, rotate):
+def shared(k, stiff, peak, bent_across, way_across, shape, fall, bend, turn_share, turn_rate):
     """Steady force [N] at contact slip k with slip in the other direction, on a friction ellipse.
 
     The sticking part acts along the deflection of the rubber. The sliding part turns from there
-    towards the slip: the share `swing` at once, the rest with the size of the slip (`rotate`).
+    towards the slip: the share `turn_share` at once, the rest with the square of the slip
+    (`turn_rate`).
     """
     bent, way = stiff * k / peak, k / peak
     x = math.sqrt(bent * bent + bent_across * bent_across)
     level, _, stuck = saturation(x, shape, fall, bend)
     along = way / math.sqrt(way * way + way_across * way_across)
-    late = rotate * x * x
-    share = (swing + late) / (1.0 + late) * (level - stuck)
+    late = turn_rate * x * x
+    share = (turn_share + late) / (1.0 + late) * (level - stuck)
     force = peak * ((level - share) * bent / x + share * along)
     return choose(x > 0.0, force, 0.0)
 
@@ -218,7 +224,7 @@ def set_up(flat, params, other, nominal, elements):
         w[THETA_SHARE, i] = p[TREAD] * p[STIFF] / (3.0 * p[PEAK] * nominal[e])
         w[NOMINAL, i] = nominal[e]
         w[OTHER_STIFF, i], w[OTHER_PEAK, i] = o[STIFF], o[PEAK]
-        w[OTHER_FEEL, i], w[OTHER_SLIDE, i] = o[FEEL], o[SLIDE]
+        w[OTHER_LOAD_SHARE, i], w[OTHER_SLIDE, i] = o[LOAD_SHARE], o[SLIDE]
         w[OTHER_ASYM_STIFF, i], w[OTHER_ASYM_PEAK, i] = o[ASYM_STIFF], o[ASYM_PEAK]
         peak = p[PEAK] * nominal[e]
         slip, slope, force = slip_of(p[START], p[STIFF], peak, p[SHAPE], p[FALL], w[BEND, i])
@@ -231,7 +237,7 @@ def set_up(flat, params, other, nominal, elements):
         rest, _ = in_play(force, p[PLAY], p[PLAY_AT], p[PLAY_SOFT], held, start)
         w[PLACE, i] = rest
         soft = softened(force, p[SOFTEN])
-        bent = force * soft + p[LINEAR] * (p[STIFF] * slip - force)
+        bent = force * soft + p[FIXED_LENGTH] * (p[STIFF] * slip - force)
         w[DEFLECTED, i] = choose(held > 0.0, rest, rest + start) + bent * w[FLEX, i]
 
 
@@ -263,7 +269,7 @@ def begin(flat, across):
         whole = abs(k0)
         if across is not None:
             beside = w[ACROSS, i]
-            stiff_across = w[OTHER_STIFF, i] * (1.0 + w[OTHER_FEEL, i] * (ratio - 1.0))
+            stiff_across = w[OTHER_STIFF, i] * (1.0 + w[OTHER_LOAD_SHARE, i] * (ratio - 1.0))
             peak_across = w[OTHER_PEAK, i] * friction * ratio * nominal
             back = choose(beside < 0.0, 1.0, 0.0)
             stiff_across = stiff_across * (1.0 - back * w[OTHER_ASYM_STIFF, i])
@@ -278,15 +284,15 @@ def begin(flat, across):
         late = max(0.5, 1.0 - (sigma + x_soft) / ds)
         # first guess: law and patch continue as at the last node
         t = 2.0 * sigma
-        under = w[MEMORY, i] / 6.0 * t + late * ds
-        rise = w[MEMORY, i] / 12.0 * t * t + 0.5 * late * ds * t
+        under = w[PATCH_ORDER, i] / 6.0 * t + late * ds
+        rise = w[PATCH_ORDER, i] / 12.0 * t * t + 0.5 * late * ds * t
         patch = (late * ds * ds * k0 - ds * t * w[RATE, i]) / under
         stiff = (rise + late * late * ds * ds) / under
         w[AT, i] = k0 + (dw - patch) / (stiff + x_soft)
         w[AIM, i] = dw
         w[WAY, i] = ds
         w[SIGMA, i], w[LATE, i], w[THETA, i], w[LENGTH, i] = sigma, late, theta, half
-        w[STIFF_NOW, i] = w[STIFF, i] * (1.0 + w[FEEL, i] * (ratio - 1.0))
+        w[STIFF_NOW, i] = w[STIFF, i] * (1.0 + w[LOAD_SHARE, i] * (ratio - 1.0))
         w[PEAK_NOW, i] = w[PEAK, i] * friction * ratio * nominal
         w[LOW, i], w[HIGH, i], w[MOVE, i] = -FAR, FAR, 1.0
 
@@ -303,8 +309,8 @@ def newton(flat, across):
         if across is not None:
             whole = math.sqrt(k * k + w[BEYOND, i])
         t = w[SIGMA, i] + patch_length(k, whole, w[THETA, i], w[LENGTH, i])
-        under = 1.0 / (w[MEMORY, i] / 6.0 * t + late * ds)
-        rise = w[MEMORY, i] / 12.0 * t * t + 0.5 * late * ds * t
+        under = 1.0 / (w[PATCH_ORDER, i] / 6.0 * t + late * ds)
+        rise = w[PATCH_ORDER, i] / 12.0 * t * t + 0.5 * late * ds * t
         ahead = late * ds * ds * (late * k + (1.0 - late) * k0)
         patch = (rise * (k - k0) - ds * t * w[RATE, i] + ahead) * under
         back = choose(k < 0.0, 1.0, 0.0)
@@ -316,7 +322,7 @@ def newton(flat, across):
         if across is not None:
             way_y = w[ACROSS, i] / w[PEAK_ACROSS, i]
             bent_y = w[STIFF_ACROSS, i] * way_y
-            turn = w[SWING, i], w[ROTATE, i]
+            turn = w[TURN_SHARE, i], w[TURN_RATE, i]
             both = shared(k, stiff, peak, bent_y, way_y, shape, fall, bend, *turn)
             near = shared(k + 1e-6, stiff, peak, bent_y, way_y, shape, fall, bend, *turn)
             turned = (near - both) * 1e6
@@ -333,8 +339,7 @@ def newton(flat, across):
         slope = slope * change + force * bent
         force = force * change
         soft = softened(force, w[SOFTEN, i])
-        # a share of the deflection follows the slip, as if the law were a straight line
-        straight = w[LINEAR, i] * w[FLEX, i]
+        straight = w[FIXED_LENGTH, i] * w[FLEX, i]
         deflected = force * soft * w[FLEX, i] + straight * (stiff * k - force)
         flex, spare = (2.0 * soft - 1.0) * w[FLEX, i], straight * (stiff - slope)
         play, at, yields, held = w[PLAY, i], w[PLAY_AT, i], w[PLAY_SOFT, i], w[PLAY_HOLD, i]
@@ -418,7 +423,7 @@ def beside(flat, other):
     """Put the slip in the other direction into a block, weighted by their shared friction."""
     w, o = table(flat), table(other)
     for i in range(WIDE):
-        w[ACROSS, i] = w[COMBINE, i] * o[SLIP, i]
+        w[ACROSS, i] = w[OTHER_SLIP, i] * o[SLIP, i]
 
 
 @inner

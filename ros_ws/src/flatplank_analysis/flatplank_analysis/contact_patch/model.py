@@ -157,15 +157,15 @@ class TireModel:
                 "fall",
                 "round",
                 "tread",
-                "memory",
-                "linear",
-                "combine",
-                "swing",
-                "rotate",
+                "patch_order",
+                "fixed_length",
+                "other_slip",
+                "turn_share",
+                "turn_rate",
             ]:
                 p[..., kernel.NAMES.index(name)] = get(name)
             p[..., kernel.HALF] = get("half") * np.sqrt(ratio)
-            p[..., kernel.FEEL] = get("feel") if "feel" in base else 1.0
+            p[..., kernel.LOAD_SHARE] = get("load_share") if "load_share" in base else 1.0
             p[..., kernel.PLAY_SOFT] = 10.0
             p[..., kernel.CREEP_TIME] = 10.0
         params[0, ..., kernel.DENOM] = get("denom")
@@ -186,7 +186,7 @@ class TireModel:
         nominal = np.tile(d.nominal, lanes)
         block = params.reshape(2, count, kernel.WIDTH)
         force = np.empty((2, count, samples))
-        across = 1 if block[..., kernel.COMBINE].any() else None
+        across = 1 if block[..., kernel.OTHER_SLIP].any() else None
         if any(effect.overrides("node") for effect, _ in own):
             given = ds, dw, dt, load, friction
             self._solve_by_node(own, (lanes, runs), given, block, nominal, force, across)
@@ -268,7 +268,7 @@ def _jobs(todo: np.ndarray, params: np.ndarray) -> Iterator[tuple[np.ndarray, bo
     """
     runs = params.shape[2]
     give = params[0, ..., kernel.GIVE] * params[1, ..., kernel.TURN]
-    coupled = params[..., kernel.COMBINE].any(axis=(0, 2)) | give.any(axis=1)
+    coupled = params[..., kernel.OTHER_SLIP].any(axis=(0, 2)) | give.any(axis=1)
     alone = ~coupled
     for wanted, do_x, do_y in (
         (coupled & todo.any(axis=0), True, True),
@@ -286,7 +286,7 @@ def _distinct_lanes(lanes: int, dw, params, ds, load, friction) -> np.ndarray:
     out = np.ones((2, lanes), dtype=bool)
     common = [a.reshape(lanes, -1) for a in (ds, load, friction)]
     for lane in range(1, lanes):
-        if params[:, lane, :, kernel.COMBINE].any() or params[:, 0, :, kernel.COMBINE].any():
+        if params[:, lane, :, kernel.OTHER_SLIP].any() or params[:, 0, :, kernel.OTHER_SLIP].any():
             continue
         if not all(np.array_equal(a[lane], a[0]) for a in common):
             continue

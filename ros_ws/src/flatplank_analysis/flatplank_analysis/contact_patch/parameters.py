@@ -3,11 +3,14 @@
 
 Steady force (`kernel.saturation`): `stiff` slip stiffness, `peak` friction, `shape` n, `fall` drop
 beyond the peak, `round` 1 for a curve without quadratic term, 0 for a brush, `denom` ns.
-Transient: `carcass` stiffness, `half` half contact length, `tread` factor in (7.19), `memory` w of
-the patch, `feel` how far the slip stiffness follows the load within a run. Combined slip
-(`kernel.shared`): `combine` share of the other slip, `swing`, `rotate`, `turn_y`, `grip_y`
-friction across over along. Endings: `_y` across the wheel plane; `_load`, `_bend`, `_pressure`
-linear and quadratic dependence on load, and on pressure.
+Transient: `carcass` stiffness, `half` half contact length, `tread` factor in (7.19),
+`patch_order` w of the patch, `fixed_length` share of the carcass's relaxation length that does not
+fall with the slope of the force law, `load_share` share of the load changes within a run that the
+slip stiffness follows. Combined slip (`kernel.shared`): `other_slip` share of the other slip,
+`turn_share` share of the sliding force that turns towards the slip at once, `turn_rate` how fast
+the rest turns with the slip, `turn_y` see below, `grip_y` friction across over along. Endings:
+`_y` across the wheel plane; `_load`, `_bend`, `_pressure` linear and quadratic dependence on load,
+and on pressure.
 """
 
 from __future__ import annotations
@@ -73,7 +76,7 @@ def _parameters(load: float, turned: bool, along: float = 0.0) -> list[tuple[str
     half = 0.07 * np.sqrt(load / 3700.0)
     prior = np.inf if turned else 6.0 * load
     # with forces in both directions a row of bristles is the better start
-    rounding, denom, memory, turn = (0.1, 1.0, 1.0, 0.8) if turned else (0.5, 0.5, 0.5, 0.5)
+    rounding, denom, order, turn = (0.1, 1.0, 1.0, 0.8) if turned else (0.5, 0.5, 0.5, 0.5)
     always = [
         Parameter("stiff", "N", 23.0 * load, 5.0 * load, 80.0 * load, 2.0 * load),
         Parameter("peak", "1", 1.05, 0.3, 2.0, 0.1),
@@ -84,14 +87,14 @@ def _parameters(load: float, turned: bool, along: float = 0.0) -> list[tuple[str
         Parameter("carcass", "N/m", 2.5e5, 4e4, 3e6, 3e4),
         Parameter("half", "m", half, 0.4 * half, 2.0 * half, 0.01, prior=0.2 * half),
         Parameter("tread", "1", 1.0, 0.4, 2.5, 0.2, prior=0.3),
-        Parameter("linear", "1", 0.0, 0.0, 1.5, 0.2, prior=0.3),
-        Parameter("memory", "1", memory, 0.02, 1.5, 0.2, prior=0.7),
+        Parameter("fixed_length", "1", 0.0, 0.0, 1.5, 0.2, prior=0.3),
+        Parameter("patch_order", "1", order, 0.02, 1.5, 0.2, prior=0.7),
         Parameter("slip_offset", "1", 0.0, -0.02, 0.02, 1e-3),
         Parameter("fx_offset", "N", -30.0, -300.0, 300.0, 20.0),
         Parameter("fx_zero", "N", 0.0, -300.0, 300.0, 10.0),
     ]
-    # the friction follows the load; `feel` is how far the slip stiffness does
-    feel = Parameter("feel", "1", 0.8, 0.0, 1.5, 0.3, prior=0.3)
+    # the friction follows all of the load
+    load_share = Parameter("load_share", "1", 0.8, 0.0, 1.5, 0.3, prior=0.3)
     # without side slip it shows only in lateral effects, whose size it would take
     stiff_y = Parameter(
         "stiff_y", "N", 18.0 * load, 3.0 * load, 80.0 * load, 2.0 * load, prior=prior,
@@ -108,16 +111,16 @@ def _parameters(load: float, turned: bool, along: float = 0.0) -> list[tuple[str
         Parameter("angle_offset", "rad", 0.0, -2e-3, 2e-3, 1e-3, prior=1e-3, known=True),
     ]
     at_an_angle = [
-        Parameter("combine", "1", 1.0, 0.0, 1.5, 0.2, prior=0.5),
-        Parameter("swing", "1", 0.4, 0.0, 1.0, 0.2, prior=0.3),
-        Parameter("rotate", "1", 0.1, 0.0, 0.5, 0.05, prior=0.1),
+        Parameter("other_slip", "1", 1.0, 0.0, 1.5, 0.2, prior=0.5),
+        Parameter("turn_share", "1", 0.4, 0.0, 1.0, 0.2, prior=0.3),
+        Parameter("turn_rate", "1", 0.1, 0.0, 0.5, 0.05, prior=0.1),
         Parameter("grip_y", "1", 1.0, 0.6, 1.6, 0.05, prior=0.1),
         # which of the two speeds the wheel ran with; no effect may hide in the remainder
         Parameter("slip_turned", "1", along, -3.0, 3.0, 0.1, prior=0.05, known=True),
     ]
     return [
         *(("always", p) for p in always),
-        ("load within a run", feel),
+        ("load within a run", load_share),
         *(("side force", p) for p in side),
         *(("side slip", p) for p in at_an_angle),
         ("load", Parameter("stiff_load", "1", 0.8, -0.5, 2.0, 0.2)),

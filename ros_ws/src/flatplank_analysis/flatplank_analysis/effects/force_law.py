@@ -108,8 +108,8 @@ class CombinedSlip(TireProperty):
     )
 
     def tire(self, tire: Tire) -> None:
-        tire.x.combine += self.per_run.share
-        tire.y.combine += self.per_run.share
+        tire.x.other_slip += self.per_run.share
+        tire.y.other_slip += self.per_run.share
 
 
 @dataclass(frozen=True)

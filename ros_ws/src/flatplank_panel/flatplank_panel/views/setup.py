@@ -39,7 +39,7 @@ def _constants(page: Page) -> None:
         async def load() -> None:
             before = {name: field.value for name, field in fields.items()}
             for name, value in (await page.operator.constants()).items():
-                if fields[name].value == before[name]:  # not what was typed while the bench answers
+                if fields[name].value == before[name]:  # else typed while the bench answered
                     fields[name].set_value(value)
 
         with page.row():
