@@ -82,7 +82,7 @@ def test_runs_that_differ_by_one_per_cent_are_no_fault_of_the_machine():
     result = Session.of_tables(tables).diagnose()
     assert not result.found and result.source.lower_bound
     state = result.search.steps[0].state
-    assert tuple(state.metric.scatter) == state.model.usual
+    assert tuple(state.metric.scatter) == state.model.usual_scatter
 
 
 def test_repeats_go_before_everything_else():

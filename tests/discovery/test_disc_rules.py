@@ -189,11 +189,11 @@ def screened(effect, sizes, gain=1000.0, visible=0.5, setting=None) -> Screened:
 
 def test_what_the_tire_can_feign_is_told_when_the_residual_asks_for_it():
     """Beyond the level and within its range; what is visible, is on the shortlist."""
-    looked, usual = {"long": 3, "other": 3}, SimpleNamespace(dispersion=2.0)
+    looked, typical = {"long": 3, "other": 3}, SimpleNamespace(dispersion=2.0)
     least = 2.0 * 0.8 * chi2.isf(0.05 / 3, 1)
 
     def told(*items):
-        return shortlist.unshown(SimpleNamespace(ranked=list(items), usual=usual), looked)
+        return shortlist.unshown(SimpleNamespace(ranked=list(items), typical=typical), looked)
 
     faint = screened(LONG, 1.0, gain=1.01 * least, visible=0.004)
     assert told(faint) == ["long"]

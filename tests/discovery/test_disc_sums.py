@@ -142,20 +142,20 @@ def test_moments_of_the_logs_of_dispersions():
         assert dispersion._trigamma_inverse(float(polygamma(1, x))) == pytest.approx(x)
     # no more spread than their own freedom makes: as sure as a campaign can be
     own, most = 6.0, dispersion.MOST_FREEDOM
-    found = dispersion.usual([2.5] * 8, [own] * 8)
+    found = dispersion.typical([2.5] * 8, [own] * 8)
     level = np.log(2.5) - digamma(own / 2) + np.log(own / 2)
     assert found.freedom == most
     wanted = np.exp(level + digamma(most / 2) - np.log(most / 2))
     assert found.dispersion == pytest.approx(wanted)
     # and with a spread of trigamma(3) beyond it, six
     logs = np.sqrt((polygamma(1, 3.0) + polygamma(1, own / 2)) * 0.875) * np.array([1, -1] * 4)
-    found = dispersion.usual(9.0 * np.exp(logs), [own] * 8)
+    found = dispersion.typical(9.0 * np.exp(logs), [own] * 8)
     assert found.freedom == pytest.approx(6.0)
     assert found.dispersion == pytest.approx(9.0)
-    assert dispersion.usual([0.01] * 8, [own] * 8).dispersion == 1.0
+    assert dispersion.typical([0.01] * 8, [own] * 8).dispersion == 1.0
     # those without scores are not asked
-    assert dispersion.usual([3.0] * 4 + [0.0] * 9, [own] * 13) == dispersion.Usual()
-    assert dispersion.usual([3.0] * 4 + [5.0] * 9, [own] * 4 + [0.5] * 9) == dispersion.Usual()
+    assert dispersion.typical([3.0] * 4 + [0.0] * 9, [own] * 13) == dispersion.Typical()
+    assert dispersion.typical([3.0] * 4 + [5.0] * 9, [own] * 4 + [0.5] * 9) == dispersion.Typical()
 
 
 def test_contrasts_lose_what_differs_between_repeats_and_is_known():

@@ -11,7 +11,7 @@ from ball import TIME, Ball, Drag, Wind, throw
 from scipy.signal import lfilter
 from scipy.stats import f as f_distribution
 
-from flatplank_analysis.discovery.dispersion import MOST_FREEDOM, Usual, usual
+from flatplank_analysis.discovery.dispersion import MOST_FREEDOM, Typical, typical
 from flatplank_analysis.discovery.fit import Fitter, Term, settle
 from flatplank_analysis.discovery.noise import fit_noise
 
@@ -67,16 +67,16 @@ def test_usual_dispersion_knows_how_far_single_ones_lie_from_it(freedom, low, hi
     found = []
     for _ in range(40):
         kappas = 1.5 * f_distribution.rvs(own, freedom, random_state=rng)
-        found.append(usual(kappas, own))
+        found.append(typical(kappas, own))
     assert low <= np.median([u.freedom for u in found]) <= high
     assert np.median([u.dispersion for u in found]) == pytest.approx(1.5, rel=0.15)
 
 
 def test_a_dispersion_is_drawn_towards_the_usual_and_never_below_one():
-    kappa, freedom = Usual(1.2, 8.0).draw(6.0, 4.0)
+    kappa, freedom = Typical(1.2, 8.0).draw(6.0, 4.0)
     assert freedom == 12.0 and kappa == pytest.approx((4.0 * 6.0 + 8.0 * 1.2) / 12.0)
-    assert Usual(1.0, 8.0).draw(0.1, 4.0)[0] == 1.0
-    assert usual([1.0, 2.0], [4.0, 4.0]) == Usual()
+    assert Typical(1.0, 8.0).draw(0.1, 4.0)[0] == 1.0
+    assert typical([1.0, 2.0], [4.0, 4.0]) == Typical()
 
 
 def _red(rng, shape, size, constant, dt):

@@ -30,7 +30,7 @@ def likeliest(session: Session) -> Bet | None:
         if effect.generic or effect.law or item.visible < VISIBLE or not item.gain:
             continue
         made = state.with_term(term_of(item.candidate, item.sizes), most=4)
-        judge = Judge(state, state.whitened.chi2, step.screen.usual)
+        judge = Judge(state, state.whitened.chi2, step.screen.typical)
         decision = judge.decide(made, len(made.fit.terms) - 1, 1)
         return Bet.of([decision], state, made.fit, state.whitened.fit)
     return None

@@ -33,7 +33,7 @@ class TireModel:
     the tests, and a relaxation), `side` on three of them with side slip; 1 N of noise, nothing
     hidden: `bench-discovery --form` prints them"""
 
-    usual = (0.01, 0.0)
+    usual_scatter = (0.01, 0.0)
     """assumed scatter of the force (gain, slip offset) from run to run where no repeat shows it.
     Without it, runs that differ by 1 % would show a false friction difference in braking"""
 

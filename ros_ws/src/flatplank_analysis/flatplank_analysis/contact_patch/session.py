@@ -195,7 +195,7 @@ class Session:
             "floor_before": six_digits(before.state.floors[0].floor),
         }
         index = len(after.state.fit.terms) - 1
-        judge = Judge(before.state, before.state.whitened.chi2, before.screen.usual)
+        judge = Judge(before.state, before.state.whitened.chi2, before.screen.typical)
         found = before.state.settle(after.state.whitened.fit)
         decision = judge.decide(found, index, 1, plain=after.state.fit)
         ends = invariants.at_ends(after.state.fitter, after.state.fit)

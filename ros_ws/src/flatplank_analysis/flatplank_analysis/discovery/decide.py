@@ -17,7 +17,7 @@ from scipy.stats import t as student
 
 from flatplank_analysis.discovery import heldout
 from flatplank_analysis.discovery.dispersion import (
-    Usual,
+    Typical,
     among_conditions,
     among_repeats,
     scores_of,
@@ -44,6 +44,11 @@ OTHER = 0.4
 """the same for a fault of another form than the effect, when no residual of consequence remains"""
 NEARLY = 0.15
 """the same when a residual remains: half of the smallest value of false effects"""
+PER_FREEDOM, PER_FREEDOM_TIRE = 6.0, 12.0
+"""permitted sum of squares of the size along the run or among conditions, per degree of freedom:
+of an effect of the machine, and of the tire, where errors of the model's form look like it"""
+LOCAL = 5.0
+"""factor on `SAME` along the run for an effect that acts in a part of the run only"""
 PRIOR = 4.0
 """least weight, in degrees of freedom, of the dispersion among repeats in that among conditions"""
 CONDITIONS = 0.0005
@@ -117,7 +122,7 @@ class Judge:
     state: State
     without: float
     """smallest whitened chi2 without the effect"""
-    usual: Usual
+    typical: Typical
     explained: float = 0.0
     """drop of the effects that were accepted before"""
     residue: float = 0.0
@@ -147,17 +152,17 @@ class Judge:
         base = len(own)
         k = len([1 for owner, _ in fit.free if owner == index])
         local, info = scores_of(gram, base)
-        kappa, freedom = self.usual.draw(*among_repeats(runs.comparable, local, info))
+        kappa, freedom = self.typical.draw(*among_repeats(runs.comparable, local, info))
         kappa_c, freedom_c = among_conditions(runs.groups, local, info)
         # an effect that shows in two conditions has one degree of freedom: too few for a
         # dispersion of its own, so it is shrunk towards that among repeats
-        prior_freedom = max(PRIOR, self.usual.freedom)
+        prior_freedom = max(PRIOR, self.typical.freedom)
         shrunk = (freedom_c * kappa_c + prior_freedom * kappa) / (freedom_c + prior_freedom)
         shrunk += _of_the_law(state, gram, base) / max(float(info.sum()), 1e-30)
         stretch_q, stretch_n = _stretch_test(gram, base)
         condition_q, condition_n = _condition_test(state, local, info)
-        per_freedom = 12.0 if term.effect.kind == "tire" else 6.0
-        local_factor = 5.0 if term.effect.local else 1.0
+        per_freedom = PER_FREEDOM_TIRE if term.effect.kind == "tire" else PER_FREEDOM
+        local_factor = LOCAL if term.effect.local else 1.0
         # the model's law has not the form of the tire's; repeats do not show this error, and the
         # smaller the visible share of an effect, the more of its size the law can imitate
         beside = [row for row, i in enumerate(own) if fit.free[i][0] != index]

@@ -22,7 +22,7 @@ LEAST_FREEDOM, MOST_FREEDOM = 2.0, 16.0
 
 
 @dataclass(frozen=True)
-class Usual:
+class Typical:
     """Typical dispersion of a campaign, and its weight in degrees of freedom."""
 
     dispersion: float = 1.0
@@ -35,11 +35,11 @@ class Usual:
         return max(drawn, 1.0), total
 
 
-def usual(kappas: Sequence[float], freedoms: Sequence[float]) -> Usual:
+def typical(kappas: Sequence[float], freedoms: Sequence[float]) -> Typical:
     """Typical dispersion and its freedom, from the moments of the logarithms."""
     pairs = [(k, f) for k, f in zip(kappas, freedoms, strict=True) if k > 0.0 and f >= 1.0]
     if len(pairs) < 5:
-        return Usual()
+        return Typical()
     k, f = np.array(pairs).T
     level = np.log(k) - digamma(f / 2.0) + np.log(f / 2.0)
     spread = float(np.var(level, ddof=1) - np.mean(polygamma(1, f / 2.0)))
@@ -47,7 +47,7 @@ def usual(kappas: Sequence[float], freedoms: Sequence[float]) -> Usual:
     if spread > 0.0:
         freedom = float(np.clip(2.0 * _trigamma_inverse(spread), LEAST_FREEDOM, MOST_FREEDOM))
     mean = float(np.mean(level)) + float(digamma(freedom / 2.0)) - float(np.log(freedom / 2.0))
-    return Usual(max(float(np.exp(mean)), 1.0), freedom)
+    return Typical(max(float(np.exp(mean)), 1.0), freedom)
 
 
 def _trigamma_inverse(value: float) -> float:

@@ -83,11 +83,11 @@ class Metric:
 
 def scatter_of(
     runs: RunSet, whitener: Whitener, contrast: np.ndarray, stiff: np.ndarray,
-    usual: Sequence[float] = (),
+    assumed: Sequence[float] = (),
 ) -> np.ndarray:  # fmt: skip
     """Standard deviation from run to run of the stiff directions, beyond the noise (d,).
 
-    usual: assumed values where no repeat shows them; without these there is no scatter.
+    assumed: values where no repeat shows them; without these there is no scatter.
     A linear trend over the order of the runs is removed first: it is a candidate effect (wear,
     drift), which would otherwise hide behind the scatter that it causes itself.
     """
@@ -95,7 +95,7 @@ def scatter_of(
     if not d:
         return np.zeros(0)
     if not runs.repeated:
-        return np.array(usual if len(usual) == d else np.zeros(d), dtype=float)
+        return np.array(assumed if len(assumed) == d else np.zeros(d), dtype=float)
     gram = Metric(whitener, stiff, np.zeros(d)).gram(contrast, stiff)
     sizes = np.array([len(runs.groups[c]) for c in runs.condition])
     extra = np.zeros(d)

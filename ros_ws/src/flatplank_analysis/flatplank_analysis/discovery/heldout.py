@@ -80,7 +80,7 @@ class _QuadraticForm:
         self.groups = self.sums(fitter.weight)
         self.hessian = sum(g[0] for g in self.groups) + (turn * strength) @ turn.T
         self.slope = sum(g[1] for g in self.groups) - turn @ (strength * (z - centre))
-        self.usual = np.sqrt(np.maximum(np.diag(self.hessian), 1e-30))
+        self.scale = np.sqrt(np.maximum(np.diag(self.hessian), 1e-30))
         """square root of the diagonal of the Hessian, for scaling"""
 
     def sums(self, weight: np.ndarray) -> list[tuple[np.ndarray, np.ndarray, float]]:
@@ -106,13 +106,13 @@ class _QuadraticForm:
         # measured from the size of no effect, so that undetermined sizes stay there
         none = np.concatenate([np.zeros(n), np.ones(len(slope) - n)])
         low, high = self.low + none, self.high + none
-        return _least(hessian, slope + hessian @ none, low, high, self.usual)[n:] - 1.0
+        return _least(hessian, slope + hessian @ none, low, high, self.scale)[n:] - 1.0
 
     def base_for(self, sizes: np.ndarray) -> np.ndarray:
         """All variables, with the base fitted to all conditions for given sizes."""
         n = self.count
         slope = self.slope[:n] - self.hessian[:n, n:] @ sizes
-        base = _least(self.hessian[:n, :n], slope, self.low[:n], self.high[:n], self.usual[:n])
+        base = _least(self.hessian[:n, :n], slope, self.low[:n], self.high[:n], self.scale[:n])
         return np.concatenate([base, sizes])
 
 

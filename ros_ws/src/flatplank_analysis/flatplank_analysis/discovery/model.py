@@ -50,10 +50,10 @@ def form_of(model: Model) -> Form:
     return getattr(model, "form", Form())
 
 
-def usual_of(model: Model) -> Sequence[float]:
+def usual_scatter(model: Model) -> Sequence[float]:
     """Standard deviations of the `stiff` directions from run to run, used where no repeat shows
-    them. A model that knows them calls them `usual`."""
-    return getattr(model, "usual", ())
+    them. A model that knows them calls them `usual_scatter`."""
+    return getattr(model, "usual_scatter", ())
 
 
 def starts_of(model: Model) -> Sequence[Mapping[str, float]]:

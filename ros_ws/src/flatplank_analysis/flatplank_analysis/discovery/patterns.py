@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import f as f_distribution
 
-from flatplank_analysis.discovery.dispersion import Usual, among_repeats, scores_of, usual
+from flatplank_analysis.discovery.dispersion import Typical, among_repeats, scores_of, typical
 from flatplank_analysis.discovery.gram import Gram, Metric, solve
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_data.wording import span
@@ -32,7 +32,7 @@ SEEN = 0.3
 LEVEL = 1e-3
 """required p-value of a pattern, corrected for the number of patterns tested"""
 ASKED, TYPICAL = 24, 20
-"""most patterns whose dispersion is tested; number of patterns that give the usual dispersion"""
+"""most patterns whose dispersion is tested; number of patterns that give the typical dispersion"""
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ class Patterns:
         own = _ModelColumns(self.runs, *self._parts)
         scored = [(own.gain(t.column(i)), t, i) for t, i in counted]
         bumps = [(t, i) for t in tried if not t.kind.waves for i in range(len(t.sizes))]
-        known = own.usual([t.column(i) for t, i in bumps[:: max(len(bumps) // TYPICAL, 1)]])
+        known = own.typical([t.column(i) for t, i in bumps[:: max(len(bumps) // TYPICAL, 1)]])
         looks = sum(len(t.sizes) for t in tried)
         for gain, t, i in sorted(scored, key=lambda s: -s[0])[:ASKED]:
             p = looks * own.p_value(gain, t.column(i), known)
@@ -251,11 +251,11 @@ class _ModelColumns:
         gram = self.gram(column)
         return among_repeats(self.runs.groups, *scores_of(gram, self.base.shape[1]))
 
-    def usual(self, columns: Sequence[np.ndarray]) -> Usual:
+    def typical(self, columns: Sequence[np.ndarray]) -> Typical:
         pairs = [self.dispersion(c) for c in columns]
-        return usual([k for k, _ in pairs], [f for _, f in pairs])
+        return typical([k for k, _ in pairs], [f for _, f in pairs])
 
-    def p_value(self, gain: float, column: np.ndarray, known: Usual) -> float:
+    def p_value(self, gain: float, column: np.ndarray, known: Typical) -> float:
         """p-value of one pattern, not corrected for the number of patterns tested."""
         kappa, freedom = known.draw(*self.dispersion(column))
         return float(f_distribution.sf(gain / kappa, 1, freedom))

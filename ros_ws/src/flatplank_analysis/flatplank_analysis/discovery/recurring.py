@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from flatplank_analysis.discovery.model import Lane, Model, form_of, starts_of, usual_of
+from flatplank_analysis.discovery.model import Lane, Model, form_of, starts_of, usual_scatter
 from flatplank_analysis.discovery.runs import RunSet
 
 SAME = 0.02
@@ -165,7 +165,7 @@ class Seen:
         self.model, self.pieces = model, pieces
         self.parameters = model.parameters
         self.form, self.starts = form_of(model), starts_of(model)
-        self.usual = usual_of(model)
+        self.usual_scatter = usual_scatter(model)
         self.runs = replace(cut(model.runs, pieces), floor_from=source)
 
     def predict(self, lanes: Sequence[Lane]) -> np.ndarray:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatplank_analysis.discovery.dispersion import Usual, among_repeats, scores_of, usual
+from flatplank_analysis.discovery.dispersion import Typical, among_repeats, scores_of, typical
 from flatplank_analysis.discovery.gram import Gram, solve
 from flatplank_analysis.discovery.state import Candidate, State
 
@@ -47,7 +47,7 @@ class Screen:
     """number of columns that belong to the model itself"""
     projected: np.ndarray
     """products of all candidate columns with the model's own projected out"""
-    usual: Usual
+    typical: Typical
     """typical dispersion of the candidates"""
 
 
@@ -75,10 +75,10 @@ def screen(state: State) -> Screen:
         )  # fmt: skip
         at += k
     ranked.sort(key=lambda s: -s.gain)
-    return Screen(ranked, gram, own, projected, _usual(state, gram, own, ranked))
+    return Screen(ranked, gram, own, projected, _typical(state, gram, own, ranked))
 
 
-def _usual(state: State, gram: Gram, own: int, ranked: list[Screened]) -> Usual:
+def _typical(state: State, gram: Gram, own: int, ranked: list[Screened]) -> Typical:
     """Typical dispersion over all visible candidates at their best setting."""
     pairs, seen = [], set()
     for item in ranked:
@@ -88,7 +88,7 @@ def _usual(state: State, gram: Gram, own: int, ranked: list[Screened]) -> Usual:
         pairs.append(
             among_repeats(state.runs.comparable, *scores_of(_along(gram, own, item), own))
         )
-    return usual([k for k, _ in pairs], [f for _, f in pairs])
+    return typical([k for k, _ in pairs], [f for _, f in pairs])
 
 
 def _along(gram: Gram, own: int, item: Screened) -> Gram:

@@ -156,7 +156,7 @@ class _Searcher:
         evidence = EVIDENCE * max(best.dispersion, 1.0)
         if best.drop < state.whitened.chi2 - together.chi2 + evidence:
             return None
-        judge = Judge(state, state.whitened.chi2, first.screen.usual)
+        judge = Judge(state, state.whitened.chi2, first.screen.typical)
         start = state.with_term(best.term, most=2)
         return self.take(first, judge, [(best, start)], misshapen=True)
 
@@ -199,7 +199,9 @@ class _Searcher:
         residue = sum(f.decision.residue for f in step.found)
         near = [(s.start.effect.identifier, f) for f in step.found for s in f.suspects if s.near]
         alike = {name: indifferent(f.decision) for name, f in near}
-        judge = Judge(state, state.whitened.chi2, step.screen.usual, before, residue, alike=alike)
+        judge = Judge(
+            state, state.whitened.chi2, step.screen.typical, before, residue, alike=alike
+        )
         items = shortlist(step.screen, self.looked_at, self.options.refits)
         warm = [self.refit(state, item) for item in items]
         tried = self.from_cold(judge, [(self.newest(judge, found), found) for found in warm])
@@ -385,7 +387,7 @@ class _Searcher:
         out = []
         for index, found in enumerate(step.found, offset):
             less = state.settle(self.fitter.shrunk(state.whitened.fit, index))
-            judge = Judge(state, less.chi2, step.screen.usual, bare=less.fit)
+            judge = Judge(state, less.chi2, step.screen.typical, bare=less.fit)
             looked = self.looked_at[found.decision.term.effect.identifier]
             decision = judge.decide(state.whitened, index, looked, plain=state.fit)
             out.append(replace(found, decision=decision))

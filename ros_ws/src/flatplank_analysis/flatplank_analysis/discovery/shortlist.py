@@ -57,7 +57,7 @@ def shortlist(ranking: Screen, looked_at: Mapping[str, int], most: int) -> list[
 def unshown(ranking: Screen, looked_at: Mapping[str, int]) -> list[str]:
     """Effects that the residual suggests most, within their range, but of which the tire can
     imitate nearly all, so that these runs cannot name them."""
-    level = max(ranking.usual.dispersion, 1.0)
+    level = max(ranking.typical.dispersion, 1.0)
     return [
         item.identifier
         for item in best_per_effect(ranking)

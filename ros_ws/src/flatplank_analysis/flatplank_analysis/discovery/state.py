@@ -15,7 +15,7 @@ from flatplank_analysis.discovery import gram as grams
 from flatplank_analysis.discovery import noise as noises
 from flatplank_analysis.discovery.effect import Effect, variants_of
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term, Whitened, settle
-from flatplank_analysis.discovery.model import Lane, Model, form_of, usual_of
+from flatplank_analysis.discovery.model import Lane, Model, form_of, usual_scatter
 from flatplank_analysis.discovery.patterns import Patterns
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.discovery.sources import can_show, level_of, source_of
@@ -142,7 +142,7 @@ def make_state(
         least = level_of(runs, c) if bound else 0.0
         levels.append(floors.floor_of(runs, residual[c], cleaned[c], c, per_run, least))
     whitener = noises.make_whitener(runs, model_noise)
-    scatter = grams.scatter_of(runs, whitener, contrasts, stiff, usual_of(model))
+    scatter = grams.scatter_of(runs, whitener, contrasts, stiff, usual_scatter(model))
 
     metric = grams.Metric(whitener, stiff, scatter)
     found = settle(metric, fitter, near or fit)

@@ -229,7 +229,7 @@ def _verdict(search: Search, last: Step) -> tuple[str, str]:
     named = [f for f in last.found if not f.decision.term.effect.generic]
     if not last.found:
         if not left:
-            why = f"nothing that counts is left beyond the floor of {brief(level.floor)}"
+            why = f"nothing of consequence is left beyond the floor of {brief(level.floor)}"
             return AT_FLOOR, why
         if lawful:
             fine = "" if unshown(last.screen, search.looked_at) else ", the machine is fine"

@@ -58,7 +58,7 @@ def decoys_of(search: Search) -> Decoys:
     ranking = screens.screen(state)
     looked_at = looks(kinds, state.model)
     before = sum(f.decision.drop for f in last.found)
-    judge = Judge(state, state.whitened.chi2, last.screen.usual, before)
+    judge = Judge(state, state.whitened.chi2, last.screen.typical, before)
     tried = shortlist(ranking, looked_at, REFITS)
     accepted = [i.identifier for i in tried if _passes(judge, state, i, looked_at[i.identifier])]
     return Decoys(len(kinds), tuple(accepted))

@@ -127,7 +127,7 @@ def _residual_proposal(
     assert result.search is not None
     step = _cleaned(session, result.search.last)
     explained = sum(f.decision.drop for f in result.found)
-    proposer = Proposer(step.state, session.data, step.screen.usual, explained, only, progress)
+    proposer = Proposer(step.state, session.data, step.screen.typical, explained, only, progress)
     outcome = proposer.run()
     why = _refused(outcome, proposer, result)
     if why:
@@ -153,7 +153,7 @@ def _replacing_proposal(
     assert search is not None
     first = search.steps[0]
     together = first.state.settle(search.last.state.whitened.fit)
-    proposer = Proposer(first.state, session.data, first.screen.usual, progress=progress)
+    proposer = Proposer(first.state, session.data, first.screen.typical, progress=progress)
     outcome = proposer.run()
     margin = EVIDENCE * proposer.level + ALIKE * (first.state.whitened.chi2 - together.chi2)
     if outcome.best is None or outcome.best.found.chi2 > together.chi2 - margin:
@@ -289,7 +289,7 @@ def _with_candidate(step: Step, effect: type[Effect]) -> Step:
     old = step.state
     columns = make_candidates(old.model, old.whitened.fit, [effect], old.residual)
     state = replace(old, candidates=columns)
-    return Step(state, replace(screen(state), usual=step.screen.usual), [])
+    return Step(state, replace(screen(state), typical=step.screen.typical), [])
 
 
 def _named(s: Sentence, session: Session) -> Sentence:

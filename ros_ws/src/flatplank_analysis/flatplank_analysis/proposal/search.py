@@ -12,7 +12,7 @@ import numpy as np
 
 from flatplank_analysis.contact_patch.tire_runs import TireRuns
 from flatplank_analysis.discovery.decide import Decision, Judge
-from flatplank_analysis.discovery.dispersion import Usual
+from flatplank_analysis.discovery.dispersion import Typical
 from flatplank_analysis.discovery.fit import Term, Whitened
 from flatplank_analysis.discovery.rivals import ALIKE
 from flatplank_analysis.discovery.shortlist import EVIDENCE
@@ -134,7 +134,7 @@ class Proposer:
 
     state: State
     data: TireRuns
-    usual: Usual
+    typical: Typical
     explained: float = 0.0
     """drop of the effects that are in the model already"""
     only: Sequence[str] | None = None
@@ -196,7 +196,7 @@ class Proposer:
     @property
     def level(self) -> float:
         """Typical dispersion of the scores in these runs."""
-        return max(self.usual.dispersion, 1.0)
+        return max(self.typical.dispersion, 1.0)
 
     @property
     def price(self) -> float:
@@ -222,7 +222,7 @@ class Proposer:
         }
         state = self.state
         found = state.with_term(Term(effect, effect.vector(start)), most=6)
-        judge = Judge(state, state.whitened.chi2, self.usual, self.explained)
+        judge = Judge(state, state.whitened.chi2, self.typical, self.explained)
         index = len(found.fit.terms) - 1
         decision = judge.decide(found, index, looked)
         named = found.fit.terms[index].named()
