@@ -279,20 +279,22 @@ def test_a_site_is_ranked_by_its_best_form_where_that_takes_more_for_its_price()
 
 
 @pytest.mark.parametrize(
-    ("interval", "gain", "after", "acts_in", "why"),
+    ("interval", "p", "gain", "after", "acts_in", "why"),
     [
-        ([-1.0, 2.0], 0.2, 8.0, 1.0, "its interval covers zero"),
-        ([1.0, 2.0], -0.1, 8.0, 1.0, "left-out conditions are no better with it"),
-        ([1.0, 2.0], 0.01, 9.9, 1.0,
+        ([-1.0, 2.0], 1e-6, 0.2, 8.0, 1.0, "its interval covers zero"),
+        ([1.0, 2.0], 6e-4, 0.2, 8.0, 1.0, "not beyond the scatter of the runs, p = 0.0006"),
+        ([1.0, 2.0], 1e-6, -0.1, 8.0, 1.0, "left-out conditions are no better with it"),
+        ([1.0, 2.0], 1e-6, 0.01, 9.9, 1.0,
          "it takes 1.4 N out of the error where it acts, 3.0 N count"),
-        ([1.0, 2.0], 0.01, 9.9, 0.1, ""),
-        ([1.0, 2.0], 0.2, 8.0, 1.0, ""),
+        ([1.0, 2.0], 1e-6, 0.01, 9.9, 0.1, ""),
+        ([1.0, 2.0], 4e-4, 0.2, 8.0, 1.0, ""),
     ],
 )  # fmt: skip
-def test_a_sentence_must_stand_its_refit(interval, gain, after, acts_in, why):
+def test_a_sentence_must_stand_its_refit(interval, p, gain, after, acts_in, why):
     """What acts at one place only is of consequence there."""
-    numbers = {"interval": interval, "held_out_gain": gain, "rmse": after, "acts_in": acts_in}
-    assert refuted(numbers | {"rmse_before": 10.0, "floor_before": 10.0}, at_floor=True) == why
+    numbers = {"interval": interval, "p_value": p, "held_out_gain": gain}
+    numbers |= {"rmse": after, "acts_in": acts_in, "rmse_before": 10.0, "floor_before": 10.0}
+    assert refuted(numbers, at_floor=True) == why
 
 
 def test_a_tie_goes_to_what_a_person_would_look_for_first():

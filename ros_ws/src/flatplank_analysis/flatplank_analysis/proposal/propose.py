@@ -14,6 +14,7 @@ import numpy as np
 
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import heldout, invariants, verdict
+from flatplank_analysis.discovery.decide import CONDITIONS
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import amplitude
 from flatplank_analysis.discovery.modelfile import ModelFile
@@ -236,6 +237,8 @@ def refuted(numbers: dict[str, Any], at_floor: bool = False) -> str:
     low, high = numbers["interval"]
     if low <= 0.0 <= high:
         return "its interval covers zero"
+    if numbers["p_value"] > CONDITIONS:  # among repeats or conditions, whichever is larger
+        return f"not beyond the scatter of the runs, p = {numbers['p_value']:.1g}"
     if numbers["held_out_gain"] <= 0.0:
         return "left-out conditions are no better with it"
     taken = (numbers["rmse_before"] ** 2 - numbers["rmse"] ** 2) / numbers["acts_in"]
