@@ -26,3 +26,8 @@ LATCHED = QoSProfile(
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
 """for messages sent once that later subscribers need, too"""
+
+LATEST = QoSProfile(
+    reliability=ReliabilityPolicy.BEST_EFFORT, history=HistoryPolicy.KEEP_LAST, depth=1
+)
+"""for readers that need only the newest sample, and for whom no writer waits"""

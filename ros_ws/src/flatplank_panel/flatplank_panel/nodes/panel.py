@@ -20,23 +20,17 @@ from rclpy.action import ActionClient
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
-from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
 from flatplank_hw.nodes import convert
-from flatplank_hw.nodes.qos import LATCHED
+from flatplank_hw.nodes.qos import LATCHED, LATEST
 from flatplank_msgs import srv
 from flatplank_msgs.action import RunMeasurement
 from flatplank_msgs.msg import BusInputs, DriveStatus, EncoderState, HubState, Run, SequencerState
 from flatplank_panel.bench_state import POLL_HZ, BenchState, Progress, RunWord, Samples, Slip
 from flatplank_panel.link import Reply
-
-GLANCE = QoSProfile(
-    reliability=ReliabilityPolicy.BEST_EFFORT, history=HistoryPolicy.KEEP_LAST, depth=1
-)
-"""only the latest sample is needed, and no writer waits for this reader"""
 
 TOPICS = {
     "inputs": (BusInputs, "/bus/inputs"),
@@ -100,7 +94,7 @@ class PanelNode:
         self.node = Node(name)
         self._ear = Node(f"{name}_ear", start_parameter_services=False, enable_rosout=False)
         self._glances = {
-            key: self._ear.create_subscription(kind, topic, lambda _m: None, GLANCE)
+            key: self._ear.create_subscription(kind, topic, lambda _m: None, LATEST)
             for key, (kind, topic) in TOPICS.items()
         }
         self._latest: dict[str, Any] = {}
