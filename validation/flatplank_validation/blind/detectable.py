@@ -8,7 +8,6 @@ with the covariance of the noise and of the tire's scatter from run to run.
 
 from __future__ import annotations
 
-import hashlib
 import math
 import os
 from functools import lru_cache
@@ -22,6 +21,7 @@ import flatplank_sim.plant
 from flatplank_sim.sealed import conditions, menu
 from flatplank_sim.sealed.conditions import STEP, Columns
 from flatplank_sim.sealed.menu import Force
+from flatplank_validation.blind.fingerprint import fingerprint
 from flatplank_validation.blind.menu import MENU
 from flatplank_validation.blind.noise import NOISES, RELATIVE, covariance
 from flatplank_validation.blind.plan import runs_of
@@ -43,7 +43,7 @@ mean over all runs and for its peak, and above these shares of the largest force
 (docs/discovery.md); grid points of a peak"""
 NO_PART = (
     "page.py", "tables.py", "points.py", "journal.py", "rivals.py", "rival_scores.py",
-    "markdown.py", "nulls.py",
+    "markdown.py", "nulls.py", "fingerprint.py",
 )  # fmt: skip
 """files of the kit that do not affect the campaigns"""
 SHARED = tuple(Path(str(m.__file__)) for m in (conditions, menu))
@@ -228,15 +228,12 @@ def cache() -> Path:
     return Path(os.environ.get("FLATPLANK_ROOT", ".")) / ".cache" / "blind"
 
 
-@lru_cache(maxsize=1)
-def kit_version() -> str:
-    """Fingerprint of the code that makes the campaigns and their sizes."""
-    digest = hashlib.sha256()
-    for part in (Path(__file__).parent, Path(flatplank_sim.plant.__file__).parent, *SHARED):
-        for source in sorted(part.rglob("*.py")) or [part]:
-            if source.name not in NO_PART:
-                digest.update(source.read_bytes())
-    return digest.hexdigest()[:12]
+@lru_cache
+def kit_version(further: tuple[Path, ...] = ()) -> str:
+    """Fingerprint of the code that makes the campaigns and their sizes; further: files of it."""
+    parts = (Path(__file__).parent, Path(flatplank_sim.plant.__file__).parent, *SHARED, *further)
+    files = (f for part in parts for f in sorted(part.rglob("*.py")) or [part])
+    return fingerprint(f for f in files if f.name not in NO_PART)
 
 
 def _computed(world: str, name: str, noise: str, scatter: float, design: str) -> float:

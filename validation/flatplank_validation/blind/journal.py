@@ -5,7 +5,6 @@ resumed."""
 from __future__ import annotations
 
 import gzip
-import hashlib
 import json
 import subprocess
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -20,6 +19,7 @@ from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.parallel import worker_pool
 from flatplank_validation.blind.cases import Case, make
 from flatplank_validation.blind.detectable import kit_version
+from flatplank_validation.blind.fingerprint import fingerprint
 
 Progress = Callable[[int, int, str], None]
 JUDGED = ("discovery", "effects", "contact_patch")
@@ -34,12 +34,8 @@ OF_EFFECT = ("name", "kind", "size", "unit", "interval", "class", "p_value")
 def code_version(folders: tuple[str, ...] = JUDGED) -> str:
     """Fingerprint of the diagnosis code, which keeps results of different code apart."""
     root = Path(flatplank_analysis.__file__).parent
-    digest = hashlib.sha256()
-    for folder in folders:
-        for path in sorted((root / folder).rglob("*.py")):
-            if "report" not in path.parts:
-                digest.update(path.read_bytes())
-    return digest.hexdigest()[:12]
+    files = (p for folder in folders for p in sorted((root / folder).rglob("*.py")))
+    return fingerprint(p for p in files if "report" not in p.parts)
 
 
 @lru_cache(maxsize=1)
