@@ -136,6 +136,12 @@ def _parameters(load: float, turned: bool, along: float = 0.0) -> list[tuple[str
 NAMES = tuple(p.name for _, p in _parameters(1.0, turned=False))
 """names of all parameters of the base"""
 
+FORMER = {
+    "feel": "load_share", "memory": "patch_order", "combine": "other_slip",
+    "swing": "turn_share", "rotate": "turn_rate",
+}  # fmt: skip
+"""names in older model files"""
+
 TIRES: tuple[Mapping[str, float], ...] = (
     {"stiff": 0.5, "peak": 0.75, "carcass": 0.5, "stiff_y": 0.5, "carcass_y": 0.6},
     {"stiff": 1.9, "peak": 1.35, "carcass": 2.5, "stiff_y": 1.9, "carcass_y": 2.5},

@@ -12,7 +12,7 @@ import numpy as np
 
 from flatplank_analysis.contact_patch.data import from_tables, load_runs
 from flatplank_analysis.contact_patch.model import TireModel
-from flatplank_analysis.contact_patch.parameters import BASE, NAMES
+from flatplank_analysis.contact_patch.parameters import BASE, FORMER, NAMES
 from flatplank_analysis.contact_patch.plans import plans_for, usual_step
 from flatplank_analysis.contact_patch.tire_runs import TireRuns
 from flatplank_analysis.discovery import invariants, nextrun, screen, verdict
@@ -78,17 +78,19 @@ class Session:
                 raise FlatplankError(what, where, f"known: {', '.join(known)}")
         return effect
 
-    def start(self, model: ModelFile) -> dict[str, float]:
+    @staticmethod
+    def start(model: ModelFile) -> dict[str, float]:
         """Base parameters of a model file, also those that this campaign cannot determine."""
         where = model.path or "model file"
         if model.base != BASE:
             raise FlatplankError(f"no base '{model.base}'", where, f"write 'base: {BASE}'")
-        for name in model.parameters:
+        named = {FORMER.get(name, name): value for name, value in model.parameters.items()}
+        for name in named:
             if name not in NAMES:
                 raise FlatplankError(
                     f"the base has no parameter '{name}'", where, f"known: {', '.join(NAMES)}"
                 )
-        return dict(model.parameters)
+        return named
 
     def terms(self, model: ModelFile) -> tuple[Term, ...]:
         where = model.path or "model file"
