@@ -72,7 +72,7 @@ def test_usual_dispersion_knows_how_far_single_ones_lie_from_it(freedom, low, hi
     assert np.median([u.dispersion for u in found]) == pytest.approx(1.5, rel=0.15)
 
 
-def test_a_dispersion_is_drawn_towards_the_usual_and_never_below_one():
+def test_a_dispersion_is_drawn_towards_the_typical_and_never_below_one():
     kappa, freedom = Typical(1.2, 8.0).draw(6.0, 4.0)
     assert freedom == 12.0 and kappa == pytest.approx((4.0 * 6.0 + 8.0 * 1.2) / 12.0)
     assert Typical(1.0, 8.0).draw(0.1, 4.0)[0] == 1.0

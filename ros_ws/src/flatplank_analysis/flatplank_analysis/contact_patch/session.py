@@ -85,11 +85,9 @@ class Session:
         if model.base != BASE:
             raise FlatplankError(f"no base '{model.base}'", where, f"write 'base: {BASE}'")
         named = {FORMER.get(name, name): value for name, value in model.parameters.items()}
-        for name in named:
-            if name not in NAMES:
-                raise FlatplankError(
-                    f"the base has no parameter '{name}'", where, f"known: {', '.join(NAMES)}"
-                )
+        if unknown := [name for name in named if name not in NAMES]:
+            what = f"the base has no parameter '{unknown[0]}'"
+            raise FlatplankError(what, where, f"known: {', '.join(NAMES)}")
         return named
 
     def terms(self, model: ModelFile) -> tuple[Term, ...]:

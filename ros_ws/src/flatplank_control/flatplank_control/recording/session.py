@@ -263,12 +263,11 @@ class RecordingSession:
 
     def _drop_old(self) -> None:
         """Drop what is too old, also where it arrived after younger messages."""
-        waiting, self._ring = self._ring, deque(maxlen=RING_LENGTH)
-        for message in waiting:
-            if self._too_old(message):
-                self._remember(message.topic, message.cdr)
+        for _ in range(len(self._ring)):
+            if self._too_old(self._ring[0]):
+                self._drop_oldest()
             else:
-                self._ring.append(message)
+                self._ring.rotate(-1)
 
     def _drop_oldest(self) -> None:
         dropped = self._ring.popleft()
