@@ -15,7 +15,7 @@ from steptable import RADIUS, step_table
 
 from flatplank_analysis.cli import report
 from flatplank_analysis.report.analysis import analyse
-from flatplank_control.recording.filled import in_words, told
+from flatplank_control.recording.filled import in_words, requested_record
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError, NothingUsableError
 from flatplank_data.exporters import export_campaign
@@ -184,7 +184,7 @@ def test_a_record_of_no_slip_and_a_wheel_with_5_percent_is_refused(tmp_path):
 
 def recorded(tmp_path, columns: dict[str, np.ndarray], text: str, name: str = ""):
     """The record as a recorder closes it that was given a text, and what it tells people."""
-    said = told(text, name)
+    said = requested_record(text, name)
     write_run(tmp_path / "bag", columns, said.record.to_yaml(), "bag")
     record = said.filled_in(said.record, tmp_path / "bag")
     return record, in_words(record.with_changes(cycles_received=90, cycles_lost=10))
@@ -208,7 +208,7 @@ def test_the_recorder_fills_in_what_nobody_said(tmp_path):
 
 
 def test_a_recording_that_never_began_says_so():
-    said = in_words(told("{tire: TOY}").record)
+    said = in_words(requested_record("{tire: TOY}").record)
     assert said.startswith("nothing was recorded: the plank did not start to move")
 
 
@@ -220,10 +220,12 @@ def test_what_was_said_stays_and_what_was_measured_otherwise_is_noted(tmp_path):
 
 
 def test_a_whole_record_needs_no_bag_and_a_bag_without_samples_is_noted(tmp_path):
-    assert told("{tire: TOY, measurement: slip, kappa: 0.02, fz: 3000.0}", "mine").whole
-    assert not told("{tire: TOY, kappa: 0.02}").whole
+    assert requested_record(
+        "{tire: TOY, measurement: slip, kappa: 0.02, fz: 3000.0}", "mine"
+    ).whole
+    assert not requested_record("{tire: TOY, kappa: 0.02}").whole
     nothing = {name: values[:0] for name, values in controlled(0.05).items()}
-    said = told("")
+    said = requested_record("")
     write_run(tmp_path / "empty", nothing, "", "empty")
     record = said.filled_in(said.record, tmp_path / "empty")
     assert record.notes.startswith("not filled in: empty: no message on /encoders/state")

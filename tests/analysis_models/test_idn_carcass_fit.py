@@ -82,9 +82,9 @@ def test_friction_is_the_largest_steady_force_over_the_load(monkeypatch):
 
 def test_the_search_over_the_stiffness_sees_weighted_errors():
     problem = carcass_problem.carcass_problem(RUNS)
-    lanes = np.array([[2e5], [3e5]])
-    rows = problem.residuals(lanes)
-    error = problem.simulate(lanes, np.tile(problem.curve.force, (2, 1))) - problem.measured
+    sets = np.array([[2e5], [3e5]])
+    rows = problem.residuals(sets)
+    error = problem.simulate(sets, np.tile(problem.curve.force, (2, 1))) - problem.measured
     np.testing.assert_allclose(rows, (problem.weight * error).reshape(2, -1), atol=1e-6)
     found = carcass_problem.search_carcass(problem, (2e4, 5e6))
     assert (

@@ -33,8 +33,8 @@ MISRA_X = [77.6, 114.9, 141.1, 190.8, 239.9, 289.0, 332.8, 378.4, 434.8, 477.3, 
 def test_nist_misra1a(start: tuple[float, float]) -> None:
     x, y = np.array(MISRA_X), np.array(MISRA_Y)
 
-    def residuals(lanes: np.ndarray) -> np.ndarray:
-        return lanes[:, :1] * -np.expm1(-lanes[:, 1:] * x) - y
+    def residuals(sets: np.ndarray) -> np.ndarray:
+        return sets[:, :1] * -np.expm1(-sets[:, 1:] * x) - y
 
     found = solve(residuals, np.array(start), np.zeros(2), np.array([1e4, 1.0]))
     assert found.x == pytest.approx([2.3894212918e2, 5.5015643181e-4], rel=1e-6)
@@ -45,7 +45,7 @@ def test_nist_misra1a(start: tuple[float, float]) -> None:
 
 def test_search_stops_at_a_bound_and_says_so() -> None:
     found = solve(
-        lambda lanes: np.hstack([lanes[:, :1] - 3.0, lanes[:, 1:] + 1.0]),
+        lambda sets: np.hstack([sets[:, :1] - 3.0, sets[:, 1:] + 1.0]),
         np.array([0.5, 0.5]),
         np.array([0.0, -5.0]),
         np.array([2.0, 5.0]),
@@ -58,7 +58,7 @@ def test_search_stops_at_a_bound_and_says_so() -> None:
 
 def test_search_leaves_a_parameter_without_influence_alone() -> None:
     found = solve(
-        lambda lanes: lanes[:, :1] - np.array([1.0, 1.2]),
+        lambda sets: sets[:, :1] - np.array([1.0, 1.2]),
         np.array([0.0, 7.0]),
         np.full(2, -10.0),
         np.full(2, 10.0),

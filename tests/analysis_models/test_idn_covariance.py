@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from idn_runs import numbers
 
-from flatplank_analysis.identify.noise import Carried, run_covariance
+from flatplank_analysis.identify.noise import PropagatedErrors, run_covariance
 
 
 def test_covariance_of_a_mean_is_that_of_the_means_of_runs():
@@ -28,7 +28,7 @@ def test_covariance_of_a_mean_is_that_of_the_means_of_runs():
     pulls = (own - y.mean()) * each / (2.0 * runs * each) / np.sqrt(1.0 - 0.5 / runs)
     assert halved.matrix[0, 0] == pytest.approx(pulls @ pulls + 0.25 / (runs * each))
     # what an earlier fit brought to a row comes with its run
-    carried = Carried(np.array([0, 9]), np.ones((2, runs * each)) * [[0.3], [2.0]])
+    carried = PropagatedErrors(np.array([0, 9]), np.ones((2, runs * each)) * [[0.3], [2.0]])
     both = run_covariance(jac, (y - y.mean()).ravel(), index, None, carried)
     pulls = (own - y.mean()) / runs / np.sqrt(1.0 - 1.0 / runs)
     pulls[0] -= 0.3

@@ -52,8 +52,8 @@ def test_bend_and_slope_of_bristles_come_back(slips, q):
     weights = curve.slope_weights(slips, force)
     assert weights @ force == pytest.approx(9.5e4)
     np.testing.assert_allclose(weights @ (force + 300.0), 9.5e4)  # an offset is no slope
-    lanes = np.vstack([force, bristles(slips, 0.5 * q)])
-    np.testing.assert_allclose(curve._bend(slips, lanes), [q, 0.5 * q], rtol=1e-5, atol=1e-4)
+    sets = np.vstack([force, bristles(slips, 0.5 * q)])
+    np.testing.assert_allclose(curve._bend(slips, sets), [q, 0.5 * q], rtol=1e-5, atol=1e-4)
 
 
 def test_beyond_sliding_the_bend_is_that_of_the_far_levels():

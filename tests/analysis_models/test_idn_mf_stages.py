@@ -71,7 +71,7 @@ def test_what_becomes_of_the_coefficients_of_a_stage():
     stage = stages.STAGES["stiffness"]
     p = points(4, fz=np.array([2e3, 2e3, 4e3, 4e3]))
     free = stage.outputs["cx"].split()
-    kept, lines = fit._told(stage, free, p)
+    kept, lines = fit._determined(stage, free, p)
     assert kept == ["LONGITUDINAL_STIFFNESS", "PCFX1"]
     assert lines == [
         "PCFX2 not determined by 2 loads (2000 N, 4000 N); left at the start",

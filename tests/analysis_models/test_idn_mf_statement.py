@@ -84,8 +84,10 @@ def test_errors_of_what_was_fitted_before_move_the_rows_of_this_output():
     x = np.array([0.14])
     before = OutputProblem("fx", at, names, base)
     brought = np.array([[0.3, 0.0], [0.0, -0.2]])
-    held = statement.Held(before, np.array([base.PKX1, base.PDX1]), np.array([4, 7]), brought)
-    carried = statement._carried(this, x, [held])
+    held = statement.FittedOutput(
+        before, np.array([base.PKX1, base.PDX1]), np.array([4, 7]), brought
+    )
+    carried = statement._propagated(this, x, [held])
     assert carried.runs.tolist() == [4, 7]
     for row, name, error in zip(carried.response, names, (0.3, -0.2), strict=True):
         ends = []
@@ -94,10 +96,10 @@ def test_errors_of_what_was_fitted_before_move_the_rows_of_this_output():
             o = operating_point(c, at.fz, at.kappa, at.alpha, 0.0, at.pressure, 0.03)
             ends.append(stages.PREDICTIONS["mz"](c, o) / this.error_scale())
         np.testing.assert_allclose(row, error * (ends[0] - ends[1]) / 2e-4, rtol=1e-4, atol=1e-9)
-    other = statement.Held(OutputProblem("re", at, ("BREFF",), base), np.array([8.0]),
+    other = statement.FittedOutput(OutputProblem("re", at, ("BREFF",), base), np.array([8.0]),
                            np.array([1]), np.ones((1, 1)))  # fmt: skip
-    assert statement._carried(this, x, [other]) is None
-    both = statement._carried(this, x, [other, held, held])
+    assert statement._propagated(this, x, [other]) is None
+    both = statement._propagated(this, x, [other, held, held])
     assert both.runs.tolist() == [4, 7, 4, 7] and both.response.shape == (4, n)
 
 

@@ -37,7 +37,7 @@ def test_of_two_solutions_the_better_one_is_taken(monkeypatch):
     assert twins.better_twin(one, found) is found and twins.twin_of(one, found) is None
 
 
-def test_solutions_are_told_apart_where_most_repeats_would(monkeypatch):
+def test_solutions_are_distinguishable_where_most_repeats_would(monkeypatch):
     """Predictions D apart: D^2 - 2 D beyond 9.2 is D beyond 4.2."""
     one = problem(free=twins.PAIR)
     other = solution((-4.0, 0.2), 120.0)
@@ -45,7 +45,7 @@ def test_solutions_are_told_apart_where_most_repeats_would(monkeypatch):
         rows = np.zeros((2, 17))
         rows[1, 3], rows[1, 16] = apart, 99.0
         monkeypatch.setattr(OutputProblem, "residuals", lambda *_, rows=rows: rows)
-        assert twins._told_apart(one, solution((4.0, 0.5), cost), other) is told
+        assert twins._distinguishable(one, solution((4.0, 0.5), cost), other) is told
 
 
 def test_the_mirrored_pair_has_the_same_stiffness():
@@ -92,7 +92,7 @@ def test_a_second_solution_is_said_with_the_load_that_would_decide(monkeypatch, 
     one = problem(free=("PKX1", *twins.PAIR))
     found, other = solution((25.0, 4.0, 0.5), 100.0), solution((25.0, -4.25, 0.2), cost)
     monkeypatch.setattr(twins, "_other", lambda *_: other)
-    monkeypatch.setattr(twins, "_told_apart", lambda *_: False)
+    monkeypatch.setattr(twins, "_distinguishable", lambda *_: False)
     monkeypatch.setattr(twins, "_deciding_load", lambda *_: 8000.0)
     twin = twins.twin_of(one, found)
     assert twin.solution is other
@@ -105,7 +105,7 @@ def test_a_second_solution_is_said_with_the_load_that_would_decide(monkeypatch, 
     assert said.remedy == "measure a load of 8000 N"
     monkeypatch.setattr(twins, "_deciding_load", lambda *_: None)
     assert twins.twin_of(one, found).statement.remedy == "fix one in the fit file"
-    monkeypatch.setattr(twins, "_told_apart", lambda *_: True)
+    monkeypatch.setattr(twins, "_distinguishable", lambda *_: True)
     assert twins.twin_of(one, found) is None
 
 

@@ -29,7 +29,7 @@ def test_derivatives_stay_inside_of_the_bounds():
 def test_a_search_goes_on_in_both_directions(start, turns):
     """sinh: far away each step is about 1."""
     found = least_squares.solve(
-        lambda lanes: np.hstack([np.sinh(turns * lanes), 0.1 * lanes - 0.02]),
+        lambda sets: np.hstack([np.sinh(turns * sets), 0.1 * sets - 0.02]),
         np.array([start]), np.array([-9.0]), np.array([9.0]),
     )  # fmt: skip
     assert found.converged and abs(found.jacobian.T @ found.residual)[0] < 1e-6
@@ -41,9 +41,9 @@ def test_the_end_of_a_search_and_what_it_costs():
     """A straight line takes two steps; a search that may not take another says so."""
     calls = []
 
-    def line(lanes):
-        calls.append(len(lanes))
-        return lanes @ np.array([[1.0, 2.0, 3.0], [1.0, 0.0, -1.0]]) - [1.0, 5.0, 2.0]
+    def line(sets):
+        calls.append(len(sets))
+        return sets @ np.array([[1.0, 2.0, 3.0], [1.0, 0.0, -1.0]]) - [1.0, 5.0, 2.0]
 
     low, high = np.full(2, -50.0), np.full(2, 50.0)
     wanted = np.linalg.lstsq(np.array([[1.0, 1.0], [2.0, 0.0], [3.0, -1.0]]), [1.0, 5.0, 2.0])[0]
@@ -66,8 +66,8 @@ def test_the_end_of_a_search_and_what_it_costs():
 def test_a_trial_that_is_not_finite_is_not_taken():
     """A wall of NaN beside the minimum."""
 
-    def wall(lanes):
-        return np.where(lanes > 1.2, np.nan, np.exp(lanes) - 2.0)
+    def wall(sets):
+        return np.where(sets > 1.2, np.nan, np.exp(sets) - 2.0)
 
     found = least_squares.solve(wall, np.array([-3.0]), np.array([-9.0]), np.array([9.0]))
     assert found.x[0] == pytest.approx(np.log(2.0), rel=1e-6)

@@ -68,9 +68,9 @@ def test_residuals_of_the_steering_zero_spelt_out():
     fy, mz, fx, stiffness = rng.normal(size=(4, 5))
     stiffness[4] = math.nan
     data = _Steady(angle, fy, mz, fx, stiffness)
-    lanes = START + rng.uniform(-0.3, 0.3, (2, len(NAMES))) * [0.1, 0.1, 1, 9, 9, 1, 0.1, 9, 0.1]
-    for lane, row in zip(lanes, data.residuals(lanes), strict=True):
-        zero, ply, d, b, e, fy0, trail, bt, mz0 = lane
+    sets = START + rng.uniform(-0.3, 0.3, (2, len(NAMES))) * [0.1, 0.1, 1, 9, 9, 1, 0.1, 9, 0.1]
+    for one, row in zip(sets, data.residuals(sets), strict=True):
+        zero, ply, d, b, e, fy0, trail, bt, mz0 = one
         wanted_y, wanted_z, slip = [], [], []
         for i, a in enumerate(angle):
             felt = math.tan(a + zero + ply)

@@ -184,10 +184,10 @@ def test_arrays_in_pieces_equal_single_points() -> None:
 
 def test_lanes_of_coefficients_do_not_influence_each_other() -> None:
     base = Coefficients(BOOK)
-    lanes = base.replaced({"PKX1": np.array([[16.0], [20.0]]), "QBZ1": np.array([[10.0], [9.0]])})
+    sets = base.replaced({"PKX1": np.array([[16.0], [20.0]]), "QBZ1": np.array([[10.0], [9.0]])})
     kappa = np.linspace(-0.1, 0.1, 7)
-    o = operating_point(lanes, 4000.0, kappa, 0.02, 0.01, 220000.0, 16.7)
-    both = steady(lanes, o)
+    o = operating_point(sets, 4000.0, kappa, 0.02, 0.01, 220000.0, 16.7)
+    both = steady(sets, o)
     for i, change in enumerate(({"PKX1": 16.0, "QBZ1": 10.0}, {"PKX1": 20.0, "QBZ1": 9.0})):
         c = base.replaced(change)
         one = steady(c, operating_point(c, 4000.0, kappa, 0.02, 0.01, 220000.0, 16.7))

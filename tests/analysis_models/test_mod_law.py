@@ -38,10 +38,10 @@ def test_a_table_of_a_law():
     assert one.stiffness().item() == pytest.approx(
         (one.force(np.array([[0.005]]))[0] - one.force(np.array([[-0.005]]))[0]).item() / 0.01
     )
-    lanes = table_law(SLIPS, np.vstack([one.force(SLIPS[None])[0][0]] * 2) * [[1.0], [3.0]])
-    found = lanes.force(np.full((2, 1), 0.02))[0][:, 0]
+    sets = table_law(SLIPS, np.vstack([one.force(SLIPS[None])[0][0]] * 2) * [[1.0], [3.0]])
+    found = sets.force(np.full((2, 1), 0.02))[0][:, 0]
     assert found[1] == pytest.approx(3.0 * found[0])
-    assert lanes.stiffness()[:, 0] == pytest.approx([1.0, 3.0] * one.stiffness()[0], rel=1e-3)
+    assert sets.stiffness()[:, 0] == pytest.approx([1.0, 3.0] * one.stiffness()[0], rel=1e-3)
     rows = TableLaw(one.first, one.step, np.vstack([one.values, 2.0 * one.values]))
     both = rows.force(np.array([[0.02, 0.03]]))[0][0]
     assert both == pytest.approx([1.0, 2.0] * one.force(np.array([[0.02, 0.03]]))[0][0])
@@ -52,20 +52,20 @@ def test_a_table_of_a_law():
 
 @pytest.mark.parametrize("shape", [(1,), (3,), (1, 1), (2, 1), (2, 3)])
 def test_every_lane_and_run_has_its_own_table(shape):
-    """Values (runs or 1, nodes) or (lanes, runs or 1, nodes): each looked up alone."""
+    """Values (runs or 1, nodes) or (sets, runs or 1, nodes): each looked up alone."""
     rng = np.random.default_rng(1)
     values = rng.normal(size=(*shape, 9))
     one, slip = TableLaw(-0.04, 0.01, values), rng.uniform(-0.06, 0.06, (2, 3))
     full = np.broadcast_to(values if len(shape) == 2 else values[None], (2, 3, 9))
     nodes = -0.04 + 0.01 * np.arange(9)
     force, slope = one.force(slip)
-    for lane in range(2):
+    for index in range(2):
         for run in range(3):
-            row, at = full[lane, run], slip[lane, run]
+            row, at = full[index, run], slip[index, run]
             cell = min(max(int((at + 0.04) // 0.01), 0), 7)
             rise = (row[cell + 1] - row[cell]) / 0.01
-            assert slope[lane, run] == pytest.approx(rise)
-            assert force[lane, run] == pytest.approx(row[cell] + rise * (at - nodes[cell]))
+            assert slope[index, run] == pytest.approx(rise)
+            assert force[index, run] == pytest.approx(row[cell] + rise * (at - nodes[cell]))
     ends = [np.array([[np.interp(s, nodes, row) for row in rows] for rows in full])
             for s in (0.005, -0.005)]  # fmt: skip
     np.testing.assert_allclose(np.broadcast_to(one.stiffness(), (2, 3)),

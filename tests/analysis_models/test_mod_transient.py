@@ -48,25 +48,25 @@ MODELS: dict[str, tuple[TransientModel, np.ndarray]] = {
 
 @pytest.mark.parametrize("name", MODELS)
 def test_contract(name: str) -> None:
-    model, lanes = MODELS[name]
+    model, sets = MODELS[name]
     runs = [
         slip_inputs(X, 0.02, 3700.0, alpha=0.02),
         slip_inputs(X[:500], 0.05 * np.sin(8.0 * X[:500]), 3000.0, alpha=-0.03, start_fx=-40.0),
     ]
     inputs = stack_runs(runs)
-    both = model.simulate(lanes, inputs)
-    assert both.shape == (len(lanes), 2, len(X))
+    both = model.simulate(sets, inputs)
+    assert both.shape == (len(sets), 2, len(X))
     assert np.all(np.isfinite(both))
-    for lane in range(len(lanes)):
+    for index in range(len(sets)):
         np.testing.assert_allclose(
-            model.simulate(lanes[lane : lane + 1], inputs)[0], both[lane], rtol=0, atol=1e-7
+            model.simulate(sets[index : index + 1], inputs)[0], both[index], rtol=0, atol=1e-7
         )
     for i, run in enumerate(runs):
-        alone = model.simulate(lanes, run)
+        alone = model.simulate(sets, run)
         np.testing.assert_allclose(alone[:, 0], both[:, i, : run.shape[1]], rtol=0, atol=1e-7)
     # Padded samples are at rest: nothing changes there.
     np.testing.assert_allclose(both[:, 1, 500:] - both[:, 1, 499:500], 0.0, atol=5.0)
-    assert len(lanes) == 1 or np.any(np.abs(both[1] - both[0]) > 1.0)
+    assert len(sets) == 1 or np.any(np.abs(both[1] - both[0]) > 1.0)
 
 
 def test_linear_step_is_the_exponential() -> None:
@@ -147,10 +147,10 @@ def test_nonlinear_machine_code_equals_python(
     slips = (-0.3, -0.02, 0.0, 0.01, 0.05, 0.2)
     loads = 3700.0 + 900.0 * np.sin(7.0 * X)
     inputs = stack_runs([slip_inputs(X[::3], k, loads[::3], start_fx=-30.0) for k in slips])
-    lanes = np.array([[2e5], [3e5]])
-    fast = model.simulate(lanes, inputs)
+    sets = np.array([[2e5], [3e5]])
+    fast = model.simulate(sets, inputs)
     monkeypatch.setattr(nl, "march", nl.march.py_func)
-    np.testing.assert_allclose(model.simulate(lanes, inputs), fast, atol=1e-5)
+    np.testing.assert_allclose(model.simulate(sets, inputs), fast, atol=1e-5)
 
 
 def test_nonlinear_large_steps_do_not_ring() -> None:

@@ -11,43 +11,43 @@ from pathlib import Path
 import pytest
 
 from flatplank_control.bench.fast_dds import remove_orphans
-from flatplank_control.bench.processes import RUNAWAY_CPU_S, BenchProcesses, Start, Vitals
+from flatplank_control.bench.processes import RUNAWAY_CPU_S, BenchProcesses, ProcessState, Start
 from flatplank_control.bench.setup import BenchSetup
 
 NAMES = ("encoders", "recorder")
-LOADING = Vitals("S", 0.0, False)
+LOADING = ProcessState("S", 0.0, False)
 
 
 def test_as_long_as_a_node_uses_the_processor_nobody_gives_up() -> None:
     start = Start(NAMES, 0.0, stall_s=30.0)
     start.heard("encoders", "", 1.0)
     for i in range(1000):
-        vitals = {"recorder": Vitals("S", 0.02 * i, False)}
-        assert not start.hopeless(vitals, 10.0 * i)
+        vitals = {"recorder": ProcessState("S", 0.02 * i, False)}
+        assert not start.why_useless(vitals, 10.0 * i)
 
 
 @pytest.mark.parametrize("state", ["R", "D"])
 def test_a_node_that_waits_for_processor_or_disk_gets_on(state: str) -> None:
     start = Start(NAMES, 0.0, stall_s=30.0)
-    assert not start.hopeless({"recorder": Vitals(state, 0.0, False)}, 1000.0)
+    assert not start.why_useless({"recorder": ProcessState(state, 0.0, False)}, 1000.0)
 
 
 @pytest.mark.parametrize(
     ("seen", "words"),
     [
         (LOADING, "recorder hangs before it is made"),
-        (Vitals("T", 0.1, False), "recorder is stopped"),
-        (Vitals("S", 50.0, True), "recorder runs, but its services are not heard"),
+        (ProcessState("T", 0.1, False), "recorder is stopped"),
+        (ProcessState("S", 50.0, True), "recorder runs, but its services are not heard"),
         (None, "recorder does not answer; is the bench running?"),
     ],
 )
-def test_a_node_that_hangs_is_named_with_what_it_hangs_on(seen: Vitals, words: str) -> None:
+def test_a_node_that_hangs_is_named_with_what_it_hangs_on(seen: ProcessState, words: str) -> None:
     start = Start(NAMES, 0.0, stall_s=30.0)
     start.heard("encoders", "", 1.0)
     vitals = {"recorder": seen} if seen else {}
-    start.hopeless(vitals, 2.0)
-    assert not start.hopeless(vitals, 31.0)
-    told = start.hopeless(vitals, 33.0)
+    start.why_useless(vitals, 2.0)
+    assert not start.why_useless(vitals, 31.0)
+    told = start.why_useless(vitals, 33.0)
     assert told.startswith(words)
     assert "1 of 2 nodes are up" in told
 
@@ -56,14 +56,16 @@ def test_what_a_node_waits_for_is_told() -> None:
     start = Start(NAMES, 0.0, stall_s=30.0)
     start.heard("recorder", "nobody on /bus/inputs", 5.0)
     start.heard("recorder", "nobody on /bus/inputs", 20.0)
-    told = start.hopeless({"recorder": Vitals("S", 9.0, True)}, 36.0)
+    told = start.why_useless({"recorder": ProcessState("S", 9.0, True)}, 36.0)
     assert "recorder waits: nobody on /bus/inputs" in told
 
 
 def test_a_node_that_works_for_ever_does_not_come_up() -> None:
     start = Start(NAMES, 0.0)
-    busy = {"recorder": Vitals("R", RUNAWAY_CPU_S + 1.0, False)}
-    assert start.hopeless(busy, 1.0).startswith("recorder: not up after 601 s of processor time")
+    busy = {"recorder": ProcessState("R", RUNAWAY_CPU_S + 1.0, False)}
+    assert start.why_useless(busy, 1.0).startswith(
+        "recorder: not up after 601 s of processor time"
+    )
 
 
 def test_everybody_up() -> None:

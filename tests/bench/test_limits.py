@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import pytest
 
 from flatplank_control.load_control import LoadController, LoadParameters
-from flatplank_control.recording.filled import told
+from flatplank_control.recording.filled import requested_record
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.sequencer import SequencerParameters, SlipSequencer
 from flatplank_data.errors import RecordingError
@@ -36,7 +36,7 @@ def on_the_page(setting: str, value: float) -> str:
 
 def recorded(setting: str, value: float) -> str:
     """What the service says that starts a recording."""
-    return said(lambda: told(f"{{tire: TOY, {setting}: {value}}}"))
+    return said(lambda: requested_record(f"{{tire: TOY, {setting}: {value}}}"))
 
 
 def sequenced(setting: str, value: float) -> str:

@@ -4,7 +4,7 @@
 import pytest
 
 from flatplank_hw.bus.histogram import percentile
-from flatplank_hw.bus.pacing import CATCH_UP, IMPATIENT, Pacer
+from flatplank_hw.bus.pacing import ABSENT_TIMEOUT_S, CATCH_UP, Pacer
 
 RATE = 250.0
 
@@ -33,7 +33,7 @@ def test_without_an_answer_lockstep_waits_once_and_then_hurries():
     assert pacer.due(10.5, RATE) == 0
     assert pacer.due(11.0, RATE) == 1
     pacer.made(2, wall=11.0)
-    assert pacer.due(11.0 + IMPATIENT, RATE) == 1
+    assert pacer.due(11.0 + ABSENT_TIMEOUT_S, RATE) == 1
     pacer.made(3, wall=11.01)
     assert pacer.answered(0, 3)
     pacer.made(4, wall=11.02)

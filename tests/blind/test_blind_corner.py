@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import pytest
-
 from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.discovery.search import run_search
@@ -15,8 +13,6 @@ from flatplank_analysis.effects.registry import library
 from flatplank_validation.blind import cases
 from flatplank_validation.blind.journal import diagnose
 from flatplank_validation.blind.menu import KIN
-
-pytestmark = pytest.mark.timeout(600)  # whole diagnoses: a busy machine takes minutes
 
 
 def test_a_gap_that_a_strange_tire_imitates_is_found(monkeypatch):

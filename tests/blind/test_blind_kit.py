@@ -42,8 +42,6 @@ from flatplank_validation.blind.third import ThirdMachine, ThirdTire, _shown
 from flatplank_validation.blind.worlds import COMBINED, PRESENT, WORLDS, Scatter
 from flatplank_validation.verbs.bench_blind import main
 
-pytestmark = pytest.mark.timeout(600)  # whole diagnoses: a busy machine takes minutes
-
 
 def test_every_effect_of_the_library_is_on_the_menu():
     without = set(library()) - set(MENU)

@@ -3,14 +3,11 @@
 
 from __future__ import annotations
 
-import pytest
-
 from flatplank_sim.sealed.score import score
 from flatplank_validation.blind import journal
 from flatplank_validation.blind.cases import Case, make
 
 SEED = 90417
-pytestmark = pytest.mark.timeout(600)  # whole diagnoses: a busy machine takes minutes
 
 
 def diagnosed(case: Case, seed: int = SEED):

@@ -40,7 +40,6 @@ def test_what_is_not_as_wanted_ends_with_one(monkeypatch, capsys, worse):
 
 
 @pytest.mark.long
-@pytest.mark.timeout(300)
 def test_times_and_memory_are_those_of_a_search():
     found = bench.measure(1, "small")
     assert 0.0 < found["first_ranking"] < found["seconds"]

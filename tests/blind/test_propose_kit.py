@@ -22,8 +22,6 @@ from flatplank_validation.proposed.left_out import LEFT_OUT, removed
 from flatplank_validation.proposed.page import TITLE, beside, page, rows_of
 from flatplank_validation.verbs import bench_propose
 
-pytestmark = pytest.mark.timeout(300)
-
 
 def truths():
     random = np.random.default_rng(3)
@@ -126,6 +124,10 @@ def test_scores_count_what_they_say():
     assert rows["nothing hidden: something is proposed"] == (1, 2)
     text = page(entries, {"command": "x", "seed": 1, "whole": 9})
     assert text.startswith(TITLE) and "6 of the 9 campaigns" in text
+    rows = text.splitlines()
+    assert "| it | 3/4 | 2/4 | 2/4 |" in rows
+    assert "| it | second | signal, time, ramp | yes, form | 2 |" in rows
+    assert "| it | second | (at floor) | no | 1 |" in rows
 
 
 def test_the_journal_goes_on_and_the_page_keeps_what_stands_above(tmp_path, monkeypatch):

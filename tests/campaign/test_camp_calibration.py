@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from flatplank_control.bench.setup import BenchSetup
-from flatplank_control.calibration.book import Book, Entry
+from flatplank_control.calibration.book import CalibrationBook, Entry
 from flatplank_control.calibration.fits import fit_line, still_fits
 from flatplank_control.calibration.parasitic import amplitudes
 from flatplank_control.calibration.sheet import LINES, blank, starting_values
@@ -46,11 +46,11 @@ def test_two_points_leave_the_uncertainty_of_the_reading():
 
 
 def test_what_is_expired_or_absent_is_said(tmp_path):
-    book = Book(tmp_path / "c.yaml")
+    book = CalibrationBook(tmp_path / "c.yaml")
     book.add(Entry("hub_fx", "2020-01-01", {"k_fx1": 3.6}, 0.4))
     book.add(Entry("lvdt", "2026-01-01", {"lvdt_gain": 0.021}, 0.0))
     bench = BenchSetup(calibration=str(tmp_path / "c.yaml"))
-    record = Book(tmp_path / "c.yaml").record(date(2026, 2, 1), bench.constants())
+    record = CalibrationBook(tmp_path / "c.yaml").record(date(2026, 2, 1), bench.constants())
     assert record["hub_fx"]["status"].startswith("expired: of 2020-01-01")
     assert record["lvdt"]["status"] == "valid: of 2026-01-01"
     assert record["motor"] == {"status": "absent", "gear_ratio": 1425.04}
@@ -58,7 +58,7 @@ def test_what_is_expired_or_absent_is_said(tmp_path):
 
 def test_a_run_record_states_what_the_nodes_have(tmp_path):
     """A bench that was started without the book has other constants: the record says so."""
-    book = Book(tmp_path / "c.yaml")
+    book = CalibrationBook(tmp_path / "c.yaml")
     book.add(Entry("lvdt", "2026-01-01", {"lvdt_gain": 0.021, "lvdt_offset": 0.31}, 0.0))
     without = book.record(date(2026, 2, 1), BenchSetup().constants())["lvdt"]
     assert without["status"] == "not in force: of 2026-01-01; start the bench again"
@@ -68,7 +68,7 @@ def test_a_run_record_states_what_the_nodes_have(tmp_path):
 
 
 def test_the_twin_measures_with_the_book_and_the_rim_of_its_plan(tmp_path):
-    book = Book(tmp_path / "c.yaml")
+    book = CalibrationBook(tmp_path / "c.yaml")
     book.add(Entry("hub_fz", "2026-01-01", {"k_fz1": 2.0, "k_fz2": 1.95}, 0.0))
     book.add(Entry("motor", "2026-01-01", {"gear_ratio": 1425.5}, 0.0))
     twin = Twin(BenchSetup(pace="hold", calibration=str(book.path)))
@@ -88,9 +88,9 @@ def test_the_command_calibrates_the_hub_and_tells_the_status(tmp_path, capsys):
     book = ["--book", str(tmp_path / "c.yaml"), "--date", "2026-05-01"]
     pairs = "0:2,1000:1012,4000:4042"
     assert main([*book, "hub", "--axis", "fz", "--pairs", pairs]) == 0
-    assert Book(tmp_path / "c.yaml").entries["hub_fz"].parameters["k_fz1"] == pytest.approx(
-        1.9775 * 1.01, rel=1e-3
-    )
+    assert CalibrationBook(tmp_path / "c.yaml").entries["hub_fz"].parameters[
+        "k_fz1"
+    ] == pytest.approx(1.9775 * 1.01, rel=1e-3)
     assert main([*book, "status"]) == 1
     assert "motor          absent" in capsys.readouterr().out
 
@@ -100,7 +100,7 @@ def test_each_axis_of_the_hub_keeps_its_own_date(tmp_path):
     for axis, day, read in (("fz", "2026-05-01", 1010.0), ("fx", "2026-05-02", 990.0)):
         what = ["--book", str(path), "--date", day, "hub", "--axis", axis]
         assert main([*what, "--pairs", f"0:0,1000:{read}"]) == 0
-    found = Book(path)
+    found = CalibrationBook(path)
     assert {n: e.date for n, e in found.entries.items()} == {
         "hub_fz": "2026-05-01", "hub_fx": "2026-05-02",
     }  # fmt: skip
@@ -122,16 +122,16 @@ def test_a_second_calibration_goes_on_from_the_first(tmp_path, what, instrument,
     """On the corrected bench the readings are right: the constant stays as it is."""
     command = ["--book", str(tmp_path / "c.yaml"), *what, "--pairs"]
     assert main([*command, "0:0,1000:1010"]) == 0
-    corrected = Book(tmp_path / "c.yaml").entries[instrument].parameters[name]
+    corrected = CalibrationBook(tmp_path / "c.yaml").entries[instrument].parameters[name]
     assert corrected != pytest.approx(first, rel=1e-3)
     assert main([*command, "0:0,1000:1000"]) == 0
-    assert Book(tmp_path / "c.yaml").entries[instrument].parameters[name] == corrected
+    assert CalibrationBook(tmp_path / "c.yaml").entries[instrument].parameters[name] == corrected
 
 
 def test_the_parasitic_fit_is_found_beside_its_book(tmp_path, monkeypatch):
     (tmp_path / "lab").mkdir()
     (tmp_path / "lab" / "parasitic_m1.yaml").touch()
-    book = Book(tmp_path / "lab" / "calibration.yaml")
+    book = CalibrationBook(tmp_path / "lab" / "calibration.yaml")
     book.add(Entry("parasitic", "2026-05-01", {"parasitic_fit": "parasitic_m1.yaml"}, 3.0))
     monkeypatch.chdir(tmp_path)
     file = Path(book.parameters()["measurement_hub"]["parasitic_fit"])
@@ -161,7 +161,7 @@ def test_a_broken_book_is_told_in_one_line(case, tmp_path):
     text, words = WRONG[case]
     (tmp_path / "c.yaml").write_text(text)
     with pytest.raises(ValueError, match=words) as told:
-        Book(tmp_path / "c.yaml")
+        CalibrationBook(tmp_path / "c.yaml")
     assert str(told.value).startswith(str(tmp_path / "c.yaml")) and "\n" not in str(told.value)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import pytest
 
-from flatplank_control.runner.dry_run import Progress, on_paper
+from flatplank_control.runner.dry_run import Progress, dry_run_progress
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import PLANS, mapping_of, measurement_of, plan_of
 
@@ -41,7 +41,7 @@ def test_a_slip_or_a_kind_is_enough():
 def test_progress_goes_from_nothing_to_all(kind):
     wanted = Measurement(measurement=kind, profile_parameters={})
     steps = len(list(plan_of(wanted)))
-    progress = on_paper(plan_of(wanted))
+    progress = dry_run_progress(plan_of(wanted))
     done = [progress.done(k) for k in range(steps + 1)]
     assert done == sorted(done) and done[0] == 0.0 and done[-1] == pytest.approx(1.0)
     left = [progress.left(k) for k in range(steps + 1)]

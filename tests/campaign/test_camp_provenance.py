@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from flatplank_control.bench.setup import BenchSetup
-from flatplank_control.calibration.book import INSTRUMENTS, Book, Entry
+from flatplank_control.calibration.book import INSTRUMENTS, CalibrationBook, Entry
 from flatplank_control.runner import provenance, steps
 from flatplank_control.runner.provenance import ASKED, MEASURING, complete, software_version
 from flatplank_data.params import describe
@@ -26,7 +26,7 @@ DESCRIBED = record_from_dict({"tire": "TOY", "parameters": {"session": {"paper_b
 
 
 def of(setup: BenchSetup) -> RunRecord:
-    book = Book(Path(setup.calibration))
+    book = CalibrationBook(Path(setup.calibration))
     return complete(DESCRIBED, Twin(setup).in_force(), book, TODAY)
 
 
@@ -53,12 +53,12 @@ def test_a_real_machine_has_no_plant(emulated):
     in_force = Twin(BenchSetup()).in_force()
     machine = in_force.pop("simulated_plant")
     in_force |= {"ethercat_bus": machine} if emulated else {}
-    record = complete(DESCRIBED, in_force, Book(Path("")), TODAY)
+    record = complete(DESCRIBED, in_force, CalibrationBook(Path("")), TODAY)
     assert (record.plant is not None) == emulated
 
 
 def test_nodes_that_are_not_there_are_left_out():
-    record = complete(DESCRIBED, {}, Book(Path("")), TODAY)
+    record = complete(DESCRIBED, {}, CalibrationBook(Path("")), TODAY)
     assert math.isnan(record.et_value) and record.plant is None
     assert set(record.parameters) == {"session"}
     assert record.calibration["motor"] == {"status": "absent"}
@@ -74,7 +74,7 @@ def test_every_node_takes_what_is_calibrated_of_its_parameters(node):
 
 
 def test_a_calibrated_ratio_reaches_all_who_use_it(tmp_path):
-    book = Book(tmp_path / "c.yaml")
+    book = CalibrationBook(tmp_path / "c.yaml")
     book.add(Entry("motor", "2026-05-01", {"gear_ratio": 1420.0}, 0.0))
     setup = BenchSetup(calibration=str(book.path))
     motor = {"status": "valid: of 2026-05-01", "gear_ratio": 1420.0}

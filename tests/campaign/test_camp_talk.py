@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 from camp_plans import small
 
-from flatplank_control.cli.operator import NOT_ALL_GOOD, OF_A_RUN, Talk, conclude, tell
+from flatplank_control.cli.operator import NOT_ALL_GOOD, OF_A_RUN, ProgressPrinter, conclude, tell
 from flatplank_control.cli.run import redo
 from flatplank_control.runner.campaign import SUFFIX, Conductor, Journal, Outcome, Verdict
 from flatplank_control.runner.campaign.quality import Finding
@@ -19,7 +19,7 @@ BAD = Verdict((Finding("settling", 3.0, 2.0),))
 
 def test_the_time_left_is_told_at_the_pace_so_far(capsys):
     now = [0.0]
-    talk = Talk(now=lambda: now[0])
+    talk = ProgressPrinter(now=lambda: now[0])
     talk(0, 3, "begun", 300.0)
     now[0] = 60.0  # 100 s of bench time in 60 s
     talk(1, 3, "one", 200.0)

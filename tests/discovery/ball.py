@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatplank_analysis.discovery.effect import Effect
-from flatplank_analysis.discovery.model import Lane
+from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_analysis.discovery.parameters import Parameter, param
 from flatplank_analysis.discovery.runs import Coordinate, RunSet
 
@@ -61,13 +61,13 @@ class Ball:
     def stiff(self, base):
         return ({"late": 1.0},)
 
-    def predict(self, lanes):
-        return np.stack([self._one(lane) for lane in lanes])
+    def predict(self, sets):
+        return np.stack([self._one(one) for one in sets])
 
-    def _one(self, lane):
-        g, late = lane.base
+    def _one(self, one):
+        g, late = one.base
         size = dict.fromkeys((Drag, Wind, Shake), 0.0)
-        for effect, values in lane.effects:
+        for effect, values in one.effects:
             size[effect] += values[0]
         k, a = size[Drag], size[Wind]
         z, v = self.runs.facts["height"].copy(), self.runs.facts["throw"].copy()
@@ -101,7 +101,7 @@ def throw(seed: int, k: float, repeats: int = 3, a: float = 0.0) -> Ball:
     )
     ball = Ball(runs)
     hidden = ((Drag, np.array([k])), (Wind, np.array([a])))
-    truth = ball.predict([Lane(np.array([9.81, 0.01]), hidden)])[0]
+    truth = ball.predict([ParameterSet(np.array([9.81, 0.01]), hidden)])[0]
     slow = np.cumsum(rng.standard_normal(shape), axis=1) * 0.001
     runs.measured[:] = truth + 0.02 * rng.standard_normal(shape) + slow
     return ball

@@ -55,11 +55,11 @@ class Sum:
     def stiff(self, base):
         return ()
 
-    def predict(self, lanes):
-        out = np.empty((len(lanes), *self.runs.measured.shape))
-        for row, lane in zip(out, lanes, strict=True):
-            row[0] = lane.base[0] + lane.base[1] * TIME
-            for effect, values in lane.effects:
+    def predict(self, sets):
+        out = np.empty((len(sets), *self.runs.measured.shape))
+        for row, one in zip(out, sets, strict=True):
+            row[0] = one.base[0] + one.base[1] * TIME
+            for effect, values in one.effects:
                 row[0] += values[0] * effect.form(self.setting)
         return out
 

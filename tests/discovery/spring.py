@@ -61,14 +61,14 @@ class Spring:
     def stiff(self, base):
         return ({"zero": 1.0},)
 
-    def predict(self, lanes):
+    def predict(self, sets):
         u = self.runs.inputs["stretch"]
         rate = np.gradient(u, TIME, axis=1)
         return np.stack(
             [
-                (lane.base[0] * u + lane.base[1]
-                 + sum(e.force(v, u, rate) for e, v in lane.effects))[None]
-                for lane in lanes
+                (one.base[0] * u + one.base[1]
+                 + sum(e.force(v, u, rate) for e, v in one.effects))[None]
+                for one in sets
             ]
         )  # fmt: skip
 

@@ -15,8 +15,6 @@ from flatplank_analysis.discovery import verdict
 from flatplank_analysis.discovery.search import Options, run_search
 from flatplank_analysis.effects.registry import library
 
-pytestmark = pytest.mark.timeout(600)  # whole diagnoses: a busy machine takes minutes
-
 SMALL = (-0.05, -0.01, 0.0, 0.01, 0.05)
 
 

@@ -4,11 +4,10 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from numba import njit
 
 from flatplank_analysis.contact_patch.data import load_runs
-from flatplank_analysis.contact_patch.kernel import in_play
+from flatplank_analysis.contact_patch.kernel import play_position
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.tire_runs import side_before
 from flatplank_analysis.discovery.search import run_search
@@ -28,7 +27,7 @@ GAP, SOFT, HOLD = 1e-3, 0.01, 20.0
 def _places(forces, play, soft, hold, last):
     out = np.empty((2, len(forces)))
     for i in range(len(forces)):
-        out[0, i], out[1, i] = in_play(forces[i], play, 0.0, soft, hold, last)
+        out[0, i], out[1, i] = play_position(forces[i], play, 0.0, soft, hold, last)
         last = out[0, i]
     return out
 
@@ -57,7 +56,6 @@ def test_without_friction_the_place_goes_with_the_force_alone():
     np.testing.assert_allclose(step / 1e-4, first[1], rtol=1e-3)
 
 
-@pytest.mark.timeout(600)  # a whole campaign and its diagnosis
 def test_play_is_found_where_repeats_begin_on_either_side(tmp_path):
     """One bench for all runs, as in the lab: after a braking run the gap is open the other way,
     and repeats of one condition differ by 100 N. The plant is the only one that knows why."""

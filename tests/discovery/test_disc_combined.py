@@ -18,8 +18,6 @@ from flatplank_analysis.effects.registry import library
 from flatplank_validation.blind.third_world import ThirdWorld
 from flatplank_validation.blind.worlds import WORLDS
 
-pytestmark = pytest.mark.timeout(600)  # whole diagnoses: a busy machine takes minutes
-
 FLOORS = 1.15
 """root mean square of Fx and Fy over their floor; scatter of the tire is off"""
 

@@ -49,8 +49,8 @@ def test_what_no_run_shows_is_known_beforehand_or_not_at_all():
     spare = type(ball.parameters[0])("spare", "1", 1.0, 0.0, 2.0, 0.1)
     shown = type(ball)(ball.runs)
 
-    def blind(lanes):
-        return ball.predict([type(lane)(lane.base[:2], lane.effects) for lane in lanes])
+    def blind(sets):
+        return ball.predict([type(one)(one.base[:2], one.effects) for one in sets])
 
     for prior, words in ((np.inf, "not determined by these runs"), (0.2, f"{PRIOR} 100%")):
         shown.parameters = (*ball.parameters, replace(spare, prior=prior))

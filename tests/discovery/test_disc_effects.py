@@ -13,7 +13,7 @@ import pytest
 from bristles import Truth, campaign
 
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.discovery.model import Lane
+from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.effects import registry
 from flatplank_analysis.effects.checks import check_effect, probe_model
@@ -124,7 +124,7 @@ def test_own_effect_that_acts_at_its_null_is_refused(tmp_path):
 def test_own_effect_that_mixes_lanes_is_refused(tmp_path):
     text = OWN.replace("self.force *", "np.cumsum(self.force, axis=0) *")
     (effect,) = load_file(_own(tmp_path, text, "mixed.py"))
-    assert "lanes" in check_effect(effect)[0]
+    assert "parameter sets" in check_effect(effect)[0]
 
 
 def test_own_effect_with_nan_wrong_shape_or_error_is_told_in_one_line(tmp_path):
@@ -181,8 +181,8 @@ def test_node_hook_gives_the_same_as_the_compiled_loop(tmp_path):
     model = probe_model()
     base = np.array([p.null for p in model.parameters])
     droop = library()["speed_droop"]
-    a = model.predict([Lane(base, ((effect, np.array([40.0])),))])
-    b = model.predict([Lane(base, ((droop, np.array([4e-7])),))])
+    a = model.predict([ParameterSet(base, ((effect, np.array([40.0])),))])
+    b = model.predict([ParameterSet(base, ((droop, np.array([4e-7])),))])
     np.testing.assert_allclose(a, b, atol=1e-6)
 
 

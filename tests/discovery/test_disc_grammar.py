@@ -11,7 +11,7 @@ from bristles import Truth, campaign
 
 from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.tire_runs import coordinates_of
-from flatplank_analysis.discovery.model import Lane
+from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_analysis.effects.checks import check_effect, probe_of
 from flatplank_analysis.effects.registry import load_file
 from flatplank_analysis.proposal.curves import acting
@@ -49,7 +49,7 @@ def sentence(hook: str, kind: str, shape: str, modulator: str = "") -> Sentence:
     form = shapes()[shape]
     numbers = {n.name: float(np.median(list(n.grid(span)))) for n in form.numbers}
     site = Site(HOOK[hook], Place(name, span, np.zeros((1, 1))), BY_NAME[modulator])
-    return Sentence(site, form, numbers, interval=(1.0, 2.0), told=("Seen.",))
+    return Sentence(site, form, numbers, interval=(1.0, 2.0), evidence=("Seen.",))
 
 
 CASES = [("fx", k, s.name) for s in shapes().values() for k in s.kinds]
@@ -79,7 +79,7 @@ def test_modulators_keep_the_contract(modulator):
 
 @pytest.mark.parametrize("hook, kind, shape", CASES)
 def test_file_is_short_and_within_the_margin(hook, kind, shape):
-    said = replace(sentence(hook, kind, shape, "driving"), told=TOLD)
+    said = replace(sentence(hook, kind, shape, "driving"), evidence=TOLD)
     lines = text_of(said).splitlines()
     assert 25 <= len(lines) <= 40
     assert max(map(len, lines)) <= 99
@@ -89,7 +89,7 @@ def test_file_is_short_and_within_the_margin(hook, kind, shape):
 def test_a_column_may_have_any_name(name, tmp_path):
     said = sentence("fx", SIGNAL, "ramp")
     said = replace(said, site=replace(said.site, place=replace(said.site.place, name=name)))
-    said = replace(said, told=(f"over {name}",))
+    said = replace(said, evidence=(f"over {name}",))
     file = tmp_path / "proposed.py"
     file.write_text(text_of(said), encoding="utf-8")
     (effect,) = load_file(file)
@@ -121,10 +121,10 @@ def test_file_does_what_the_search_saw():
     curve = acting(said.site, basis)
     base = np.array([p.null for p in model.parameters])
     named = {"amount": 30.0}
-    written = model.predict([Lane(base, ((effect, effect.vector(named)),))])
-    curved = model.predict([Lane(base, ((curve, np.array([30.0])),))])
+    written = model.predict([ParameterSet(base, ((effect, effect.vector(named)),))])
+    curved = model.predict([ParameterSet(base, ((curve, np.array([30.0])),))])
     assert np.allclose(written, curved, atol=1e-3)
-    assert np.ptp(written - model.predict([Lane(base)])) > 20.0
+    assert np.ptp(written - model.predict([ParameterSet(base)])) > 20.0
 
 
 def test_a_delay_is_nothing_while_time_stands():
@@ -133,8 +133,25 @@ def test_a_delay_is_nothing_while_time_stands():
     model = probe_of(effect)
     model.data.runs.time[:, :4] = model.data.runs.time[:, 3:4]
     base = np.array([p.null for p in model.parameters])
-    told = model.predict([Lane(base, ((effect, effect.vector({"amount": 0.1})),))])
-    assert np.isfinite(told).all()
+    predicted = model.predict([ParameterSet(base, ((effect, effect.vector({"amount": 0.1})),))])
+    assert np.isfinite(predicted).all()
+
+
+def test_a_long_delay_is_a_shift_by_its_whole_length():
+    """Not only its first order: three tenths of a second beside a relaxation of one."""
+    said = sentence("delay", PLACE, "ramp")
+    effect = effect_of(text_of(said))
+    model = probe_of(effect)
+    base = np.array([p.null for p in model.parameters])
+    (plain,) = model.predict([ParameterSet(base)])
+    (late,) = model.predict([ParameterSet(base, ((effect, effect.vector({"amount": 0.6})),))])
+    span, time = said.site.place.span, model.data.runs.time
+    delay = 0.6 * (model.data.coordinate(said.site.place.name) - span.middle) / span.width
+    fx = model.data.runs.channels.index("fx")
+    wanted = [np.interp(t - d, t, v) for t, d, v in zip(time, delay, plain[fx], strict=True)]
+    assert np.ptp(delay) > 0.5
+    assert np.ptp(plain[fx] - wanted) > 20.0
+    np.testing.assert_allclose(late[fx], wanted, atol=1e-6)
 
 
 def test_many_sizes_at_once_are_as_one_by_one():
@@ -143,9 +160,11 @@ def test_many_sizes_at_once_are_as_one_by_one():
         effect = effect_of(text_of(sentence(hook, PLACE, "bump")))
         model = probe_of(effect)
         base = np.array([p.null for p in model.parameters])
-        lanes = [Lane(base, ((effect, effect.vector({"amount": a})),)) for a in (0.0, 0.1, 9.0)]
-        alone = np.concatenate([model.predict([lane]) for lane in lanes])
-        assert np.array_equal(model.predict(lanes), alone), hook
+        sets = [
+            ParameterSet(base, ((effect, effect.vector({"amount": a})),)) for a in (0.0, 0.1, 9.0)
+        ]
+        alone = np.concatenate([model.predict([one]) for one in sets])
+        assert np.array_equal(model.predict(sets), alone), hook
         assert not np.array_equal(alone[0], alone[2]), hook
 
 

@@ -82,7 +82,7 @@ def test_an_effect_that_makes_it_worse_goes_on_from_where_it_does_nothing(found)
     useless = Term(Wind, np.array([1.5]))
     spoilt = first.fitter.fit(first.fit.base, [useless], iterations=0)
     assert invariants.error_of(first.fitter, spoilt) > invariants.error_of(first.fitter, first.fit)
-    fit = invariants.no_worse(first.fitter, first.fit, [spoilt])
+    fit = invariants.not_raising_error(first.fitter, first.fit, [spoilt])
     assert [t.effect for t in fit.terms] == [Wind]
     assert invariants.error_of(first.fitter, fit) <= invariants.error_of(first.fitter, first.fit)
 
@@ -141,7 +141,7 @@ def test_what_acts_across_the_wheel_alone_leaves_the_first_channel_as_it_is():
     fitter = Fitter(model, channel_weights(model, [9.0, 9.0, 9.0]))
     bare = fitter.fit(start_base(model))
     effect = library()["camber_thrust"]
-    fit = invariants._beside(fitter, bare, [Term(effect, effect.vector({}))])
+    fit = invariants._fit_only_last(fitter, bare, [Term(effect, effect.vector({}))])
     errors = [[model.runs.rmse(r) for r in f.residual(model.runs.measured)] for f in (bare, fit)]
     assert errors[1][0] == errors[0][0] and errors[1][1] < 0.5 * errors[0][1]
     assert fit.terms[-1].size == pytest.approx(0.1, rel=0.5)

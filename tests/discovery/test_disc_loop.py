@@ -96,7 +96,7 @@ def test_waterfall_goes_on_from_the_history(monkeypatch):
     monkeypatch.setattr(page.figures, "steps_of", lambda _: found)
     fit = SimpleNamespace(terms=())
     first = SimpleNamespace(state=SimpleNamespace(fit=fit))
-    result = SimpleNamespace(search=SimpleNamespace(steps=[first]))
+    search = SimpleNamespace(steps=[first])
     history = [
         {"action": "start", "effect": "", "rmse": 9.0, "effects": []},
         {"action": "add", "effect": "lag", "rmse": 5.0, "effects": [{"name": "lag"}]},
@@ -104,7 +104,7 @@ def test_waterfall_goes_on_from_the_history(monkeypatch):
     ]
 
     def names(history) -> list[str]:
-        return [s["name"] for s in page.waterfall_steps(result, history)]
+        return [s["name"] for s in page.waterfall_steps(search, history)]
 
     assert names(history) == ["start", "+ lag", "− lag", "+ wear"]
     assert names(()) == ["base", "+ wear"]

@@ -78,7 +78,6 @@ def test_viscous_friction_alone_needs_nothing(pendulum, tmp_path, capsys):
     assert again.rmse_before == pytest.approx(result.rmse_before, rel=1e-3)
 
 
-@pytest.mark.timeout(400)
 def test_friction_by_load_of_a_servo_is_named_and_neither_decoy(bench, tmp_path):
     result = bench.main(str(servo(tmp_path / "logs", load=0.15))).result
     assert named(result) == ["load_friction"] and holds(result, "load_friction", 0.15)
@@ -87,7 +86,6 @@ def test_friction_by_load_of_a_servo_is_named_and_neither_decoy(bench, tmp_path)
     assert result.source.lower_bound and not result.verdict.startswith(FOUND)
 
 
-@pytest.mark.timeout(400)
 def test_a_servo_with_a_stribeck_curve_is_not_said_to_feel_its_load(bench, tmp_path):
     result = bench.main(str(servo(tmp_path / "logs", stribeck=0.15))).result
     assert "load_friction" not in named(result)
@@ -112,7 +110,6 @@ def test_without_data_an_example_says_what_it_wants(name):
     assert done.returncode == 1 and f"python examples/{name}/{name}.py" in done.stderr
 
 
-@pytest.mark.timeout(300)
 @pytest.mark.parametrize(
     ("name", "given", "line"),
     [

@@ -11,7 +11,7 @@ import pytest
 from scipy.io import savemat
 
 import flatplank_analysis as fp
-from flatplank_analysis.discovery.model import Lane
+from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_analysis.machines.records import step_of
 
 
@@ -65,7 +65,7 @@ def model(**kind) -> Oscillator:
 
 def test_a_motion_is_that_of_the_formula():
     here = model()
-    (x,) = here.predict([Lane(np.array([40.0, 0.8, 0.0]))])[0, :, 0]
+    (x,) = here.predict([ParameterSet(np.array([40.0, 0.8, 0.0]))])[0, :, 0]
     t, omega = here.runs.time[0], np.sqrt(40.0 - 0.16)
     wanted = np.exp(-0.4 * t) * (np.cos(omega * t) + 0.4 / omega * np.sin(omega * t))
     assert np.abs(x - wanted).max() < 4e-3
@@ -73,36 +73,36 @@ def test_a_motion_is_that_of_the_formula():
 
 def test_dry_friction_takes_equal_steps_and_holds():
     """Each half swing ends 2 mu / k lower (Coulomb), and what is held does not move at all."""
-    (x,) = model().predict([Lane(np.array([40.0, 0.0, 2.0]))])[0, :, 0]
+    (x,) = model().predict([ParameterSet(np.array([40.0, 0.0, 2.0]))])[0, :, 0]
     half = np.pi / np.sqrt(40.0)
     at = np.interp(half * np.arange(1, 6), model().runs.time[0], x)
     assert np.abs(at) == pytest.approx(1.0 - 0.1 * np.arange(1, 6), abs=0.01)
-    still = model(pull=1.9, start=0.0).predict([Lane(np.array([40.0, 0.0, 2.0]))])
+    still = model(pull=1.9, start=0.0).predict([ParameterSet(np.array([40.0, 0.0, 2.0]))])
     assert np.all(still == 0.0)
-    moved = model(pull=2.1, start=0.0).predict([Lane(np.array([40.0, 0.0, 2.0]))])
+    moved = model(pull=2.1, start=0.0).predict([ParameterSet(np.array([40.0, 0.0, 2.0]))])
     assert moved[..., -1].min() > 0.0
 
 
 def test_no_number_makes_it_unstable():
-    x = model().predict([Lane(np.array([40.0, 1e8, 0.0]))])
+    x = model().predict([ParameterSet(np.array([40.0, 1e8, 0.0]))])
     assert np.isfinite(x).all() and np.abs(x).max() <= 1.0
 
 
 def test_an_effect_is_what_the_model_would_have():
     base = np.array([40.0, 0.8, 0.0])
-    lanes = [
-        Lane(base),
-        Lane(base, ((OilFilm, np.array([0.5])),)),
-        Lane(base, ((OilFilm, np.array([0.2])), (OilFilm, np.array([0.3])))),
-        Lane(base, ((Magnet, np.array([3.0])),)),
-        Lane(base + [0.0, 0.5, 0.0]),
+    sets = [
+        ParameterSet(base),
+        ParameterSet(base, ((OilFilm, np.array([0.5])),)),
+        ParameterSet(base, ((OilFilm, np.array([0.2])), (OilFilm, np.array([0.3])))),
+        ParameterSet(base, ((Magnet, np.array([3.0])),)),
+        ParameterSet(base + [0.0, 0.5, 0.0]),
     ]
-    plain, oiled, twice, pulled, thick = model().predict(lanes)[:, 0]
+    plain, oiled, twice, pulled, thick = model().predict(sets)[:, 0]
     assert oiled == pytest.approx(thick) and twice == pytest.approx(thick)
     # the fact of a record decides where it acts
     assert pulled[0] == pytest.approx(plain[0])
     assert pulled[1, -1] - plain[1, -1] == pytest.approx(3.0 / 40.0, rel=0.3)
-    alone = model().predict(lanes[3:4])[0, 0]
+    alone = model().predict(sets[3:4])[0, 0]
     assert alone == pytest.approx(pulled)
 
 
@@ -120,7 +120,7 @@ def test_inputs_act_between_the_nodes_as_recorded():
     runs = fp.table_of(
         [fp.Record("push", time, 0.0 * time, {"pull": pull}, {"near": 0.0})], "x", "m", nodes=11
     )
-    (x,) = Oscillator(runs).predict([Lane(np.zeros(3))])[0, 0]
+    (x,) = Oscillator(runs).predict([ParameterSet(np.zeros(3))])[0, 0]
     assert x[-1] == pytest.approx(1.0 * (1.0 - 0.025), rel=0.03)
 
 

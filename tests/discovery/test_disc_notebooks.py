@@ -83,7 +83,6 @@ def test_a_slip_step_from_bag_to_report(tmp_path, monkeypatch):
     assert "-0.05" in shown[0] and "<table" in shown[0]
 
 
-@pytest.mark.timeout(400)
 def test_the_loop_of_discovery(here):
     names, shown = run_cells(BOOKS / "discovery_loop.ipynb")
     assert "drive_backlash" in names["grown"].effects
@@ -92,7 +91,6 @@ def test_the_loop_of_discovery(here):
     assert sum("<img" in text or "PNG" in text for text in shown) == 5
 
 
-@pytest.mark.timeout(400)
 def test_an_effect_of_ones_own(here):
     names, shown = run_cells(BOOKS / "own_effect.ipynb")
     assert names["model"].effects == ["rail_friction"]

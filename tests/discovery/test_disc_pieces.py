@@ -10,7 +10,7 @@ import pytest
 from spring import SAMPLES, measured, sine, stairs, there_and_back
 
 from flatplank_analysis.discovery import recurring
-from flatplank_analysis.discovery.model import Lane
+from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_analysis.discovery.recurring import cut
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.discovery.sources import (
@@ -141,7 +141,7 @@ def test_a_record_cut_into_pieces():
         assert runs.names[i] == f"record {r + 1}, part {i + 1}"
     assert runs.order.tolist() == list(range(96))
     base = np.array([8.0, 0.5])
-    (found,) = whole.predict([Lane(base)])
+    (found,) = whole.predict([ParameterSet(base)])
     np.testing.assert_allclose(found[0], 8.0 * runs.inputs["stretch"] + 0.5)
     assert cut(replace(before, roughness=None), pieces).roughness is None
 

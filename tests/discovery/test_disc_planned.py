@@ -10,7 +10,7 @@ from bristles import Truth, campaign
 from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.plans import planned
-from flatplank_analysis.discovery.model import Lane
+from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_analysis.effects.registry import library
 
 USUAL = {"kappa": 0.02, "pressure": 2.5, "step_position": 1.5, "start": 1}
@@ -25,8 +25,8 @@ def change(model: TireModel, name: str, values: dict[str, float]) -> np.ndarray:
     """What an effect changes in Fx, (runs, samples)."""
     effect = library()[name]
     base = np.array([p.null for p in model.parameters])
-    lanes = [Lane(base), Lane(base, ((effect, effect.vector(values)),))]
-    without, with_it = model.predict(lanes)[:, 0]
+    sets = [ParameterSet(base), ParameterSet(base, ((effect, effect.vector(values)),))]
+    without, with_it = model.predict(sets)[:, 0]
     return with_it - without
 
 

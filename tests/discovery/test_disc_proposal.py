@@ -16,13 +16,20 @@ from bristles import Truth, campaign, save
 from flatplank_analysis.cli import change, confirm, effects, propose
 from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.session import Session
+from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.effects.registry import load_file
 from flatplank_analysis.proposal.hooks import HOOKS
 from flatplank_analysis.proposal.modulators import BY_NAME
 from flatplank_analysis.proposal.propose import _refused, refuted
 from flatplank_analysis.proposal.propose import propose as of_session
-from flatplank_analysis.proposal.scan import CURVE, FURTHER, WAVE, Scanned
-from flatplank_analysis.proposal.search import Tried, doubt, is_sibling, looks_of, varied
+from flatplank_analysis.proposal.scan import CURVE, FURTHER, SETTING, WAVE, Scanner, ScanResult
+from flatplank_analysis.proposal.search import (
+    RefittedSentence,
+    is_sibling,
+    looks_of,
+    reasons_against,
+    varied,
+)
 from flatplank_analysis.proposal.shapes.base import SIGNAL
 from flatplank_analysis.proposal.sites import Site, places_of, sites_of
 from flatplank_data.errors import FlatplankError
@@ -271,7 +278,7 @@ def test_coordinates_that_hardly_differ_fill_no_list():
 
 
 def test_a_site_is_ranked_by_its_best_form_where_that_takes_more_for_its_price():
-    curve = Scanned(None, 60.0, 14, 14, CURVE)
+    curve = ScanResult(None, 60.0, 14, 14, CURVE)
     assert curve.evidence(1.0, 3.0) == pytest.approx(18.0)
     assert replace(curve, forms={2: 50.0}).evidence(1.0, 3.0) == pytest.approx(44.0)
     assert replace(curve, forms={2: 10.0}).evidence(1.0, 3.0) == pytest.approx(18.0)
@@ -284,6 +291,7 @@ def test_a_site_is_ranked_by_its_best_form_where_that_takes_more_for_its_price()
         ([-1.0, 2.0], 1e-6, 0.2, 8.0, 1.0, "its interval covers zero"),
         ([1.0, 2.0], 6e-4, 0.2, 8.0, 1.0, "not beyond the scatter of the runs, p = 0.0006"),
         ([1.0, 2.0], 1e-6, -0.1, 8.0, 1.0, "left-out conditions are no better with it"),
+        ([1.0, 2.0], 1e-6, 0.0013, 8.0, 1.0, "left-out conditions are no better with it"),
         ([1.0, 2.0], 1e-6, 0.01, 9.9, 1.0,
          "it takes 1.4 N out of the error where it acts, 3.0 N count"),
         ([1.0, 2.0], 1e-6, 0.01, 9.9, 0.1, ""),
@@ -292,9 +300,16 @@ def test_a_site_is_ranked_by_its_best_form_where_that_takes_more_for_its_price()
 )  # fmt: skip
 def test_a_sentence_must_stand_its_refit(interval, p, gain, after, acts_in, why):
     """What acts at one place only is of consequence there."""
-    numbers = {"interval": interval, "p_value": p, "held_out_gain": gain}
+    numbers = {"interval": interval, "p_value": p, "held_out_gain": gain, "acts_in_runs": 6.0}
     numbers |= {"rmse": after, "acts_in": acts_in, "rmse_before": 10.0, "floor_before": 10.0}
     assert refuted(numbers, at_floor=True) == why
+
+
+def test_a_sentence_must_act_in_more_than_one_run():
+    """Over the run order, beyond the last but one: nothing repeats it. That was proposed where
+    nothing was hidden."""
+    numbers = {"interval": [1.0, 2.0], "p_value": 1e-6, "held_out_gain": 0.2, "acts_in_runs": 1.0}
+    assert refuted(numbers) == "it acts in 1.0 runs, and one run repeats nothing"
 
 
 def test_a_tie_goes_to_what_a_person_would_look_for_first():
@@ -302,13 +317,17 @@ def test_a_tie_goes_to_what_a_person_would_look_for_first():
     channels of their own would show a load or a motion."""
     data = from_tables(campaign(Truth(seed=74, slips=FEW)))
     sites = {s.name: s for s in sites_of(data, places_of(data))}
-    assert doubt(sites["travel, over wheel angle"]) < doubt(sites["slip, over load"])
-    assert doubt(sites["fx, over plank position"]) < doubt(sites["slip, over plank position"])
+    assert reasons_against(sites["travel, over wheel angle"]) < reasons_against(
+        sites["slip, over load"]
+    )
+    assert reasons_against(sites["fx, over plank position"]) < reasons_against(
+        sites["slip, over plank position"]
+    )
     level = replace(sites["gain, over run order"].place, name="pressure")
     gain, tire = (replace(sites[f"{h}, over run order"], place=level) for h in ("gain", "carcass"))
-    assert doubt(tire) < doubt(gain)
+    assert reasons_against(tire) < reasons_against(gain)
     friction, load = (sites[f"{h}, over plank position"] for h in ("friction", "load"))
-    assert doubt(friction) < doubt(load)
+    assert reasons_against(friction) < reasons_against(load)
     assert is_sibling(friction, load) and not is_sibling(load, friction)
     measured = replace(friction.place, name="mz", span=replace(friction.place.span, kind=SIGNAL))
     over = replace(friction, place=measured)
@@ -316,18 +335,36 @@ def test_a_tie_goes_to_what_a_person_would_look_for_first():
 
     def cost(site, left):
         sentence = SimpleNamespace(site=site, shape=SimpleNamespace(price=3))
-        return Tried(sentence, None, SimpleNamespace(chi2=left)).doubted(2.0, 5.0)
+        return RefittedSentence(sentence, None, SimpleNamespace(chi2=left)).cost_with_reasons(
+            2.0, 5.0
+        )
 
     assert cost(friction, 200.0) == pytest.approx(115.0)
     assert cost(load, 200.0) == pytest.approx(125.0)
 
 
 def test_a_curve_does_not_pay_for_the_periods_of_waves():
-    curve, wave = Scanned(None, 0.0, 5, 5, CURVE), Scanned(None, 0.0, 2, 400, WAVE)
+    curve, wave = ScanResult(None, 0.0, 5, 5, CURVE), ScanResult(None, 0.0, 2, 400, WAVE)
     looks = looks_of([curve, wave] * 3)
-    assert looks == {CURVE: 30, WAVE: 2400}
-    own = Scanned(None, 0.0, 5, 5, FURTHER)
-    scanned = [*[curve, wave] * 3, own]
+    assert looks == {CURVE: 22.5, WAVE: 3600}
+    own = ScanResult(None, 0.0, 5, 5, FURTHER)
+    setting = ScanResult(None, 0.0, 3, 3, SETTING)
+    scanned = [*[curve, wave] * 3, own, setting]
     looks = looks_of(scanned)
-    assert looks == {CURVE: 45, WAVE: 3600, FURTHER: 15}
+    assert looks == {CURVE: 45, WAVE: 7200, FURTHER: 15, SETTING: 18}
     assert sum(s.looks / looks[s.kind] for s in scanned) == pytest.approx(1.0)
+
+
+def test_constants_and_settings_do_not_pay_for_curves_along_the_run():
+    """What is examined once per run has few values, and a share of the test level of its own."""
+    session = Session.of_tables(campaign(Truth(seed=80, slips=FEW)))
+    scanner = Scanner(session.fit(ModelFile()).state, session.data)
+    kinds = {
+        site.place.name: scanner.curve(site).kind
+        for site in sites_of(session.data, places_of(session.data))
+        if site.hook.name == "friction" and not site.modulator.name
+    }
+    assert kinds["plank position"] == CURVE
+    assert kinds["run order"] == SETTING
+    held = Site(HOOKS[0], places_of(session.data)[0], BY_NAME["driving"])
+    assert scanner.curve(held).kind == SETTING

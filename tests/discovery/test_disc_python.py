@@ -26,9 +26,6 @@ SMALL = (-0.05, -0.01, 0.01, 0.05)
 HEAVY = ("scipy", "pandas", "matplotlib", "numpy", "pyarrow")
 
 
-pytestmark = pytest.mark.timeout(600)  # whole diagnoses: a busy machine takes minutes
-
-
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """A campaign on disk with a backlash of half a millimetre."""

@@ -14,8 +14,6 @@ from flatplank_analysis.discovery import verdict
 from flatplank_analysis.effects.registry import library
 from flatplank_data.campaign import Campaign
 
-pytestmark = pytest.mark.timeout(300)
-
 
 @pytest.mark.parametrize("design", ["to 5 %", "to 10 %"])
 @pytest.mark.parametrize("fixed", [0.0, 0.5, 1.0])

@@ -11,14 +11,12 @@ import pytest
 from flatplank_analysis.cli.diagnose import text_of
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.rivals import Rival, indifferent
-from flatplank_analysis.discovery.steps import LARGEST_CLASS, Found
+from flatplank_analysis.discovery.steps import LARGEST_CLASS, AcceptedEffect
 from flatplank_analysis.discovery.verdict import GROUP
 from flatplank_validation.blind.cases import measured_table
 from flatplank_validation.blind.noise import NOISES, noise
 from flatplank_validation.blind.plan import runs_of
 from flatplank_validation.blind.worlds import WORLDS, Scatter
-
-pytestmark = pytest.mark.timeout(600)  # whole diagnoses: a busy machine takes minutes
 
 
 def diagnosis(world: str, seed: int, **hidden: float):
@@ -63,6 +61,6 @@ def test_the_data_exclude_a_gap_that_slip_travel_crosses():
 def test_at_most_four_others_are_told():
     term = SimpleNamespace(effect=SimpleNamespace(identifier="x"))
     rivals = tuple(Rival(term, float(i), True, i == 0) for i in range(9))
-    found = Found(decision=None, rivals=rivals)
-    assert [r.excess for r in found.told] == [1.0, 2.0, 3.0, 4.0] and len(found.alike) == 8
-    assert found.weakly == ("x",)
+    found = AcceptedEffect(decision=None, rivals=rivals)
+    assert [r.excess for r in found.reported] == [1.0, 2.0, 3.0, 4.0] and len(found.alike) == 8
+    assert found.excluded_names == ("x",)

@@ -19,7 +19,7 @@ from flatplank_analysis.discovery.fit import Fit, Fitter, Term, growth, priors, 
 from flatplank_analysis.discovery.model import Form
 from flatplank_analysis.discovery.parameters import Parameter, param
 from flatplank_analysis.discovery.rivals import Rival
-from flatplank_analysis.discovery.screen import Screened, best_per_effect, screen
+from flatplank_analysis.discovery.screen import ScreenResult, best_per_effect, screen
 from flatplank_analysis.discovery.state import (
     Candidate,
     channel_weights,
@@ -29,7 +29,7 @@ from flatplank_analysis.discovery.state import (
     stiff_columns,
     term_of,
 )
-from flatplank_analysis.discovery.steps import Found
+from flatplank_analysis.discovery.steps import AcceptedEffect
 from flatplank_data.errors import FlatplankError
 
 RUNS = CONDITIONS * REPEATS
@@ -98,15 +98,18 @@ def test_a_fault_of_another_form_leaves_what_differs():
 
 
 def test_an_effect_stays_while_it_explains_something_beside_the_others():
-    strong, weak = Found(decision(drop=1e5)), Found(decision(drop=1e5 * SHARE * 1.01))
+    strong, weak = (
+        AcceptedEffect(decision(drop=1e5)),
+        AcceptedEffect(decision(drop=1e5 * SHARE * 1.01)),
+    )
     assert search._needed(weak, [strong, weak]) and search._needed(strong, [strong, weak])
-    weaker = Found(decision(drop=1e5 * SHARE * 0.99))
+    weaker = AcceptedEffect(decision(drop=1e5 * SHARE * 0.99))
     assert not search._needed(weaker, [strong, weaker])
-    unsure = Found(decision(drop=1e5, p_repeats=0.02))
+    unsure = AcceptedEffect(decision(drop=1e5, p_repeats=0.02))
     assert not search._needed(unsure, [strong, unsure])
-    odd = Found(decision(drop=1e5, reasons=UNEVEN[:1], stretch_q=2e3))
-    assert not search._needed(Found(decision(drop=1.9e3)), [odd])
-    assert search._needed(Found(decision(drop=2.1e3)), [odd])
+    odd = AcceptedEffect(decision(drop=1e5, reasons=UNEVEN[:1], stretch_q=2e3))
+    assert not search._needed(AcceptedEffect(decision(drop=1.9e3)), [odd])
+    assert search._needed(AcceptedEffect(decision(drop=2.1e3)), [odd])
 
 
 def test_what_is_good_enough_for_a_full_refit():
@@ -173,18 +176,18 @@ def rival(name: str, excluded: bool, near: bool) -> Rival:
 
 def test_the_class_of_an_effect():
     others = [rival(f"r{i}", False, False) for i in range(5)]
-    found = Found(
+    found = AcceptedEffect(
         decision(), rivals=(*others, rival("out", True, False), rival("near", True, True))
     )
     assert found.alike == tuple(f"r{i}" for i in range(5))
-    assert [r.name for r in found.told] == ["r0", "r1", "r2", "r3"]
-    assert found.weakly == ("near",)
+    assert [r.name for r in found.reported] == ["r0", "r1", "r2", "r3"]
+    assert found.excluded_names == ("near",)
 
 
-def screened(effect, sizes, gain=1000.0, visible=0.5, setting=None) -> Screened:
+def screened(effect, sizes, gain=1000.0, visible=0.5, setting=None) -> ScreenResult:
     size = np.atleast_1d(np.array(sizes, float))
     candidate = Candidate(effect, setting or {}, np.zeros((len(size), 1, 1, 1)))
-    return Screened(candidate, size, gain, visible, np.eye(len(size)), np.eye(9)[0])
+    return ScreenResult(candidate, size, gain, visible, np.eye(len(size)), np.eye(9)[0])
 
 
 def test_what_the_tire_can_feign_is_told_when_the_residual_asks_for_it():
@@ -193,7 +196,9 @@ def test_what_the_tire_can_feign_is_told_when_the_residual_asks_for_it():
     least = 2.0 * 0.8 * chi2.isf(0.05 / 3, 1)
 
     def told(*items):
-        return shortlist.unshown(SimpleNamespace(ranked=list(items), typical=typical), looked)
+        return shortlist.unidentifiable(
+            SimpleNamespace(ranked=list(items), typical=typical), looked
+        )
 
     faint = screened(LONG, 1.0, gain=1.01 * least, visible=0.004)
     assert told(faint) == ["long"]
@@ -279,7 +284,7 @@ class Straight(Ball):
 def test_what_is_known_beforehand_counts_like_a_tenth_of_the_samples():
     ball = Straight(throw(1, 0.0).runs)
     fitter = Fitter(ball, np.full((1, 1, 1), 4.0))
-    centre, strength = fitter.known_before(fitter.entries(()))
+    centre, strength = fitter.centres_and_weights(fitter.entries(()))
     samples = ball.runs.measured[0].size
     assert centre == pytest.approx([90.0, 0.0])
     assert strength == pytest.approx([0.1 * samples * 16.0 / 0.5**2, 0.0])
@@ -292,7 +297,7 @@ def test_derivatives_stay_inside_the_ranges():
     assert set(top.at_bound) == {"g", "late"}
     asked = []
     whole = ball.predict
-    ball.predict = lambda lanes: asked.extend(lane.base for lane in lanes) or whole(lanes)
+    ball.predict = lambda sets: asked.extend(one.base for one in sets) or whole(sets)
     columns = fitter.derivative(top).jacobian
     assert np.max(asked, axis=0).tolist() == [15.0, 0.1]
     inner = fitter.fit(np.array([14.999, 0.0999]), iterations=0)
@@ -387,8 +392,8 @@ def test_a_fit_must_not_raise_the_error():
     )
     good = fitter.fit(old.base, [Term(Drag, np.array([0.01]))])
     bad = fitter.fit(np.array([12.0, 0.0]), [Term(Drag, np.array([0.3]))], iterations=0)
-    assert invariants.no_worse(fitter, old, [bad, good]) is good
-    (term,) = invariants.no_worse(fitter, old, [bad]).terms
+    assert invariants.not_raising_error(fitter, old, [bad, good]) is good
+    (term,) = invariants.not_raising_error(fitter, old, [bad]).terms
     assert term.values[0] == pytest.approx(good.terms[0].values[0], rel=0.02)
     null = invariants.at_null(good.terms[0])
     assert invariants.acts(good.terms[0]) and not invariants.acts(null)
@@ -427,8 +432,8 @@ def test_an_effect_says_what_it_is_fitted_by():
     )
     assert made.main_parameter() == b and made.linear() == (a,)
     assert made.null_values().tolist() == [0.0, 1.0] and made.vector({"a": 2.0}).tolist() == [2, 1]
-    lanes = made.with_values(np.array([[1.0, 2.0], [3.0, 4.0]]), 2)
-    assert lanes.b.shape == (2, 1, 1) and lanes.b.ravel().tolist() == [2.0, 4.0]
+    sets = made.with_values(np.array([[1.0, 2.0], [3.0, 4.0]]), 2)
+    assert sets.b.shape == (2, 1, 1) and sets.b.ravel().tolist() == [2.0, 4.0]
     assert made.size({"a": 7.0, "b": 8.0}) == 8.0 and Effect.scanned(None) == 1
 
 
@@ -453,7 +458,7 @@ def judged(found, left="", lawful=None, unseen=(), monkeypatch=None):
     state, polished = SimpleNamespace(floors=[SimpleNamespace(floor=1.0)]), object()
     what = {id(state): left, id(polished): lawful}
     monkeypatch.setattr(invariants, "rest", lambda s, _found: what[id(s)])
-    monkeypatch.setattr(verdict, "unshown", lambda _screen, _looked_at: list(unseen))
+    monkeypatch.setattr(verdict, "unidentifiable", lambda _screen, _looked_at: list(unseen))
     steps = SimpleNamespace(state=state, found=found, screen=None)
     search = SimpleNamespace(polished=None if lawful is None else polished, looked_at={})
     return verdict._verdict(search, steps)
@@ -463,8 +468,8 @@ def test_verdicts(monkeypatch):
     def told(*given, **more):
         return judged([*given], monkeypatch=monkeypatch, **more)
 
-    one = Found(decision())
-    free = Found(decision(shape("free", LONG.form, generic=True)))
+    one = AcceptedEffect(decision())
+    free = AcceptedEffect(decision(shape("free", LONG.form, generic=True)))
     group = replace(one, rivals=tuple(rival(f"r{i}", False, True) for i in range(3)))
     crowd = replace(one, rivals=tuple(rival(f"r{i}", False, True) for i in range(4)))
     assert told()[0] == verdict.AT_FLOOR

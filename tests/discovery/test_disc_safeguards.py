@@ -262,11 +262,11 @@ class Tone(Sum):
         Parameter("pitch", "1/s", 0.5, 0.1, 3.0, 0.02),
     )
 
-    def predict(self, lanes):
-        out = np.empty((len(lanes), *self.runs.measured.shape))
-        for row, lane in zip(out, lanes, strict=True):
-            row[0] = lane.base[0] + np.sin(2.0 * np.pi * lane.base[1] * TIME)
-            for effect, values in lane.effects:
+    def predict(self, sets):
+        out = np.empty((len(sets), *self.runs.measured.shape))
+        for row, one in zip(out, sets, strict=True):
+            row[0] = one.base[0] + np.sin(2.0 * np.pi * one.base[1] * TIME)
+            for effect, values in one.effects:
                 row[0] += values[0] * effect.form(self.setting)
         return out
 

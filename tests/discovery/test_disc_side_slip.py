@@ -102,12 +102,11 @@ def test_what_the_form_misses_beside_the_first_channel_is_no_evidence():
     assert np.ptp(loud.weights[2:] - noise.weights[2:]) < 1e-12
 
 
-@pytest.mark.timeout(600)  # a whole campaign and its diagnosis
 @pytest.mark.parametrize(
     ("settings", "named"),
     [
         ("fz: 3700, alpha_deg: [0, 2]", set()),
-        ("fz: [2500, 4500], alpha_deg: [0, 3]", set()),
+        pytest.param("fz: [2500, 4500], alpha_deg: [0, 3]", set(), marks=pytest.mark.long),
         ("fz: 3700, gamma_deg: [0, 3]", {"camber_thrust"}),
     ],
 )

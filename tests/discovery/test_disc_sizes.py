@@ -18,7 +18,7 @@ from other_world import WORLDS, Wrong, blinded, runs_of
 
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term
-from flatplank_analysis.discovery.model import Lane
+from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_analysis.effects.registry import library
 
 WEIGHT = np.full((3, 1, 1), 0.1)
@@ -211,7 +211,7 @@ def _recovered(hidden: Hidden) -> tuple[Fit, float]:
     fitter = Fitter(model, WEIGHT)
     fit = fitter.fit(base, [term], iterations=15)
     none = fitter.fit(base, iterations=5) if hidden.free else None
-    before = model.predict([Lane(base)])[0] if none is None else none.predicted
+    before = model.predict([ParameterSet(base)])[0] if none is None else none.predicted
     measured = model.runs.measured
     one, two = (np.sum((measured - p) ** 2, axis=(1, 2)) for p in (before, fit.predicted))
     return fit, float(np.sqrt(np.min(two / one)))

@@ -154,8 +154,11 @@ def test_moments_of_the_logs_of_dispersions():
     assert found.dispersion == pytest.approx(9.0)
     assert dispersion.typical([0.01] * 8, [own] * 8).dispersion == 1.0
     # those without scores are not asked
-    assert dispersion.typical([3.0] * 4 + [0.0] * 9, [own] * 13) == dispersion.Typical()
-    assert dispersion.typical([3.0] * 4 + [5.0] * 9, [own] * 4 + [0.5] * 9) == dispersion.Typical()
+    assert dispersion.typical([3.0] * 4 + [0.0] * 9, [own] * 13) == dispersion.TypicalDispersion()
+    assert (
+        dispersion.typical([3.0] * 4 + [5.0] * 9, [own] * 4 + [0.5] * 9)
+        == dispersion.TypicalDispersion()
+    )
 
 
 def test_contrasts_lose_what_differs_between_repeats_and_is_known():
@@ -261,7 +264,7 @@ def screened(products: np.ndarray, *owned: list[int]) -> tuple[screen.Screen, li
         mix = np.zeros(len(products))
         mix[rows] = 1.0
         info = products[np.ix_(rows, rows)]
-        items.append(screen.Screened(candidate(np.zeros(0)), mix[rows], 1.0, 1.0, info, mix))
+        items.append(screen.ScreenResult(candidate(np.zeros(0)), mix[rows], 1.0, 1.0, info, mix))
     return SimpleNamespace(projected=products), items
 
 
@@ -307,7 +310,7 @@ def test_sums_along_a_combination_of_columns():
 def test_smallest_size_that_is_found():
     """Both errors: half the family-wise level on either side, and one in five missed."""
     info = np.array([[4.0]])
-    seen = screen.Screened(candidate(np.zeros(0)), np.ones(1), 1.0, 0.5, info, np.ones(1))
+    seen = screen.ScreenResult(candidate(np.zeros(0)), np.ones(1), 1.0, 0.5, info, np.ones(1))
     step = SimpleNamespace(screen=SimpleNamespace(ranked=[seen]))
     ((name, (size, unit)),) = smallest(step, {"long": 10}).items()
     need = norm.isf(0.05 / 10 / 2) + norm.isf(0.2)

@@ -11,7 +11,7 @@ from ball import TIME, Ball, Drag, Wind, throw
 from scipy.signal import lfilter
 from scipy.stats import f as f_distribution
 
-from flatplank_analysis.discovery.dispersion import MOST_FREEDOM, Typical, typical
+from flatplank_analysis.discovery.dispersion import MOST_FREEDOM, TypicalDispersion, typical
 from flatplank_analysis.discovery.fit import Fitter, Term, settle
 from flatplank_analysis.discovery.noise import fit_noise
 
@@ -33,8 +33,8 @@ def test_settles_where_the_weighted_sum_is_smallest():
     found = settle(_metric(weights), fitter, fit)
 
     def chi2(base, k):
-        lane = fit.lane()
-        at = replace(lane, base=np.array(base), effects=((Drag, np.array([k])),))
+        one = fit.parameter_set()
+        at = replace(one, base=np.array(base), effects=((Drag, np.array([k])),))
         e = ball.runs.measured - ball.predict([at])[0]
         return float(np.sum(weights[None, :, None] * e**2))
 
@@ -54,7 +54,7 @@ def test_growing_and_shrinking_a_fit_keeps_its_rows():
     fresh = fitter.derivative(grown)
     # exact for the rows that an acceleration more does not change
     assert np.allclose(fresh.jacobian[-1], grown.jacobian[-1])
-    assert np.allclose(grown.predicted, ball.predict([grown.lane()])[0])
+    assert np.allclose(grown.predicted, ball.predict([grown.parameter_set()])[0])
     back = fitter.shrunk(grown, 0)
     assert back.free == fit.free and not back.terms
     assert np.allclose(back.predicted, fit.predicted)
@@ -73,10 +73,10 @@ def test_usual_dispersion_knows_how_far_single_ones_lie_from_it(freedom, low, hi
 
 
 def test_a_dispersion_is_drawn_towards_the_typical_and_never_below_one():
-    kappa, freedom = Typical(1.2, 8.0).draw(6.0, 4.0)
+    kappa, freedom = TypicalDispersion(1.2, 8.0).draw(6.0, 4.0)
     assert freedom == 12.0 and kappa == pytest.approx((4.0 * 6.0 + 8.0 * 1.2) / 12.0)
-    assert Typical(1.0, 8.0).draw(0.1, 4.0)[0] == 1.0
-    assert typical([1.0, 2.0], [4.0, 4.0]) == Typical()
+    assert TypicalDispersion(1.0, 8.0).draw(0.1, 4.0)[0] == 1.0
+    assert typical([1.0, 2.0], [4.0, 4.0]) == TypicalDispersion()
 
 
 def _red(rng, shape, size, constant, dt):

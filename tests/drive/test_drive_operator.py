@@ -27,7 +27,7 @@ def turning(axis: str) -> Rig:
     """The axis moves at half its speed over an empty road, with an operator in charge."""
     p = parameters(axis)
     rig = up("velocity", 0.5 * p["speed_limit"], **p)
-    hear = rig.drive.claim if axis == "wheel" else rig.drive.hear_in_charge
+    hear = rig.drive.claim if axis == "wheel" else rig.drive.adopt_claim
     assert hear("panel").accepted
     rig.beat = "panel"
     rig.run(250)
@@ -52,7 +52,7 @@ def test_every_axis_stops_when_the_operator_in_charge_is_gone(axis: str) -> None
 @pytest.mark.parametrize("axis", AXES)
 def test_an_operator_who_gives_the_charge_back_may_fall_silent(axis: str) -> None:
     rig = turning(axis)
-    assert (rig.drive.release() if axis == "wheel" else rig.drive.hear_in_charge("")).accepted
+    assert (rig.drive.release() if axis == "wheel" else rig.drive.adopt_claim("")).accepted
     rig.beat = ""
     rig.run(250)
     assert rig.velocity != 0.0

@@ -18,7 +18,7 @@ from pathlib import Path
 
 from flatplank_analysis.cli.main import main, verbs
 
-PATIENCE_S = 100.0
+TIMEOUT_S = 100.0
 
 
 def no_ros(_folder: Path) -> None:
@@ -74,7 +74,7 @@ def run(verb: str, arguments: list[str], broken: str, folder: Path) -> tuple[int
 
 def wait(child: int) -> int | None:
     """Exit code of a child, None when it had to be ended with all its own."""
-    end = time.monotonic() + PATIENCE_S
+    end = time.monotonic() + TIMEOUT_S
     while time.monotonic() < end:
         done, status = os.waitpid(child, os.WNOHANG)
         if done:

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`flatplank test` in two parts that run side by side."""
+"""`flatplank test` in parts that run side by side."""
 
 from __future__ import annotations
 
 import subprocess
 import sys
+from itertools import chain
 from pathlib import Path
 
 import pytest
@@ -26,11 +27,12 @@ def parts_of(monkeypatch: pytest.MonkeyPatch, *argv: str) -> list[list[str]]:
 
 @pytest.mark.parametrize("argv", [(), ("-q",), ("--long", "--durations=25")])
 def test_every_test_is_in_one_part(monkeypatch, argv):
-    here, beside = parts_of(monkeypatch, *argv)
+    here, *beside = parts_of(monkeypatch, *argv)
     ignored = [w.removeprefix("--ignore=tests/") for w in here if w.startswith("--ignore")]
-    assert ignored == [w.removeprefix("tests/") for w in beside if w.startswith("tests/")]
+    asked = [w.removeprefix("tests/") for part in beside for w in part if w.startswith("tests/")]
+    assert ignored == asked and len(set(asked)) == len(asked)
     assert all((TESTS / name).is_dir() for name in ignored)
-    assert set(argv) <= set(here) and set(argv) <= set(beside)
+    assert all(set(argv) <= set(part) for part in (here, *beside))
 
 
 @pytest.mark.parametrize("argv", [("-k", "hub"), ("tests/env",), ("-x",), ("-m", "graph")])
@@ -39,28 +41,47 @@ def test_what_is_chosen_runs_in_one_part(monkeypatch, argv):
 
 
 def test_calculations_start_no_nodes():
-    for name in verb.CALCULATIONS:
+    for name in chain(*verb.CALCULATIONS):
         for file in (TESTS / name).rglob("test_*.py"):
             marks = [line for line in file.read_text().splitlines() if "pytest.mark.graph" in line]
             assert not marks or "long" in marks[0], file
 
 
-def run(first: str, second: str) -> subprocess.CompletedProcess[str]:
-    """Two parts of Python text."""
-    words = [[sys.executable, "-c", text] for text in (first, second)]
-    script = f"{SCRIPT} sys.exit(side_by_side({words[0]}, {words[1]}))"
+def run(*parts: str) -> subprocess.CompletedProcess[str]:
+    """Parts of Python text."""
+    words = [[sys.executable, "-c", text] for text in parts]
+    script = f"{SCRIPT} sys.exit(side_by_side(*{words}))"
     return subprocess.run(
         [sys.executable, "-c", script], capture_output=True, text=True, check=False
     )
 
 
-@pytest.mark.parametrize("codes, expected", [((0, 0), 0), ((3, 0), 3), ((0, 4), 4), ((5, 4), 5)])
-def test_both_parts_are_shown_and_either_can_fail(codes, expected):
+@pytest.mark.parametrize(
+    "codes, expected",
+    [((0, 0, 0), 0), ((3, 0, 0), 3), ((0, 4, 0), 4), ((0, 0, 6), 6), ((5, 4, 6), 5)],
+)
+def test_all_parts_are_shown_and_any_can_fail(codes, expected):
     done = run(
         f"import sys; print('one'); sys.exit({codes[0]})",
         f"import sys, os; print('two', os.nice(0)); sys.exit({codes[1]})",
+        f"import sys, os; print('three', os.nice(0)); sys.exit({codes[2]})",
     )
     assert done.returncode == expected, done.stderr
     lines = done.stdout.splitlines()
-    assert [w for w in ("one", "two 10") if w in lines] == ["one", "two 10"]
-    assert lines[-1] == ("both parts passed" if expected == 0 else "a part failed, see above")
+    shown = ["one", "two 10", "three 10"]
+    assert [w for w in lines if w in shown] == shown
+    assert lines[-1] == ("all parts passed" if expected == 0 else "a part failed, see above")
+
+
+def test_one_part_beside_the_first_and_two_after_it(tmp_path):
+    """Two that meet after the first has ended; the first waits for one of them alone."""
+    place = f"here = pathlib.Path({str(tmp_path)!r}); import time;"
+    until = (
+        "exec('while not (here / NAME).exists(): time.sleep(0.01)'.replace('NAME', repr({!r})))"
+    )
+    one = f"import pathlib; {place} {until.format('two')}; assert not (here / 'three').exists()"
+    one += "; (here / 'ended').touch()"
+    two = f"import pathlib; {place} (here / 'two').touch(); {until.format('three')}"
+    three = f"import pathlib; {place} assert (here / 'ended').exists(); (here / 'three').touch()"
+    done = run(one, two, three)
+    assert done.returncode == 0, done.stdout + done.stderr

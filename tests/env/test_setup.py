@@ -14,8 +14,6 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 LEFT_OUT = (".venv", ".cache", ".git", "build", "install", "log", "demo", "__pycache__")
 
-pytestmark = pytest.mark.timeout(300)
-
 
 @pytest.fixture
 def copied(tmp_path: Path) -> Path:

@@ -16,7 +16,7 @@ from ethercat_rig import BENCH, Emulator, InsistentNode, be_quick
 from flatplank_hw.ethercat.master import BusClient
 from flatplank_sim.emulated import MASTER, BenchNamespace
 
-PATIENCE_MS = 12
+REPLY_TIMEOUT_MS = 12
 BURN = "while True: pass"
 
 
@@ -40,13 +40,15 @@ def main(seconds: float, rate: int, busy: int) -> None:
     burners = [subprocess.Popen([sys.executable, "-c", BURN]) for _ in range(busy)]
     try:
         with BenchNamespace() as ns:
-            emulator = Emulator(ns, BENCH, "--rate", str(rate), "--max-age-ms", str(PATIENCE_MS))
+            emulator = Emulator(
+                ns, BENCH, "--rate", str(rate), "--max-age-ms", str(REPLY_TIMEOUT_MS)
+            )
             client = BusClient(
                 BENCH,
                 MASTER,
                 rate_hz=rate,
                 slip=True,
-                reply_timeout_ms=PATIENCE_MS,
+                reply_timeout_ms=REPLY_TIMEOUT_MS,
                 launch=ns.enter,
             )
             client.start()

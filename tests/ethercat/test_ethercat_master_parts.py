@@ -13,10 +13,10 @@ from flatplank_hw.ethercat.master import link
 from flatplank_hw.ethercat.master.health import (
     EFFECT_TIMEOUT_S,
     SETTLE_S,
+    CycleObservation,
     HealthMonitor,
     RecoveryPolicy,
     RecoveryStep,
-    Seen,
     SlaveState,
 )
 from flatplank_hw.ethercat.master.image import (
@@ -113,7 +113,7 @@ def test_messages_come_through_unchanged() -> None:
 
 # --- health -------------------------------------------------------------------------------
 
-GOOD, LOST = Seen(True, 11, True), Seen(False, 0, True)
+GOOD, LOST = CycleObservation(True, 11, True), CycleObservation(False, 0, True)
 FALLEN = SlaveState("bridges_a", 0x14, 0x1B, "Sync manager watchdog")
 
 
@@ -130,10 +130,10 @@ def test_losses_are_tolerated_twice() -> None:
 
 def test_wrong_counter_and_echo() -> None:
     monitor = HealthMonitor(11)
-    assert monitor.observe(Seen(True, 10, True)) == Health.DEGRADED
-    assert monitor.observe(Seen(True, 11, False)) == Health.STALE
+    assert monitor.observe(CycleObservation(True, 10, True)) == Health.DEGRADED
+    assert monitor.observe(CycleObservation(True, 11, False)) == Health.STALE
     for _ in range(3):
-        verdict = monitor.observe(Seen(True, 10, True))
+        verdict = monitor.observe(CycleObservation(True, 10, True))
     assert verdict == Health.LOST and monitor.reason == "working counter 10 of 11"
 
 
@@ -244,7 +244,7 @@ def test_clock_after_a_long_stall(slip: bool, number: int) -> None:
 def test_time_waited_for_the_nodes_is_not_made_up_for() -> None:
     clock = CycleClock(4_000_000, 0, slip=True)
     assert clock.advance(4_000_000) == 1
-    clock.excuse(100_000_000)
+    clock.extend(100_000_000)
     assert clock.advance(108_000_000) == 2
     assert clock.due() == 112_000_000 and clock.missed == 0
 

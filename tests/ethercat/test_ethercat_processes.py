@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Processes that die, freeze or come twice, and faults that last longer than the bus's
-patience; each under the same contract."""
+"""Processes that die, freeze or come twice, and faults that last longer than the timeouts
+of the bus; each under the same contract."""
 
 from __future__ import annotations
 
@@ -189,7 +189,7 @@ def test_another_slave_in_the_place_of_one(bench: Bench) -> None:
 
 
 def test_long_cut_ends_in_a_full_scan(bench: Bench) -> None:
-    """Longer than the patience of the recovery; the slaves behind the cut are taken in again."""
+    """Longer than the recovery waits; the slaves behind the cut are taken in again."""
     with Contract(bench, "cable cut for long") as contract:
         scans = bench.client.diagnostics()["recovery"].get("RESCAN", 0)
         bench.emulator.send("cable_cut", behind="bridges_b")

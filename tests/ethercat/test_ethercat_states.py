@@ -11,7 +11,7 @@ from ethercat_stub_plant import StubPlant
 from flatplank_hw.bus.image import AxisInputs
 from flatplank_hw.ethercat.reader import read_bus_file
 from flatplank_sim.emulator import registers as reg
-from flatplank_sim.emulator.al import Code, State, StateMachine
+from flatplank_sim.emulator.al import AlStatusCode, State, StateMachine
 from flatplank_sim.emulator.bench import EmulatedBench
 from flatplank_sim.emulator.drive_firmware import DriveFirmware
 from flatplank_sim.emulator.sii import build_sii
@@ -36,11 +36,11 @@ def test_all_changes(start: State, target: State) -> None:
     if target <= start or one_up:
         assert (al.state, al.error, al.code) == (target, False, 0)
     else:
-        assert (al.state, al.error, al.code) == (start, True, Code.INVALID_CHANGE)
+        assert (al.state, al.error, al.code) == (start, True, AlStatusCode.INVALID_CHANGE)
 
 
 @pytest.mark.parametrize(
-    ("request_", "code"), [(3, Code.NO_BOOT), (0, 0x12), (7, 0x12), (15, 0x12)]
+    ("request_", "code"), [(3, AlStatusCode.NO_BOOT), (0, 0x12), (7, 0x12), (15, 0x12)]
 )
 def test_states_that_do_not_exist(request_: int, code: int) -> None:
     al = machine()
@@ -50,10 +50,10 @@ def test_states_that_do_not_exist(request_: int, code: int) -> None:
 
 def test_an_error_must_be_acknowledged_before_going_up() -> None:
     al = machine(State.OP)
-    al.drop(State.SAFEOP, Code.WATCHDOG)
+    al.drop(State.SAFEOP, AlStatusCode.WATCHDOG)
     assert al.status == 0x14
     al.request(State.OP)
-    assert al.status == 0x14 and al.code == Code.WATCHDOG
+    assert al.status == 0x14 and al.code == AlStatusCode.WATCHDOG
     al.request(State.SAFEOP | 0x10)
     assert al.status == State.SAFEOP and al.code == 0
     al.request(State.OP)
@@ -99,15 +99,15 @@ def to_op(made: EmulatedSlave) -> None:
 
 def test_configuration_is_checked_on_the_way_up() -> None:
     made = slave("wheel_drive")
-    assert ask_for(made, 2) == (0x11, Code.INVALID_MAILBOX)
+    assert ask_for(made, 2) == (0x11, AlStatusCode.INVALID_MAILBOX)
     program(made, 0, 0x1000, 128, 0x26)
     program(made, 1, 0x1080, 128, 0x22)
     assert ask_for(made, 0x12) == (2, 0)
     program(made, 2, 0x1100, 15, 0x64)
-    assert ask_for(made, 4) == (0x12, Code.INVALID_OUTPUTS)
+    assert ask_for(made, 4) == (0x12, AlStatusCode.INVALID_OUTPUTS)
     program(made, 2, 0x1100, 16, 0x64)
     program(made, 3, 0x1400, 19, 0x20)
-    assert ask_for(made, 0x14) == (0x12, Code.INVALID_INPUTS)
+    assert ask_for(made, 0x14) == (0x12, AlStatusCode.INVALID_INPUTS)
     program(made, 3, 0x1400, 18, 0x20)
     assert ask_for(made, 0x14) == (4, 0)
     assert ask_for(made, 8) == (8, 0)
@@ -121,7 +121,7 @@ def test_watchdog_in_bench_time() -> None:
     made.tick(40_000_000)
     assert made.operational
     made.tick(40_000_001)
-    assert (made.al.state, made.al.code) == (State.SAFEOP, Code.WATCHDOG)
+    assert (made.al.state, made.al.code) == (State.SAFEOP, AlStatusCode.WATCHDOG)
     assert made.esc.memory[reg.WATCHDOG_COUNT] == 1 and not made.esc.get(reg.WATCHDOG_STATUS) & 1
 
 

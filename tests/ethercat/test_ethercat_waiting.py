@@ -13,7 +13,7 @@ import pytest
 from flatplank_hw.bus.image import AxisCommand
 from flatplank_hw.ethercat.master.pacing import Waiting
 
-PATIENCE_S = 0.08
+TIMEOUT_S = 0.08
 
 
 class Nodes:
@@ -40,7 +40,7 @@ def hold(
 
 
 def test_nobody_has_answered_yet() -> None:
-    waiting = Waiting(PATIENCE_S)
+    waiting = Waiting(TIMEOUT_S)
     assert hold(waiting, 5, Nodes()) == []
     assert (waiting.waited_ns, waiting.given_up) == (0, 0)
 
@@ -52,25 +52,25 @@ def test_a_real_bus_never_waits() -> None:
 
 
 def test_waits_for_the_answer_to_the_last_cycle() -> None:
-    waiting = Waiting(PATIENCE_S)
+    waiting = Waiting(TIMEOUT_S)
     found = hold(waiting, 5, Nodes([1], [2], [], [3, 4]))
     assert [c.cycle for c in found] == [1, 2, 3, 4]
     assert waiting.given_up == 0
 
 
 def test_a_batch_is_answered_once() -> None:
-    waiting = Waiting(PATIENCE_S, batch=4)
+    waiting = Waiting(TIMEOUT_S, batch=4)
     assert [c.cycle for c in hold(waiting, 7, Nodes([3]))] == [3]
     assert waiting.lacking(8) == [0]
 
 
 def test_who_is_silent_delays_the_bus_only_for_a_moment() -> None:
     """Also one that answers each cycle only after the next one: its source is dead."""
-    waiting = Waiting(PATIENCE_S)
+    waiting = Waiting(TIMEOUT_S)
     start = time.perf_counter()
     for cycle in range(2, 22):
         hold(waiting, cycle, Nodes([cycle - 2]))
-    assert time.perf_counter() - start < 10 * PATIENCE_S
+    assert time.perf_counter() - start < 10 * TIMEOUT_S
     assert waiting.given_up == 20
     hold(waiting, 22, Nodes([21]))
     assert waiting.given_up == 20

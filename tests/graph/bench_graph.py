@@ -7,6 +7,7 @@ import os
 import time
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from std_srvs.srv import SetBool
 
@@ -72,6 +73,24 @@ class Graph:
         return self.client.call(
             Advance, "/simulated_plant/advance", timeout=timeout, cycles=cycles
         ).cycle
+
+    def listen(self, kind: type, topic: str) -> list[Any]:
+        """Messages from now on, in the order of their arrival."""
+        seen: list[Any] = []
+        self.client.node.create_subscription(kind, topic, seen.append, STREAM)
+        return seen
+
+    def message_after(self, cycles: int, seen: list[Any]) -> Any:
+        """Let the held bus make cycles; the message of the last one, or of a later one.
+
+        What was heard before may be old: this process hears nothing while it does not spin.
+        """
+        last = self.advance(cycles)
+        while not seen or seen[-1].cycle < last:
+            if not seen:
+                self.advance(1)  # sent before the subscription was connected: a later one comes
+            self.client.spin(1.0)
+        return seen[-1]
 
     def call(self, kind, name, /, **fields):
         """A service that must say yes."""

@@ -16,7 +16,7 @@ from flatplank_control.nodes.ros_bench import RosBench
 from flatplank_control.runner.steps import PlanFailed
 from flatplank_hw.nodes.executor import StreamExecutor
 
-pytestmark = [pytest.mark.graph, pytest.mark.timeout(60)]
+pytestmark = pytest.mark.graph
 NAME = "/slow/answer"
 
 

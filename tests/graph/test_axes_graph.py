@@ -11,7 +11,6 @@ from std_srvs.srv import SetBool
 from flatplank_control.bench.results import COLUMNS
 from flatplank_control.nodes.client import BenchError
 from flatplank_hw.drive.safety import RULES
-from flatplank_hw.nodes.qos import STREAM
 from flatplank_msgs.msg import DriveStatus
 from flatplank_msgs.srv import Claim, SetOperationMode
 
@@ -43,24 +42,16 @@ def columns(path):
 
 def steering_stops_with_its_operator(bench):
     """The wheel's drive answers the claim; the steering's hears of it, and of no heartbeat."""
-    seen = []
-    bench.client.node.create_subscription(DriveStatus, "/steer_drive/status", seen.append, STREAM)
-
-    def after(cycles):
-        last = bench.advance(cycles)
-        while not seen or seen[-1].cycle < last:
-            bench.client.spin(1.0)
-        return seen[-1]
+    seen = bench.listen(DriveStatus, "/steer_drive/status")
 
     bench.call(SetOperationMode, "/steer_drive/set_operation_mode", mode="velocity", value=0.01)
     bench.call(Claim, "/operator/claim", client="somebody")
     bench.call(SetBool, "/steer_drive/enable", data=True)
-    assert after(50).velocity == pytest.approx(0.01, rel=0.05)
-    stopped = after(200)
+    assert bench.message_after(50, seen).velocity == pytest.approx(0.01, rel=0.05)
+    stopped = bench.message_after(200, seen)
     assert (stopped.stop_reason, stopped.velocity) == (RULES["heartbeat"].code, 0.0)
 
 
-@pytest.mark.timeout(300)
 def test_load_and_steering_are_led_by_their_nodes(tmp_path, monkeypatch, capsys):
     soft = tmp_path / "plant.yaml"
     soft.write_text("defects: {load_change: {brake: 0.0097, drive: 0.004}}\n")

@@ -10,7 +10,7 @@ from std_srvs.srv import Trigger
 
 from flatplank_control.nodes.client import BenchClient
 
-pytestmark = [pytest.mark.graph, pytest.mark.timeout(60)]
+pytestmark = pytest.mark.graph
 IN_FLIGHT = 20
 
 

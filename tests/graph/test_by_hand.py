@@ -22,7 +22,7 @@ from flatplank_msgs.srv import (
     StopRecording,
 )
 
-pytestmark = [pytest.mark.graph, pytest.mark.timeout(240)]
+pytestmark = pytest.mark.graph
 STEP = {"kappa": 0.05, "start_position": 0.12, "effective_rolling_radius": 0.3108}
 
 

@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 from bench_graph import Graph, graph
 
-from flatplank_control.calibration.book import Book, Entry
+from flatplank_control.calibration.book import CalibrationBook, Entry
 from flatplank_control.runner.provenance import software_version
 from flatplank_data.run_record import RunRecord, load_record
 from flatplank_msgs.srv import StartRecording, StopRecording
 
-pytestmark = [pytest.mark.graph, pytest.mark.timeout(240)]
+pytestmark = pytest.mark.graph
 SEED = 4
 PLAN = """
 measurement: stiffness_longitudinal
@@ -23,7 +23,7 @@ et_value: 0.055
 
 
 def test_the_record_states_what_the_nodes_have(tmp_path, monkeypatch):
-    book = Book(tmp_path / "c.yaml")
+    book = CalibrationBook(tmp_path / "c.yaml")
     book.add(Entry("hub_fz", "2020-01-01", {"k_fz1": 2.0, "k_fz2": 1.95}, 0.1))
     with graph(tmp_path, monkeypatch, calibration=str(book.path), seed=SEED) as bench:
         book.add(Entry("lvdt", "2020-01-01", {"lvdt_gain": 0.021, "lvdt_offset": 0.3}, 0.0))

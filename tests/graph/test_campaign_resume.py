@@ -89,7 +89,6 @@ def resumed(folder: Path, monkeypatch, text: str, kill_in: int) -> None:
     assert {run.info.file for run in Campaign.load(data).runs} == set(files)
 
 
-@pytest.mark.timeout(600)
 def test_two_runs_resumed_after_the_runner_was_killed(tmp_path, monkeypatch):
     resumed(tmp_path, monkeypatch, PLAN.format(slips=[0.05]), 1)
 

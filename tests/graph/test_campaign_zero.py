@@ -13,7 +13,6 @@ pytestmark = pytest.mark.graph
 PLAN = short_plan("zero", "kappa: 0.05, start: 3", more="attempts: 1\n")
 
 
-@pytest.mark.timeout(600)
 def test_zero_noise_and_the_preloaded_shaft_stand_in_the_journal(tmp_path, monkeypatch):
     plan = plan_from_text(PLAN, "plan")
     with graph(tmp_path, monkeypatch, preset="thesis2023") as bench:

@@ -19,7 +19,7 @@ from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.nodes.client import BenchClient
 from flatplank_hw.process import STARTED
 
-pytestmark = [pytest.mark.graph, pytest.mark.timeout(180)]
+pytestmark = pytest.mark.graph
 
 
 def test_every_node_ends_in_order_however_often_it_is_interrupted(

@@ -23,7 +23,7 @@ from flatplank_msgs.msg import BusInputs, DriveStatus, EncoderState, HubState
 from flatplank_msgs.srv import Claim, SetOperationMode, SetWaveform, StopRecording
 from flatplank_sim.emulator.control import Control
 
-pytestmark = [pytest.mark.graph, pytest.mark.timeout(240)]
+pytestmark = pytest.mark.graph
 
 SPEED = 0.1
 """of the wheel in the air [rad/s]"""

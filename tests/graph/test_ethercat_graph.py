@@ -25,7 +25,7 @@ from flatplank_msgs.msg import BusInputs, DriveStatus, EncoderState, HubState
 from flatplank_msgs.srv import SdoRead, SdoWrite, SetOperationMode, SetSlipStep, SetValue
 from flatplank_sim.twin.twin import Cycle, Twin
 
-pytestmark = [pytest.mark.graph, pytest.mark.timeout(240)]
+pytestmark = pytest.mark.graph
 
 FZ = 1000.0
 KAPPA, RADIUS = 0.05, 0.3108

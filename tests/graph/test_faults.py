@@ -12,7 +12,7 @@ from flatplank_data.campaign import Campaign
 from flatplank_data.run_record import load_record
 from flatplank_msgs.srv import PlankSwitch
 
-pytestmark = [pytest.mark.graph, pytest.mark.timeout(240)]
+pytestmark = pytest.mark.graph
 HUNDRED_MS = 25
 SHORT = {"kappa": 0.02, "step_position": 0.02, "end_position": 0.04}
 

@@ -13,7 +13,7 @@ from rclpy.task import Future
 from flatplank_control.nodes.client import BenchClient, BenchError, Interrupt
 from flatplank_msgs.action import RunMeasurement
 
-pytestmark = [pytest.mark.graph, pytest.mark.timeout(60)]
+pytestmark = pytest.mark.graph
 
 
 def ctrl_c(*_: object) -> None:

@@ -16,7 +16,7 @@ from flatplank_sim.twin.log import BagLog
 from flatplank_sim.twin.twin import Twin
 from flatplank_sim.twin.twin_bench import TwinBench
 
-pytestmark = [pytest.mark.graph, pytest.mark.timeout(240)]
+pytestmark = pytest.mark.graph
 SLIP = Measurement(kappa=-0.05, start=2, step_position=0.02, end_position=0.08)
 
 

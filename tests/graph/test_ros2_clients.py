@@ -24,14 +24,14 @@ from bench_graph import loopback, next_domain
 
 from flatplank_hw.troubles import TROUBLES
 
-pytestmark = [pytest.mark.graph, pytest.mark.installed_ros, pytest.mark.timeout(400)]
+pytestmark = [pytest.mark.graph, pytest.mark.installed_ros]
 ROS2 = [sys.executable, "-c", "import sys; from ros2cli.cli import main; sys.exit(main())"]
 ALONE = ("--no-daemon", "--spin-time", "10")
 """no process is left behind; the graph is looked for so long [s]"""
 ECHO = ("topic", "echo", "--no-daemon", "--once")
 STATUS = (*ECHO, "/wheel_drive/status", "flatplank_msgs/msg/DriveStatus")
 DIAGNOSTICS = (*ECHO, "/diagnostics", "diagnostic_msgs/msg/DiagnosticArray")
-PATIENCE = 120.0
+TIMEOUT_S = 120.0
 """[s]"""
 
 
@@ -50,20 +50,20 @@ def launched(tmp_path: Path, *arguments: str) -> Iterator[tuple[subprocess.Popen
         finally:
             if process.poll() is None:
                 process.send_signal(signal.SIGINT)
-            process.wait(PATIENCE)
+            process.wait(TIMEOUT_S)
 
 
 def tell(environment: dict, *words: str) -> str:
     """What a command of ros2 prints."""
     done = subprocess.run(
-        [*ROS2, *words], env=environment, capture_output=True, text=True, timeout=PATIENCE
+        [*ROS2, *words], env=environment, capture_output=True, text=True, timeout=TIMEOUT_S
     )
     assert done.returncode == 0, done.stderr
     return done.stdout
 
 
 def until(terminal: Path, pattern: str) -> str:
-    end = time.monotonic() + PATIENCE
+    end = time.monotonic() + TIMEOUT_S
     while not (found := re.search(pattern, terminal.read_text(encoding="utf-8"))):
         assert time.monotonic() < end, terminal.read_text(encoding="utf-8")
         time.sleep(0.2)
@@ -81,7 +81,7 @@ def until(terminal: Path, pattern: str) -> str:
 )
 def test_a_wrong_launch_argument_starts_nothing(tmp_path, argument, reason):
     with launched(tmp_path, "sim:=true", argument) as (process, terminal, _):
-        assert process.wait(PATIENCE) == 1
+        assert process.wait(TIMEOUT_S) == 1
         text = terminal.read_text(encoding="utf-8")
     assert reason in text and "process started" not in text and "Traceback" not in text
 
@@ -102,7 +102,7 @@ def test_a_launch_tells_its_troubles_and_ends_with_a_node(tmp_path):
         failed = [line for line in loaded.splitlines() if "failed" in line]
         assert all("read-only" in line for line in failed), failed
         os.kill(recorder, signal.SIGKILL)
-        assert process.wait(PATIENCE) == 1
+        assert process.wait(TIMEOUT_S) == 1
         text = terminal.read_text(encoding="utf-8")
     assert f"{TROUBLES['node_ended'].text} (recorder, ended by SIGKILL)" in text
     assert "Traceback" not in text
@@ -112,6 +112,6 @@ def test_ctrl_c_of_a_launch_is_no_trouble(tmp_path):
     with launched(tmp_path, "sim:=true", f"data:={tmp_path}") as (process, terminal, environment):
         tell(environment, *STATUS)
         process.send_signal(signal.SIGINT)
-        assert process.wait(PATIENCE) == 0
+        assert process.wait(TIMEOUT_S) == 0
         text = terminal.read_text(encoding="utf-8")
     assert TROUBLES["node_ended"].text not in text and "Traceback" not in text

@@ -15,7 +15,7 @@ from std_srvs.srv import Trigger
 
 from flatplank_control.nodes.client import BenchError
 
-pytestmark = [pytest.mark.graph, pytest.mark.timeout(240)]
+pytestmark = pytest.mark.graph
 PLAN = short_plan("command")
 RUN = "import sys; from flatplank_control.cli.run import main; sys.exit(main(sys.argv[1:]))"
 

@@ -20,7 +20,7 @@ from flatplank_msgs.srv import (
     StartRecording,
 )
 
-pytestmark = [pytest.mark.graph, pytest.mark.timeout(180)]
+pytestmark = pytest.mark.graph
 
 CYCLES_BEHIND = BEHIND_NS // 4_000_000
 STEP = {"kappa": 0.05, "start_position": 1.0, "effective_rolling_radius": 0.31}

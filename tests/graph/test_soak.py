@@ -139,7 +139,6 @@ def judge(looks: list[Look], capsys) -> None:
     assert pace(late) < SLOWER * max(pace(early), pace(looks))
 
 
-@pytest.mark.timeout(600)
 def test_five_minutes(tmp_path, monkeypatch, capsys):
     with graph(tmp_path, monkeypatch) as bench:
         looks = soak(bench, 300.0, capsys)

@@ -19,7 +19,7 @@ from flatplank_sim.twin.log import BagLog
 from flatplank_sim.twin.twin import Twin
 from flatplank_sim.twin.twin_bench import TwinBench
 
-pytestmark = [pytest.mark.graph, pytest.mark.timeout(240)]
+pytestmark = pytest.mark.graph
 SEED = 5
 SOURCE_TOPICS = {
     "slip": {"/slip_sequencer/state", "/wheel_drive/reference"},

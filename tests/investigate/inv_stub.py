@@ -130,7 +130,7 @@ def choose(_result, _evidence, made, possible, price, left) -> Choice:
 def investigate(folder: Path, at: int = 0) -> list[dict]:
     """Go on to the end, or to death at step `at`; the events."""
     loop.settings_of = lambda runs: runs.made
-    loop.bet_on = lambda search: SimpleNamespace(names=("wear",))
+    loop.hypothesis_of = lambda search: SimpleNamespace(names=("wear",))
     loop.rows_of = lambda session, files: sorted(files)
     loop.log_e = lambda bet, data, rows: 0.25 * len(rows)
     loop.decoys_of = lambda search: Decoys(2)

@@ -13,7 +13,7 @@ from markupsafe import escape
 
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.investigation.evidence import ALPHA
-from flatplank_analysis.investigation.loop import Loop, Memory
+from flatplank_analysis.investigation.loop import Loop, MemoryLog
 from flatplank_analysis.investigation.notebook import summary, text_of
 from flatplank_analysis.investigation.report import write_notebook
 from flatplank_control.cli.investigate import main
@@ -27,7 +27,7 @@ HIDDEN = "defects: {drive_brake_asymmetry: {friction: 0.12}}\n"
 
 def _made(seed: int, name: str, size: float, minutes: float, folder: Path) -> tuple[dict, str]:
     effects = {k: v for k, v in library().items() if k in FEW}
-    log = Memory()
+    log = MemoryLog()
     Loop(FastBench(seed, MENU[name].defects(size), effects), log, minutes).run()
     assert write_notebook(log.events, folder, "a made bench") == folder / "index.html"
     return summary(log.events), text_of(log.events)
@@ -63,7 +63,7 @@ def test_something_hidden_is_found_and_confirmed(tmp_path):
 
 def test_a_refused_batch_costs_nothing_and_is_not_asked_for_again():
     effects = {k: v for k, v in library().items() if k in FEW}
-    log = Memory()
+    log = MemoryLog()
     loop = Loop(FastBench(41, MENU["drive_brake_asymmetry"].defects(0.12), effects), log, 400.0)
     loop.begin()
     loop.decide()

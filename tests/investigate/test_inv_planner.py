@@ -167,7 +167,7 @@ def test_a_class_is_asked_about_as_long_as_the_verdict_names_it(drop, monkeypatc
         SimpleNamespace(name=n, term=_term(n), excess=share * limit)
         for n, share in (("near", 0.2), ("far", 0.99))
     ]
-    found = [SimpleNamespace(decision=decision, told=rivals)]
+    found = [SimpleNamespace(decision=decision, reported=rivals)]
     search = SimpleNamespace(last=SimpleNamespace(found=found))
     # of the pair without a rival, a run adds to the whole; of the others, to the difference
     gains = {None: lambda _runs: 50.0, "near": lambda _runs: 4.0, "far": lambda _runs: 1.0}
@@ -189,7 +189,7 @@ def test_a_pair_that_could_only_be_told_apart_by_a_hair_is_not_pursued(monkeypat
     decision = SimpleNamespace(drop=100.0, dispersion=1.0, residue=0.0, term=_term("a"))
     limit = indifferent(decision, 100.0)
     rival = SimpleNamespace(name="b", term=_term("b"), excess=limit - 0.8)
-    found = [SimpleNamespace(decision=decision, told=[rival])]
+    found = [SimpleNamespace(decision=decision, reported=[rival])]
     search = SimpleNamespace(last=SimpleNamespace(found=found))
     monkeypatch.setattr(inquiry.Pair, "of", lambda _search, _index, term: term)
     for each, pursued in ((0.5, False), (2.0, True)):

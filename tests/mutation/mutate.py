@@ -70,7 +70,7 @@ AREAS = (
     Area(
         "models", "models",
         (*_files("analysis_models/test_mod", "carcass inputs law mf record"),
-         *_files("analysis_models/test_mf", "lanes"), *FITS,
+         *_files("analysis_models/test_mf", "sets"), *FITS,
          "tests/analysis_data/test_tire_record.py"),
     ),
     Area(

@@ -36,7 +36,7 @@ PATIENT = {
     "start_timeout": 5.0,
 }
 """of the drive [s]"""
-PATIENCE = 4.0
+TIMEOUT_S = 4.0
 SHARE = 1.0
 """of their time that waits are given; less where nothing is expected to come"""
 FIRST_DOMAIN, DOMAINS = 20, 80
@@ -210,7 +210,7 @@ class Observer:
         def answer() -> Any:
             nonlocal tried
             self.look()
-            if again and time.monotonic() - tried > PATIENCE:
+            if again and time.monotonic() - tried > TIMEOUT_S:
                 again()
                 tried = time.monotonic()
             return ask()

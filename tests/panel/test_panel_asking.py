@@ -25,7 +25,7 @@ from flatplank_msgs.srv import SetValue
 from flatplank_panel.bench_state import BenchState
 from flatplank_panel.nodes import panel
 
-pytestmark = [pytest.mark.graph, pytest.mark.timeout(120)]
+pytestmark = pytest.mark.graph
 
 
 @pytest.fixture

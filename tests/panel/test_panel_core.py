@@ -19,10 +19,10 @@ from flatplank_panel import validation as check
 from flatplank_panel.access import COOKIE, Guard, address, host_of, is_loopback
 from flatplank_panel.analysis.worker import plain
 from flatplank_panel.bench_state import BEHIND, BenchState, Ring, Samples, Slip
-from flatplank_panel.charge import HOLDER_TIMEOUT_S, Charge, NotInCharge
+from flatplank_panel.charge import HOLDER_TIMEOUT_S, NotInCharge, PageInCharge
 from flatplank_panel.host import Host
 from flatplank_panel.link import Reply
-from flatplank_panel.live import Live, script
+from flatplank_panel.live import LiveData, script
 from flatplank_panel.operator import Operator
 from flatplank_panel.signals import SIGNALS
 from flatplank_panel.validation import CONSTANTS
@@ -149,7 +149,7 @@ def test_samples_far_behind_the_bus_are_missing():
 def test_another_bus_begins_with_an_empty_table():
     """Neither rows nor samples of the bus before it are mixed in."""
     state = BenchState()
-    live = Live(state)
+    live = LiveData(state)
     for cycle in (1000, 1010):
         state.accept(samples(cycle), 0.0)
     live.tick()
@@ -167,11 +167,11 @@ def test_another_bus_begins_with_an_empty_table():
 def test_a_node_that_ends_by_itself_is_told_once(bench, monkeypatch):
     ended = {}
     monkeypatch.setattr(bench.host, "_processes", SimpleNamespace(ended=lambda: dict(ended)))
-    bench.look_after_nodes()
+    bench.log_ended_nodes()
     assert not bench.link.state.log
     ended["encoders"] = -9
-    bench.look_after_nodes()
-    bench.look_after_nodes()
+    bench.log_ended_nodes()
+    bench.log_ended_nodes()
     (line,) = [text for _, text in bench.link.state.log]
     assert line.startswith("encoders has ended by itself (exit code -9)")
 
@@ -183,7 +183,7 @@ def strict(message: dict) -> dict:
 
 def test_live_message_is_strict_json_with_what_is_new():
     state = BenchState()
-    live = Live(state)
+    live = LiveData(state)
     state.accept(samples(1), 0.0)
     first = strict(live.tick())
     again = strict(live.tick())
@@ -199,7 +199,7 @@ def test_nothing_in_a_message_ends_its_script():
 
 
 def test_one_in_charge_until_it_is_silent():
-    charge = Charge()
+    charge = PageInCharge()
     charge.take("a", "first", 0.0)
     with pytest.raises(NotInCharge, match="first is in charge"):
         charge.take("b", "second", HOLDER_TIMEOUT_S - 0.1)
@@ -334,8 +334,16 @@ def test_whatever_moves_is_asked_for_with_a_claim_that_holds(bench):
 
 def test_every_public_action_asks_who_it_is(bench):
     """Walks the operator's methods: a new one is checked by being there."""
-    open_to_all = {"take", "give_back", "beat", "supervise", "emergency_stop", "constants", "say"}
-    open_to_all.add("look_after_nodes")
+    open_to_all = {
+        "take",
+        "release_page",
+        "beat",
+        "supervise",
+        "emergency_stop",
+        "constants",
+        "say",
+    }
+    open_to_all.add("log_ended_nodes")
     values = {"mode": "velocity", "what": "steer", "name": "x", "plan": {}}
     for name in [n for n in vars(Operator) if not n.startswith("_") and n not in open_to_all]:
         method = getattr(bench, name)
@@ -373,7 +381,7 @@ def test_the_claim_is_renewed_and_given_back(bench, monkeypatch):
         bench.beat("me")
         run(bench.supervise())
     assert len(bench.link.asked) in (3, 4)
-    bench.charge.give_back("me")
+    bench.charge.release_page("me")
     run(bench.supervise())
     assert bench.link.asked[-1] == ("claim", {"client": ""})
 

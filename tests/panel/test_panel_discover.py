@@ -16,7 +16,7 @@ from panel_rig import analysts, shows, status, wait_for
 
 from flatplank_sim.sealed.generate import make_challenge
 
-pytestmark = [pytest.mark.browser, pytest.mark.timeout(400)]
+pytestmark = pytest.mark.browser
 
 SEED = 4
 CURVES = """() => [...document.querySelectorAll("div[id^=c]")].some(e => {

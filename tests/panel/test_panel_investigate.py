@@ -18,7 +18,7 @@ from panel_rig import wait_for
 from flatplank_control.investigate.opening import NAME
 from flatplank_panel.analysis import investigating
 from flatplank_panel.bench_state import Progress
-from flatplank_panel.charge import Charge
+from flatplank_panel.charge import PageInCharge
 from flatplank_panel.investigation import Investigation
 from flatplank_panel.service import AnalysisService
 
@@ -57,7 +57,7 @@ class Bench:
     """An operator whose runner makes what it is asked when it is told so."""
 
     def __init__(self) -> None:
-        self.charge = Charge()
+        self.charge = PageInCharge()
         self.link = SimpleNamespace(state=SimpleNamespace(progress=Progress()))
         self.plans: list[str] = []
 

@@ -13,7 +13,7 @@ from panel_rig import wait_for
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 
-pytestmark = [pytest.mark.browser, pytest.mark.graph, pytest.mark.timeout(240)]
+pytestmark = [pytest.mark.browser, pytest.mark.graph]
 
 
 @contextmanager

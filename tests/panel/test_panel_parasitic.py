@@ -15,7 +15,7 @@ from flatplank_sim.twin.log import BagLog
 from flatplank_sim.twin.twin import Twin
 from flatplank_sim.twin.twin_bench import TwinBench
 
-pytestmark = [pytest.mark.browser, pytest.mark.graph, pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.browser, pytest.mark.graph]
 
 
 def test_the_filter_is_identified_from_a_run(operator, observer, data):

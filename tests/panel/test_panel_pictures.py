@@ -13,7 +13,7 @@ from looks import looked_after, take
 from made_up import campaign
 from panel_rig import wait_for
 
-pytestmark = [pytest.mark.browser, pytest.mark.graph, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.browser, pytest.mark.graph]
 
 
 def test_bench_by_keyboard(visitor):

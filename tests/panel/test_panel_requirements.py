@@ -7,7 +7,7 @@ import panel_rig
 import pytest
 from requirement_checks import CHECKS
 
-pytestmark = [pytest.mark.browser, pytest.mark.graph, pytest.mark.timeout(360)]
+pytestmark = [pytest.mark.browser, pytest.mark.graph]
 SHORT = {"hands": 0.05, "eyes": 0.4}
 """what is waited for as long as this part of the usual time; a bench with hands still moves"""
 

@@ -8,7 +8,7 @@ import yaml
 from panel_rig import wait_for
 from short_plan import short_plan
 
-pytestmark = [pytest.mark.browser, pytest.mark.graph, pytest.mark.long, pytest.mark.timeout(400)]
+pytestmark = [pytest.mark.browser, pytest.mark.graph, pytest.mark.long]
 
 
 def test_the_page_goes_on_with_a_stopped_campaign(operator, data):

@@ -6,7 +6,7 @@ from __future__ import annotations
 import pytest
 from panel_rig import PATIENT, wait_for
 
-pytestmark = [pytest.mark.browser, pytest.mark.graph, pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.browser, pytest.mark.graph]
 
 
 def turn(who, observer) -> None:

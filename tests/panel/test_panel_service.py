@@ -11,7 +11,7 @@ import pytest
 from made_up import campaign
 from own_loop import finished
 
-from flatplank_control.calibration.parasitic import Turn, identify_turn
+from flatplank_control.calibration.parasitic import UnloadedTurns, identify_turn
 from flatplank_control.runner.campaign import Conductor, Journal, Outcome, Verdict, plan_from_text
 from flatplank_control.runner.campaign.quality import Finding
 from flatplank_panel.analysis import browse_jobs, fit_jobs
@@ -97,7 +97,7 @@ def test_what_is_put_away_is_forgotten(service):
         analysis = PageAnalysis(service)
         await analysis.open("x")
         analysis.next_run = {"runs": [{}]}
-        analysis.put_away()
+        analysis.close_campaign()
         assert analysis.next_run == {}
         for ask in (
             analysis.compare,
@@ -190,7 +190,7 @@ def test_only_unloaded_turns_are_identified(tmp_path):
 
 def test_too_short_a_turn_gives_no_fit(tmp_path):
     angle = np.linspace(0.0, 5.0 * np.pi, 1000)
-    turn = Turn(angle, np.tile(np.sin(angle)[:, None], (1, 6)))
+    turn = UnloadedTurns(angle, np.tile(np.sin(angle)[:, None], (1, 6)))
     with pytest.raises(ValueError, match="900 deg and 1080"):
         identify_turn(turn, "m", "2026-01-01", tmp_path / "fit.yaml")
     assert not list(tmp_path.iterdir())

@@ -6,7 +6,7 @@ from __future__ import annotations
 import pytest
 from panel_rig import wait_for
 
-pytestmark = [pytest.mark.browser, pytest.mark.graph, pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.browser, pytest.mark.graph]
 
 
 def test_a_late_answer_does_not_overwrite_what_was_typed(idle):

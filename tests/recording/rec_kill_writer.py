@@ -15,7 +15,7 @@ import rec_samples as samples
 
 from flatplank_control.recording.session import RecordingSession
 
-PATIENCE = 30.0
+TIMEOUT_S = 30.0
 """a process that nobody kills ends by itself [s]"""
 
 
@@ -24,7 +24,7 @@ def record(folder: Path, number: int) -> None:
     session.start(samples.toyo(fz=float(number)), time.monotonic_ns(), at_once=True)
     begin = time.monotonic()
     cycle = 0
-    while time.monotonic() - begin < PATIENCE:
+    while time.monotonic() - begin < TIMEOUT_S:
         cycle += 1
         bus, wrench = samples.bus_bytes(cycle), samples.wrench_bytes(cycle)
         stamp_ns = time.monotonic_ns()

@@ -9,7 +9,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 
 from flatplank_hw.nodes import reporting
-from flatplank_hw.nodes.reporting import Collector, Reporter, telling
+from flatplank_hw.nodes.reporting import Collector, Reporter, reporting_refusals
 from flatplank_hw.troubles import DRIVE, OF_HEALTH, TROUBLES
 
 
@@ -99,10 +99,10 @@ def test_refusals_of_services_are_told_however_they_answer(node):
         return response
 
     no = SimpleNamespace(accepted=False, reason="too much")
-    assert telling(node.says, "/a", plain)(None, no) is no
+    assert reporting_refusals(node.says, "/a", plain)(None, no) is no
     std = SimpleNamespace(success=False, message="not now")
-    assert driven(telling(node.says, "/b", slow)(None, std)) is std
-    telling(node.says, "/c", plain)(None, SimpleNamespace(success=True, message="done"))
+    assert driven(reporting_refusals(node.says, "/b", slow)(None, std)) is std
+    reporting_refusals(node.says, "/c", plain)(None, SimpleNamespace(success=True, message="done"))
     said = [text for _, text in node.terminal.lines]
     assert said == [
         f"{TROUBLES['refused'].text} (/a: too much)", f"{TROUBLES['refused'].text} (/b: not now)",

@@ -42,6 +42,7 @@ SOURCES: dict[str, str] = {
     "discovery.decide.SAME": "true and false effects of practice and blind campaigns",
     "discovery.decide.CONDITIONS": "tuned on blind campaigns",
     "discovery.decide.SHARE": "tuned on blind campaigns",
+    "proposal.propose.HELD_OUT": "tuned on blind campaigns",
     "discovery.descent.PROBE": "compare 0.1 of arXiv:1201.5885",
     "discovery.descent.SHARPEST": "compare 0.75 of arXiv:1201.5885",
     "contact_patch.data.STIFFNESS": "carcass of a car tire",
@@ -186,7 +187,7 @@ def _changed(found, constant: Constant, factor: float) -> str:
     ]
     if not varied:
         return "-"
-    other = sum(_told(e) != _told(plain[_campaign(e)]) for e in varied)
+    other = sum(_answer(e) != _answer(plain[_campaign(e)]) for e in varied)
     right = sum(e["right"] - plain[_campaign(e)]["right"] for e in varied)
     return f"{other} of {len(varied)}, {right:+d}"
 
@@ -196,7 +197,7 @@ def _campaign(entry: Mapping[str, Any]) -> tuple[str, str]:
     return entry["key"], entry["code"]
 
 
-def _told(entry: Mapping[str, Any]) -> tuple[Any, ...]:
+def _answer(entry: Mapping[str, Any]) -> tuple[Any, ...]:
     return entry["verdict"], sorted(entry["names"])
 
 

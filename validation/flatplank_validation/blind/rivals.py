@@ -81,17 +81,17 @@ def lmfit_refit(fitter: Fitter, fit: Fit, term: Term) -> Kept:
 
     def residual(p) -> np.ndarray:
         now = np.array([p[f"p{i}"].value for i in range(len(z))])
-        predicted = fitter.model.predict([task.lane(now)])[0]
+        predicted = fitter.model.predict([task.parameter_set(now)])[0]
         return ((runs.measured - predicted) * fitter.weight).ravel()
 
     done = lmfit.minimize(
         residual, given, method="leastsq", epsfcn=1e-7, ftol=1e-5, max_nfev=12 * (len(z) + 1)
     )
     found = np.array([done.params[f"p{i}"].value for i in range(len(z))])
-    lane = task.lane(found)
-    terms = [replace(t, values=v) for t, (_, v) in zip(terms, lane.effects, strict=True)]
-    predicted = fitter.model.predict([lane])[0]
-    new = replace(fit, base=lane.base, terms=tuple(terms), predicted=predicted)
+    one = task.parameter_set(found)
+    terms = [replace(t, values=v) for t, (_, v) in zip(terms, one.effects, strict=True)]
+    predicted = fitter.model.predict([one])[0]
+    new = replace(fit, base=one.base, terms=tuple(terms), predicted=predicted)
     new = fitter.derivative(new)
     free = tuple((e.term, e.parameter.name) for e in task.entries)
     new = replace(new, free=free)
@@ -155,7 +155,7 @@ def forward(model: TireModel, refit: Refit, keep: Keep) -> dict[str, Any]:
             break
         fit, spread = kept.fit, kept.spread
         classes.append(alike)
-    named = [_told(i, t, spread.get(i, 0.0), classes[i]) for i, t in enumerate(fit.terms)]
+    named = [_entry(i, t, spread.get(i, 0.0), classes[i]) for i, t in enumerate(fit.terms)]
     return {
         "effects": named, "unexplained": {}, "floor_rmse": None, "held_out_after": None,
         "verdict": verdict(named, *_left(model, fit)),
@@ -184,7 +184,7 @@ def verdict(named: Sequence[Mapping[str, Any]], left: float, floor: float) -> st
     return GROUP if any(n["class"] for n in faults) else "found"
 
 
-def _told(index: int, term: Term, error: float, alike: list[str]) -> dict[str, Any]:
+def _entry(index: int, term: Term, error: float, alike: list[str]) -> dict[str, Any]:
     half = 1.645 * error
     return {
         "name": term.effect.identifier,

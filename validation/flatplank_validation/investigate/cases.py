@@ -18,7 +18,7 @@ import numpy as np
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.investigation.evidence import ALPHA, Evidence
 from flatplank_analysis.investigation.inquiry import questions
-from flatplank_analysis.investigation.loop import Choose, Loop, Memory, ask
+from flatplank_analysis.investigation.loop import Choose, Loop, MemoryLog, ask
 from flatplank_analysis.investigation.notebook import summary
 from flatplank_analysis.investigation.planner import DECIDED, SPENT, Choice
 from flatplank_analysis.investigation.settings import SLIPS, STARTS, Candidate, Setting
@@ -81,7 +81,7 @@ def _loop(bench: FastBench, case: Case, minutes: float) -> dict[str, Any]:
 
 def _made(bench: FastBench, minutes: float, how: Choose) -> dict[str, Any]:
     """A whole loop, with the processor time of each choice [s]."""
-    log, seconds = Memory(), []
+    log, seconds = MemoryLog(), []
 
     def timed(*arguments) -> Choice:
         began = time.process_time()
@@ -91,7 +91,7 @@ def _made(bench: FastBench, minutes: float, how: Choose) -> dict[str, Any]:
             seconds.append(round(time.process_time() - began, 1))
 
     Loop(bench, log, minutes, how=timed).run()
-    return _told(summary(log.events)) | {"planning": seconds}
+    return _result(summary(log.events)) | {"planning": seconds}
 
 
 def _random(bench: FastBench, case: Case, minutes: float) -> dict[str, Any]:
@@ -158,7 +158,7 @@ def _fixed(bench: FastBench, case: Case, minutes: float) -> dict[str, Any]:
     order = np.random.default_rng(crc32(case.key.encode())).permutation(len(plan.settings))
     files = bench.make([plan.settings[i] for i in order], 0)
     result = bench.session(files).diagnose()
-    return _told(
+    return _result(
         {
             "verdict": result.to_dict(), "minutes": price.minutes, "runs": len(files),
             "log_e": 0.0, "ended": "plan made",
@@ -166,7 +166,7 @@ def _fixed(bench: FastBench, case: Case, minutes: float) -> dict[str, Any]:
     )  # fmt: skip
 
 
-def _told(s: Mapping[str, Any]) -> dict[str, Any]:
+def _result(s: Mapping[str, Any]) -> dict[str, Any]:
     v = s["verdict"]
     decoys = s.get("decoys", {"looked_at": 0, "accepted": []})
     return {

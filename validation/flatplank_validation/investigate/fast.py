@@ -15,7 +15,7 @@ from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.effects.registry import library
-from flatplank_analysis.investigation.loop import Made
+from flatplank_analysis.investigation.loop import BatchResult
 from flatplank_analysis.investigation.planner import Price
 from flatplank_analysis.investigation.settings import Candidate, Setting, seed_of
 from flatplank_control.investigate.bench import price_of
@@ -87,11 +87,11 @@ class FastBench:
         settings = [asdict(s) for s in candidate.settings]
         return json.dumps({"first": len(self.tables), "settings": settings})
 
-    def measure(self, _number: int, plan: str, _left: float) -> Made:
+    def measure(self, _number: int, plan: str, _left: float) -> BatchResult:
         """Make all runs of a plan; all count as good."""
         data = json.loads(plan)
         settings = [Setting(**s) for s in data["settings"]]
-        return Made(tuple(self.make(settings, data["first"])))
+        return BatchResult(tuple(self.make(settings, data["first"])))
 
     def make(self, settings: Sequence[Setting], first: int) -> list[str]:
         """Make runs; returns them by file name."""

@@ -11,7 +11,7 @@ from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.decide import Judge
 from flatplank_analysis.discovery.screen import VISIBLE, best_per_effect
 from flatplank_analysis.discovery.state import term_of
-from flatplank_analysis.investigation.evidence import ALPHA, Bet, Evidence, log_e, times
+from flatplank_analysis.investigation.evidence import ALPHA, Evidence, Hypothesis, log_e, times
 from flatplank_analysis.investigation.loop import rows_of
 from flatplank_analysis.investigation.settings import Setting
 from flatplank_validation.blind.points import share
@@ -21,7 +21,7 @@ BATCHES = ((-0.02, 1.5), (0.02, 2.2), (-0.05, 1.5))
 """slip and step position of the later runs, two of each"""
 
 
-def likeliest(session: Session) -> Bet | None:
+def likeliest(session: Session) -> Hypothesis | None:
     """Bet on the first effect in the ranking, whatever the tests say about it."""
     step = session.fit(None)
     state = step.state
@@ -32,7 +32,7 @@ def likeliest(session: Session) -> Bet | None:
         made = state.with_term(term_of(item.candidate, item.sizes), most=4)
         judge = Judge(state, state.whitened.chi2, step.screen.typical)
         decision = judge.decide(made, len(made.fit.terms) - 1, 1)
-        return Bet.of([decision], state, made.fit, state.whitened.fit)
+        return Hypothesis.of([decision], state, made.fit, state.whitened.fit)
     return None
 
 

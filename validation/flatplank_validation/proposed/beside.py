@@ -20,10 +20,10 @@ from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.contact_patch.tire_runs import TireRuns, coordinates_of
-from flatplank_analysis.discovery.model import Lane
+from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_analysis.proposal.modulators import BY_NAME
 from flatplank_analysis.proposal.propose import of_diagnosis
-from flatplank_analysis.proposal.search import Tried
+from flatplank_analysis.proposal.search import RefittedSentence
 from flatplank_analysis.proposal.shapes.base import Span
 from flatplank_analysis.proposal.sites import factor, places_of
 from flatplank_data.table import MeasurementTable
@@ -43,7 +43,7 @@ AGAIN = 2
 
 
 @dataclass(frozen=True)
-class Told:
+class MeasuredRuns:
     """Runs and the force hidden in them."""
 
     tables: list[MeasurementTable]
@@ -51,7 +51,7 @@ class Told:
     """force of each run, one value per sample of the table"""
 
 
-def told(case: kit.Case, seed: int) -> tuple[Told, Told, dict[str, Any]]:
+def told(case: kit.Case, seed: int) -> tuple[MeasuredRuns, MeasuredRuns, dict[str, Any]]:
     """Runs of a campaign, new runs outside its slips, and the right answer."""
     random = np.random.default_rng((seed, crc32(case.key.encode())))
     world = WORLDS[case.world](random)
@@ -67,7 +67,7 @@ def told(case: kit.Case, seed: int) -> tuple[Told, Told, dict[str, Any]]:
             changed = dict(change(columns, run))
             forces.append(changed["fx"] - columns["fx"])
             tables.append(kit._table(changed, run, world.radius, NOISES[case.noise], random))
-        out.append(Told(tables, forces))
+        out.append(MeasuredRuns(tables, forces))
     return out[0], out[1], truth.to_dict()
 
 
@@ -81,7 +81,7 @@ def inputs(data: TireRuns, spans: Mapping[str, Span]) -> Inputs:
     )
 
 
-def at_nodes(data: TireRuns, told: Told) -> np.ndarray:
+def at_nodes(data: TireRuns, told: MeasuredRuns) -> np.ndarray:
     """The hidden force (runs, samples) at the nodes of the analysis."""
     out = []
     for position, table, force in zip(data.position, told.tables, told.force, strict=True):
@@ -91,12 +91,12 @@ def at_nodes(data: TireRuns, told: Told) -> np.ndarray:
     return np.stack(out)
 
 
-def ours(model: TireModel, best: Tried) -> np.ndarray:
+def ours(model: TireModel, best: RefittedSentence) -> np.ndarray:
     """The force of a proposal in the runs of a model."""
     fit = best.found.fit
     effects = tuple((t.effect, t.values) for t in fit.terms)
-    lanes = [Lane(fit.base, effects), Lane(fit.base, effects[:-1])]
-    predicted = model.predict(lanes)[:, 0]
+    sets = [ParameterSet(fit.base, effects), ParameterSet(fit.base, effects[:-1])]
+    predicted = model.predict(sets)[:, 0]
     return predicted[0] - predicted[1]
 
 

@@ -20,7 +20,7 @@ from flatplank_validation.blind.noise import NOISES, RELATIVE, shown
 from flatplank_validation.blind.plan import runs_of
 from flatplank_validation.blind.worlds import WORLDS, Scatter
 from flatplank_validation.proposed.forces import FORCES, TEMPERATURE
-from flatplank_validation.proposed.left_out import LEFT_OUT
+from flatplank_validation.proposed.left_out import LEFT_OUT, PLAIN
 
 KIT = ("plant", "second", "forms")
 FACTOR = 3.0
@@ -80,7 +80,7 @@ def _left_out(draw: np.random.Generator) -> Iterator[Case]:
                 for number in range(2):
                     noise, scatter = _around(draw)
                     design = MENU[name].design
-                    design = "small" if design == "plain" else design
+                    design = "small" if design == "plain" and name not in PLAIN else design
                     yield Case("left_out", world, name, noise, scatter, design, number)
 
 

@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from statistics import median
 from typing import Any
 
 from flatplank_analysis.discovery.steps import LARGEST_CLASS
 from flatplank_validation.blind.points import share
+from flatplank_validation.proposed.left_out import PLAIN
 
 Entry = Mapping[str, Any]
 TITLE = "## How often it is right"
@@ -108,17 +109,21 @@ def page(entries: Sequence[Entry], header: Mapping[str, Any]) -> str:
         f"of seed {header['seed']}; {', '.join(versions)}. Nothing from here on is typed by hand; "
         "the journal that it is written from is [beside it](propose.jsonl.gz).",
         "The list is mixed, so that its beginning is a fair sample; read the intervals (Wilson, "
-        "95 %). Designs have 15 runs of five slips (45 where several loads are asked for). Sizes "
+        "95 %). Designs have 15 runs of five slips (27 runs of nine slips for "
+        f"{', '.join(f'`{n}`' for n in PLAIN)}, 45 runs where several loads are asked for). Sizes "
         "are three times what the generator could just see of that form, and three times the "
         "size of no consequence where that is larger; forces have at least half of what repeats "
         "differ by.",
         "| what | wanted | right |\n|---|---|---|\n"
         + "\n".join(f"| {text} | {wanted} | {s} |" for text, wanted, s in rows_of(entries)),
-        "### What was hidden and what was proposed",
+        "### By what was hidden",
+        "| hidden | proposed | family, coordinate, modulator right | form, too |\n"
+        "|---|---|---|---|\n" + "\n".join(_by_hidden(asked)),
+        "### What was proposed",
         "Family, coordinate, modulator and form as proposed; a verdict in brackets where nothing "
         "was.",
-        "| hidden | world | proposed | right |\n|---|---|---|---|\n"
-        + "\n".join(_row(e) for e in sorted(asked, key=lambda e: e["key"])),
+        "| hidden | world | proposed | right | campaigns |\n|---|---|---|---|---|\n"
+        + "\n".join(_alike(asked)),
         f"Seconds per campaign, median: {_median(asked):.0f} (on a busy machine, one process).",
     ]
     if header.get("rivals"):
@@ -161,6 +166,22 @@ def _rival(name: str, rows: Sequence[Entry]) -> str:
         f"{middle('inside', 1.0):.2f} | {middle('outside', 1.0):.2f} | {both}/{n} | "
         f"{middle('seconds', 0.0):.0f} |"
     )
+
+
+def _by_hidden(entries: Sequence[Entry]) -> Iterator[str]:
+    """One row for each force or effect."""
+    hidden = [e for e in entries if e["case"]["group"] != "null"]
+    for name in sorted({e["case"]["name"] for e in hidden}):
+        own = [e for e in hidden if e["case"]["name"] == name]
+        formed = sum(whole(e) and right(e, "shapes") for e in own)
+        said, good = sum(map(made, own)), sum(map(whole, own))
+        yield f"| {name} | {said}/{len(own)} | {good}/{len(own)} | {formed}/{len(own)} |"
+
+
+def _alike(entries: Sequence[Entry]) -> list[str]:
+    """One row for all campaigns with the same answer."""
+    rows = Counter(_row(e) for e in sorted(entries, key=lambda e: e["key"]))
+    return [f"{row} {count} |" for row, count in rows.items()]
 
 
 def _row(e: Entry) -> str:

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flatplank_analysis.proposal.curves import hat_functions
 from flatplank_data.errors import FlatplankError
 from flatplank_validation.blind.detectable import cache
 
@@ -78,10 +79,9 @@ def spline(seen: Inputs, rest: np.ndarray) -> Claim:
     knots = {n: np.linspace(u.min(), u.max(), KNOTS) for n, u in seen.values.items()}
 
     def columns(x: Inputs) -> Columns:
-        eye = np.eye(KNOTS)
         out = []
         for name, u in x.values.items():
-            hats = np.stack([np.interp(u, knots[name], row) for row in eye])
+            hats = hat_functions(u, knots[name])
             out += [(name, side, hats * x.sides[side]) for side in SIDES]
         return out
 

@@ -12,7 +12,7 @@ import numpy as np
 from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.discovery.model import Lane
+from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_analysis.discovery.state import start_base
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.parallel import worker_pool
@@ -63,12 +63,13 @@ def diagnose(count: int, design: str) -> dict[str, Any]:
     """Times [s] and peak memory [MiB] of one search, with kernels compiled before."""
     data = from_tables(tables_of(count, design))
     model = TireModel(data)
-    model.predict([Lane(start_base(model))])
+    model.predict([ParameterSet(start_base(model))])
     result = Session(Campaign("bench", []), data, model, library()).diagnose()
+    search = result.drawable("bench")
     return {
         "runs": data.runs.runs,
-        "first_ranking": result.search.first_ranking,
-        "screening": result.search.first_ranking / result.search.base_fit - 1.0,
+        "first_ranking": search.first_ranking,
+        "screening": search.first_ranking / search.base_fit - 1.0,
         "seconds": result.seconds,
         "memory": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
         "verdict": result.verdict,

@@ -10,7 +10,7 @@ from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from threading import Thread
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from flatplank_data.errors import FlatplankError
 
@@ -96,7 +96,7 @@ def _context(function: Callable) -> multiprocessing.context.BaseContext:
 class Dask:
     """Execution on a cluster with a scheduler address; its own retries cover lost workers."""
 
-    def __init__(self, client) -> None:
+    def __init__(self, client: Any) -> None:
         self.client = client
 
     def map(self, function: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:

@@ -3,31 +3,33 @@
 
 import sys
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
+from launch.events.process import ProcessExited
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from flatplank_control.bench.launching import ARGUMENTS, refuse_unknown, setup_of, why_ended
-from launch import LaunchDescription
+from launch import LaunchContext, LaunchDescription
 
 
 class BenchEnded(Exception):
     """A node has ended: launch prints why, ends the other nodes, and returns exit code 1."""
 
 
-def on_exit(name):
+def on_exit(name: str) -> Callable[[ProcessExited, LaunchContext], None]:
     """End the bench when any node ends, as `flatplank bench` does."""
 
-    def end(event, context):
+    def end(event: ProcessExited, context: LaunchContext) -> None:
         if not context.is_shutdown:
             raise BenchEnded(why_ended(name, event.returncode))
 
     return end
 
 
-def make_nodes(context):
+def make_nodes(context: LaunchContext) -> list[Node]:
     if any(Path(word).name == Path(__file__).name for word in sys.argv):
         refuse_unknown(sys.argv)
     setup = setup_of({name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS})
@@ -45,7 +47,7 @@ def make_nodes(context):
     ]
 
 
-def generate_launch_description():
+def generate_launch_description() -> LaunchDescription:
     arguments = [
         DeclareLaunchArgument(
             name,

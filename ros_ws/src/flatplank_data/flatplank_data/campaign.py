@@ -12,7 +12,7 @@ from typing import Any
 from flatplank_data import checks
 from flatplank_data.condition import Condition, is_nan
 from flatplank_data.errors import FlatplankError, NothingUsableError
-from flatplank_data.measured import fill, is_silent, reconciled, untold
+from flatplank_data.measured import fill, is_silent, missing_keys, reconciled
 from flatplank_data.naming import facts_of_name
 from flatplank_data.problem import Problem, problem_of
 from flatplank_data.readers import Request, describe, reader_for, suffixes
@@ -156,7 +156,7 @@ class Campaign:
         for text in remarks:
             self.problems.append(Problem(info.file, text, where, "correct the spelling", False))
         if own and _is_bag(store, info.file):
-            self.problems += untold(info, RECORD_FILE)
+            self.problems += missing_keys(info, RECORD_FILE)
         said = () if own else frozenset(k for k, v in entry.items() if v not in (None, "", {}))
         self.runs.append(Run(turned_info(info, mapping), store, mapping, said))
 
@@ -168,7 +168,7 @@ class Campaign:
         for entry in _found(store):
             file = entry["file"]
             if file not in known and (_is_bag(store, file) or "tire" in entry):
-                self.problems.append(_left_out(file, _told(store, file)))
+                self.problems.append(_left_out(file, _facts_of(store, file)))
 
     def _drop_doubles(self) -> None:
         """Keep the first of two runs with one UUID: a copy, or a wrong record."""
@@ -269,7 +269,7 @@ def _found(store: Store) -> list[dict[str, Any]]:
     return out
 
 
-def _told(store: Store, file: str) -> Mapping[str, Any]:
+def _facts_of(store: Store, file: str) -> Mapping[str, Any]:
     """Facts in an unlisted file; empty when it cannot be read."""
     try:
         return describe(store, file)

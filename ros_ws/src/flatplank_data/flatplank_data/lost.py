@@ -22,7 +22,7 @@ MAX_SHARE = 0.1
 
 
 @dataclass(frozen=True)
-class Lost:
+class LostSamples:
     """Lost samples of one run."""
 
     lost: int
@@ -51,18 +51,18 @@ class Lost:
         return text + (" at a stretch" if self.longest else "")
 
 
-def lost_samples(table: MeasurementTable) -> Lost:
+def lost_samples(table: MeasurementTable) -> LostSamples:
     """Lost samples by the stamps or by the run record, whichever counts more."""
     found = _by_stamps(table)
     info = table.info
     if info.cycles_lost > found.lost:
         of = max(info.cycles_received + info.cycles_lost, len(table))
-        return Lost(info.cycles_lost, of, found.longest, found.road)
+        return LostSamples(info.cycles_lost, of, found.longest, found.road)
     return found
 
 
-def _by_stamps(table: MeasurementTable) -> Lost:
-    none = Lost(0, len(table))
+def _by_stamps(table: MeasurementTable) -> LostSamples:
+    none = LostSamples(0, len(table))
     if not table.has("time") or len(table) < 10:
         return none
     step = np.diff(table["time"])
@@ -84,4 +84,4 @@ def _by_stamps(table: MeasurementTable) -> Lost:
     if table.has("plank_position"):
         road = float(np.nanmax(np.abs(np.diff(table["plank_position"]))[gaps], initial=0.0))
     longest = float(step[gaps].max())
-    return Lost(lost, len(table) + lost, longest, road if math.isfinite(road) else 0.0)
+    return LostSamples(lost, len(table) + lost, longest, road if math.isfinite(road) else 0.0)

@@ -124,7 +124,7 @@ def is_silent(info: RunRecord) -> bool:
     return info.measurement in (SLIP, FREE_ROLLING, UNKNOWN) and not info.fz > 0.0
 
 
-def untold(info: RunRecord, record: str) -> list[Problem]:
+def missing_keys(info: RunRecord, record: str) -> list[Problem]:
     """A remark that lists the keys which no instrument measures and the record lacks, and the file
     to write them to.
     """

@@ -112,7 +112,7 @@ def to_mapping(values: Any) -> dict[str, Any]:
     return {name: list(v) if isinstance(v, tuple) else v for name, v in raw}
 
 
-def only_these(old: P, new: P, allowed: Iterable[str], where: str) -> None:
+def require_changes_only(old: P, new: P, allowed: Iterable[str], where: str) -> None:
     """Raise ParameterError when two sets differ in a parameter that is not in `allowed`."""
     known = set(allowed)
     for f in fields(old):

@@ -164,9 +164,9 @@ class RunRecord:
 
     def _whole(self) -> dict[str, Any]:
         values = {key: getattr(self, key) for key in _OWN}
-        untold = {key: 0.0 for key in ("fz", "pressure") if is_nan(values[key])}
+        unset = {key: 0.0 for key in ("fz", "pressure") if is_nan(values[key])}
         way = "reverse" if self.direction < 0.0 else "forward"
-        return _plain({"format": FORMAT, **values, **untold, "direction": way})
+        return _plain({"format": FORMAT, **values, **unset, "direction": way})
 
     def save(self, folder: Path) -> None:
         """Write `run.yaml` to the bag's folder, atomically."""

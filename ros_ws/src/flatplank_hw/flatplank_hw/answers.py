@@ -21,7 +21,7 @@ def refused(reason: str) -> Answer:
     return Answer(False, reason, -1)
 
 
-class Agenda:
+class ActionQueue:
     """Queue of accepted actions; the core calls `run` in each cycle while `due` is not empty."""
 
     __slots__ = ("due", "last_cycle")

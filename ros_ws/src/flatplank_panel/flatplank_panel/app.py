@@ -15,7 +15,7 @@ from nicegui import Client, app, background_tasks, core, ui
 from flatplank_panel.access import Guard
 from flatplank_panel.charge import HOLDER_TIMEOUT_S
 from flatplank_panel.investigation import Investigation
-from flatplank_panel.live import EVENT, PUSH_HZ, Live
+from flatplank_panel.live import EVENT, PUSH_HZ, LiveData
 from flatplank_panel.operator import Operator
 from flatplank_panel.service import AnalysisService
 from flatplank_panel.views import bench, discover, investigate, runs, shell
@@ -29,7 +29,7 @@ def serve(
     operator: Operator, service: AnalysisService, host: str, port: int, token: str = ""
 ) -> None:
     """Serve until the process is told to end."""
-    live = Live(operator.link.state)
+    live = LiveData(operator.link.state)
     investigation = Investigation(service, operator)
     tabs: dict[str, Callable[[Page], None]] = {
         "Bench": bench.build,
@@ -62,7 +62,7 @@ def serve(
         while True:
             await asyncio.sleep(1.0 / SUPERVISE_HZ)
             await operator.supervise()
-            operator.look_after_nodes()
+            operator.log_ended_nodes()
 
     def begin() -> None:
         background_tasks.create(push(), name="live data")

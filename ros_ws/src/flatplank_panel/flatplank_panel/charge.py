@@ -12,7 +12,7 @@ class NotInCharge(ValueError):
     """The page is not in charge and may only watch."""
 
 
-class Charge:
+class PageInCharge:
     """The page in charge, by the identity of its connection."""
 
     def __init__(self) -> None:
@@ -28,7 +28,7 @@ class Charge:
             raise NotInCharge(f"{self.name or 'another page'} is in charge; ask for a hand-over")
         self.holder, self.name, self._heard = page, name, now
 
-    def give_back(self, page: str) -> None:
+    def release_page(self, page: str) -> None:
         if self.holder == page:
             self.holder = self.name = ""
 

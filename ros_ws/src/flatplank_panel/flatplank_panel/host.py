@@ -48,7 +48,7 @@ class Host:
         self.data, self.log, self.parameters = data, log, parameters or {}
         self.setup: BenchSetup | None = None
         self._processes: BenchProcesses | None = None
-        self._told: set[str] = set()
+        self._reported: set[str] = set()
 
     @property
     def running(self) -> bool:
@@ -109,6 +109,6 @@ class Host:
     def newly_ended(self) -> dict[str, int]:
         """Nodes that have ended by themselves since the last call, with their exit codes."""
         ended = self._processes.ended() if self._processes else {}
-        new = {name: code for name, code in ended.items() if name not in self._told}
-        self._told = set(ended)
+        new = {name: code for name, code in ended.items() if name not in self._reported}
+        self._reported = set(ended)
         return new

@@ -25,7 +25,7 @@ EMPTY: Mapping[str, Any] = {"entries": [], "waiting": None, "ended": "", "left":
 
 
 @dataclass(frozen=True)
-class Wish:
+class PageRequest:
     """Checked request of a page."""
 
     page: str
@@ -41,7 +41,7 @@ class Investigation:
 
     def __init__(self, service: AnalysisService, operator: Operator) -> None:
         self.service, self.operator = service, operator
-        self.told: Mapping[str, Any] = EMPTY
+        self.content: Mapping[str, Any] = EMPTY
         self.folder = ""
         self.each = True
         """true: the operator approves each batch"""
@@ -66,9 +66,9 @@ class Investigation:
         """Text about the present action with the minutes left, and its completed share."""
         if not self.busy:
             return self.said, 0.0
-        text, share, left = *self._doing, self.told["left"]
+        text, share, left = *self._doing, self.content["left"]
         if self._asking:
-            left += self.told["waiting"]["minutes"]
+            left += self.content["waiting"]["minutes"]
         if self._on_bench:
             p = self.operator.link.state.progress
             text, share = p.prompt or p.step or "begun", p.share
@@ -80,14 +80,14 @@ class Investigation:
         """Show the investigation in a folder."""
         self._require_rest()
         where = check.inside(self.service.data, folder)
-        self.told = await self.service.investigating.ask("investigation", folder=str(where))
-        self.folder, self.said = folder, "" if self.told["entries"] else "nothing is there yet"
+        self.content = await self.service.investigating.ask("investigation", folder=str(where))
+        self.folder, self.said = folder, "" if self.content["entries"] else "nothing is there yet"
 
-    def begin(self, page: str, wish: Mapping[str, Any], each: bool) -> None:
+    def begin(self, page: str, request: Mapping[str, Any], each: bool) -> None:
         """Start, or continue the investigation in the folder."""
         self._require_rest()
-        checked = self._checked(page, wish)
-        self.told, self.folder = EMPTY, str(wish["folder"])
+        checked = self._checked(page, request)
+        self.content, self.folder = EMPTY, str(request["folder"])
         self.each, self.said, self._ending = bool(each), "", False
         self._go.clear()
         self._task = asyncio.create_task(self._run(checked))
@@ -120,46 +120,46 @@ class Investigation:
         else:
             self._task.cancel()
 
-    def _checked(self, page: str, wish: Mapping[str, Any]) -> Wish:
-        place = check.choice(wish["place"], PLACES, "place")
-        folder = check.folder_below(self.service.data, check.name(wish["folder"]))
-        tire = str(wish["tire"] or "")
+    def _checked(self, page: str, request: Mapping[str, Any]) -> PageRequest:
+        place = check.choice(request["place"], PLACES, "place")
+        folder = check.folder_below(self.service.data, check.name(request["folder"]))
+        tire = str(request["tire"] or "")
         if tire:
             check.choice(tire, known_tires(), "tire")
         if place == "bench":
             self.operator.charge.check(page)
             twin = None
         else:
-            plant = str(wish["plant"] or "").strip()
+            plant = str(request["plant"] or "").strip()
             path = check.inside(self.service.data, plant, "plant file") if plant else None
             if path is not None and not path.is_file():
                 raise ValueError(f"plant file {plant[:80]!r}: not there below the data folder")
             twin = {
-                "preset": check.choice(wish["preset"] or "", PRESETS, "preset"),
+                "preset": check.choice(request["preset"] or "", PRESETS, "preset"),
                 "plant": str(path or ""),
-                "seed": int(check.number(wish["seed"], "seed", 0, 2**31 - 1)),
+                "seed": int(check.number(request["seed"], "seed", 0, 2**31 - 1)),
             }
-        minutes = check.number(wish["minutes"], "minutes", 1.0, 99_999.0, "min")
-        return Wish(page, str(folder), minutes, tire, twin)
+        minutes = check.number(request["minutes"], "minutes", 1.0, 99_999.0, "min")
+        return PageRequest(page, str(folder), minutes, tire, twin)
 
     def _require_rest(self) -> None:
         if self.busy:
             raise ValueError(f"{self.folder}: an investigation is under way; stop it first")
 
     # the loop
-    async def _run(self, wish: Wish) -> None:
-        about = {"folder": wish.folder, "minutes": wish.minutes, "tire": wish.tire}
+    async def _run(self, request: PageRequest) -> None:
+        about = {"folder": request.folder, "minutes": request.minutes, "tire": request.tire}
         try:
             while True:
-                self.told = await self._ask("decide", **about)
-                if self.told["waiting"] is None:
+                self.content = await self._ask("decide", **about)
+                if self.content["waiting"] is None:
                     break
                 if not await self._approved():
-                    self.told = await self._ask("refuse", **about)
+                    self.content = await self._ask("refuse", **about)
                     continue
-                await self._made(wish, self.told["waiting"]["plan"])
-                self.told = await self._ask("measure", **about, twin=wish.twin)
-            self.said = f"ended: {self.told['ended']} ({self.told['reason']})"
+                await self._made(request, self.content["waiting"]["plan"])
+                self.content = await self._ask("measure", **about, twin=request.twin)
+            self.said = f"ended: {self.content['ended']} ({self.content['reason']})"
         except ValueError as error:
             stopped = "stopped; " if self._ending else ""
             self.said = f"{stopped}{error}"
@@ -181,12 +181,12 @@ class Investigation:
             self._go.clear()
             self._asking = self._refused = False
 
-    async def _made(self, wish: Wish, plan: str) -> None:
+    async def _made(self, request: PageRequest, plan: str) -> None:
         """Let the runner of the bench make the batch; on the twin the job `measure` makes it."""
-        if wish.twin is not None:
+        if request.twin is not None:
             return
         state = self.operator.link.state
-        await self.operator.measure(wish.page, plan, self.folder)
+        await self.operator.measure(request.page, plan, self.folder)
         self._on_bench = True
         try:
             while state.progress.active:

@@ -31,7 +31,7 @@ def _short(value: float) -> float | None:
     return float(f"{value:.{DIGITS}g}") if math.isfinite(value) else None
 
 
-class Live:
+class LiveData:
     """Makes the messages with live data."""
 
     def __init__(self, state: BenchState) -> None:

@@ -25,7 +25,7 @@ from flatplank_data.measured import UNKNOWN
 from flatplank_data.params import from_mapping
 from flatplank_hw.drive.modes import MODES
 from flatplank_panel import validation as check
-from flatplank_panel.charge import Charge
+from flatplank_panel.charge import PageInCharge
 from flatplank_panel.host import Host
 from flatplank_panel.link import BenchLink, Reply
 from flatplank_panel.validation import CONSTANTS
@@ -56,7 +56,7 @@ class Operator:
 
     def __init__(self, link: BenchLink, host: Host, data: Path) -> None:
         self.link, self.host, self.data = link, host, data
-        self.charge = Charge()
+        self.charge = PageInCharge()
         self._me = f"panel-{uuid4().hex[:8]}"
         self._token = ""
         self._claimed_at = -math.inf
@@ -66,9 +66,9 @@ class Operator:
     def take(self, page: str, name: str) -> None:
         self.charge.take(page, check.note(name)[:40] or "another page", time.monotonic())
 
-    async def give_back(self, page: str) -> None:
+    async def release_page(self, page: str) -> None:
         if self.charge.holder == page:
-            self.charge.give_back(page)
+            self.charge.release_page(page)
             await self._release()
 
     def beat(self, page: str) -> None:
@@ -150,7 +150,7 @@ class Operator:
             page, "emergency_stop", "emergency stop released", data=False
         )
 
-    def look_after_nodes(self) -> None:
+    def log_ended_nodes(self) -> None:
         """Log nodes started by this panel that have ended by themselves."""
         for name, code in self.host.newly_ended().items():
             self.say(

@@ -98,7 +98,7 @@ class PageAnalysis:
         for task in self._work:
             task.cancel()
 
-    def put_away(self) -> None:
+    def close_campaign(self) -> None:
         """Cancel all jobs and close the campaign."""
         self.cancel()
         self._work.clear()

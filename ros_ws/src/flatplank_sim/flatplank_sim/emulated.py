@@ -131,10 +131,10 @@ class EmulatedBus(AbstractContextManager):
         answers to the last one. NamespaceError when no namespace can be made."""
         self.bus_file = bus_file
         self.rate_hz = rate_hz
-        self.patience_ms = WAIT_MS if wait_for_nodes else 0.0
+        self.node_timeout_ms = WAIT_MS if wait_for_nodes else 0.0
         self.namespace = BenchNamespace()
         words = ["--seed", str(seed), "--plant", plant, "--max-age-ms", str(REPLY_TIMEOUT_MS)]
-        words += ["--patience-ms", str(2.0 * self.patience_ms)]
+        words += ["--master-timeout-ms", str(2.0 * self.node_timeout_ms)]
         words += ["--rate", str(rate_hz)] if rate_hz else []
         for key, value in (options or {}).items():
             words += ["--option", f"{key}={value}"]
@@ -153,7 +153,7 @@ class EmulatedBus(AbstractContextManager):
         """A client, not started yet. batch: the nodes answer the last of this many cycles."""
         return BusClient(
             self.bus_file, MASTER, rate_hz=self.rate_hz, fifo=fifo, slip=True, batch=batch,
-            reply_timeout_ms=REPLY_TIMEOUT_MS, patience_ms=self.patience_ms,
+            reply_timeout_ms=REPLY_TIMEOUT_MS, node_timeout_ms=self.node_timeout_ms,
             launch=self.namespace.enter, on_event=on_event,
         )  # fmt: skip
 

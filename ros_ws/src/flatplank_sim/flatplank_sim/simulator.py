@@ -10,7 +10,7 @@ from pathlib import Path
 from flatplank_control.bench.results import read
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.calibration.fits import under_load
-from flatplank_control.calibration.parasitic import Turn, turn_of
+from flatplank_control.calibration.parasitic import UnloadedTurns, turn_of
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of
 from flatplank_data.run_record import RunRecord
@@ -52,12 +52,12 @@ class RawLog:
         return Path("raw")
 
     @property
-    def turn(self) -> Turn:
+    def turn(self) -> UnloadedTurns:
         """Raw samples of the recorded turns."""
         return turn_of([r[0] for r in self._rows], [r[1] for r in self._rows])
 
 
-def turn_on_twin(setup: BenchSetup) -> Turn:
+def turn_on_twin(setup: BenchSetup) -> UnloadedTurns:
     """Turn the unloaded wheel on the twin."""
     log = RawLog()
     TwinBench(Twin(setup), log).perform(plan_of(Measurement(measurement="unloaded_turn")))

@@ -80,15 +80,13 @@ class Diagnosed:
         from flatplank_analysis.discovery.report import figures
         from flatplank_analysis.discovery.report.page import waterfall_steps
 
-        search = self.result.search
-        if search is None:
-            raise FlatplankError(self.result.reason, self.campaign, "there is nothing to draw")
+        search = self.result.drawable(self.campaign)
         drawn = {
             "conditions": lambda: figures.conditions(search.steps),
             "ranking": lambda: figures.ranking(search),
             "residual": lambda: figures.residual(search.last),
             "waterfall": lambda: figures.waterfall(
-                waterfall_steps(self.result, self._history), self.result.floor
+                waterfall_steps(search, self._history), self.result.floor
             ),
         }
         for i, found in enumerate(self.result.found):

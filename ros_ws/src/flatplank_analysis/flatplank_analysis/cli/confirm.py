@@ -64,10 +64,10 @@ def text_of(result: Confirmation) -> list[str]:
     proposed = span(*result.interval, result.unit)
     lines = [f"verdict: {result.verdict} ({result.name}, {proposed} proposed)"]
     for c in result.checked:
-        told = "; ".join(c.reasons) or "agrees"
+        remarks = "; ".join(c.reasons) or "agrees"
         size = sized(c.size, (c.size - c.half, c.size + c.half), result.unit)
         lines.append(
             f"{c.folder}, {c.runs} runs: {size}, error of Fx {c.error_before:.1f} -> "
-            f"{c.error:.1f} N, at most {c.limit:.1f} N: {told}"
+            f"{c.error:.1f} N, at most {c.limit:.1f} N: {remarks}"
         )
     return lines

@@ -16,7 +16,7 @@ from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.discovery.effect import Effect, variants_of
 from flatplank_analysis.discovery.gram import solve
-from flatplank_analysis.discovery.model import Lane
+from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_data.files import write_atomic
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
@@ -79,20 +79,20 @@ def left_by(effect: type[Effect]) -> tuple[np.ndarray, dict[str, float]]:
     """Residual of an effect after a fit of the base (channels, runs, samples), and its values."""
     model = stage()
     base = np.array([p.null for p in model.parameters])
-    lanes = [Lane(base)]
+    sets = [ParameterSet(base)]
     free = [i for i, p in enumerate(model.parameters) if p.screen and not p.known]
     for i in free:
         moved = base.copy()
         moved[i] += 1e-3 * model.parameters[i].screen
-        lanes.append(Lane(moved))
+        sets.append(ParameterSet(moved))
     variants = variants_of(effect, model.runs, np.zeros_like(model.runs.measured))
     each = []
     for setting in variants:
         named = {p.name: p.null for p in effect.parameters()} | dict(setting)
         named |= {p.name: p.null + p.screen for p in effect.linear()}
         each.append(named)
-        lanes.append(Lane(base, ((effect, effect.vector(named)),)))
-    out = model.predict(lanes)
+        sets.append(ParameterSet(base, ((effect, effect.vector(named)),)))
+    out = model.predict(sets)
     own = len(free) + 1
     columns = ((out[1:own] - out[0]) * 1e3).reshape(len(free), -1)
     gram = columns @ columns.T

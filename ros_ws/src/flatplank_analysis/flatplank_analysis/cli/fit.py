@@ -61,7 +61,7 @@ def _run(arguments: argparse.Namespace) -> int:
     record = record_for(campaigns, settings.tire or None)
     with open_executor(arguments.jobs, arguments.scheduler) as executor:
         steps, radii = read_steps(campaigns, executor, READERS.get(settings.model, read_group))
-        settings, told = _with_geometry(settings, campaigns, record)
+        settings, facts = _with_geometry(settings, campaigns, record)
         start, extra = None, []
         if settings.model == "mf":
             if len(names := tires_of(campaigns)) > 1:
@@ -85,7 +85,7 @@ def _run(arguments: argparse.Namespace) -> int:
             "campaigns": [c.path for c in campaigns],
             "runs": len(steps),
             "tire_record": to_plain(record),
-        } | ({"geometry": told} if told else {})
+        } | ({"geometry": facts} if facts else {})
         found = {k: v for k, v in result.to_json().items() if k not in ("model", "problems")}
         troubles = [str(p) for p in problems] + list(getattr(result, "problems", ()))
         tail = {"problems": troubles, "seconds": round(time.perf_counter() - begin, 3)}
@@ -93,7 +93,7 @@ def _run(arguments: argparse.Namespace) -> int:
     else:
         print(f"tire {record.headline()}")
         SHOW[type(result)](result)
-        _say([f"{k} = {v['value']:.5g}: {v['source']}" for k, v in told.items()])
+        _say([f"{k} = {v['value']:.5g}: {v['source']}" for k, v in facts.items()])
     return 0
 
 
@@ -105,12 +105,12 @@ def _with_geometry(
         return settings, {}
     found = geometry_of_campaigns(campaigns, record)
     numbers = dataclasses.asdict(found.contact) | dict(settings.geometry)
-    told = {
+    facts = {
         k: {"value": v, "source": "fit file" if k in settings.geometry else found.source(k)}
         for k, v in numbers.items()
         if k in GEOMETRY
     }
-    return dataclasses.replace(settings, geometry=numbers), told
+    return dataclasses.replace(settings, geometry=numbers), facts
 
 
 def _settings(arguments: argparse.Namespace) -> FitFile:
@@ -159,16 +159,16 @@ def _bias(fit: CarcassFit, e: Estimate) -> str:
         return ""
     share, free = 100.0 * fit.model_bias[e.name], fit.without_bias()[e.name]
     low, high = free.interval()
-    told = f"{free.value:.5g} without it (90 %: {low:.5g} to {high:.5g})"
-    return f"the model's own bias on bristles {share:+.1f} %: {told}"
+    interval = f"{free.value:.5g} without it (90 %: {low:.5g} to {high:.5g})"
+    return f"the model's own bias on bristles {share:+.1f} %: {interval}"
 
 
 def _row(condition: str, slip: str, e: Estimate, beside: str = "") -> tuple[str, ...]:
     if not e.determined:
         remark = e.note or "not determined"
     else:
-        told = "; ".join(filter(None, (e.note, beside)))
-        remark = f"at its {e.at_bound} bound" if e.at_bound else told
+        notes = "; ".join(filter(None, (e.note, beside)))
+        remark = f"at its {e.at_bound} bound" if e.at_bound else notes
     error = f"{e.std_error:.2g}" if e.determined and math.isfinite(e.std_error) else "-"
     return (condition, slip, e.name, f"{e.value:.5g}", error, e.unit, remark)
 

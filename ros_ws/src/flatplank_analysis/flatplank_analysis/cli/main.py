@@ -46,7 +46,7 @@ REMEDIES = {
 """System errors that the user can correct, with the remedy."""
 
 
-def told(verb: str, error: BaseException) -> tuple[str, int]:
+def error_line(verb: str, error: BaseException) -> tuple[str, int]:
     """The line for the user and the exit code."""
     known = _known(error)
     if known is not None:
@@ -156,7 +156,7 @@ def guard(name: str, work: Callable[[], int]) -> int:
         _drop_output()
         return 0
     except Exception as error:
-        line, code = told(name, error)
+        line, code = error_line(name, error)
         print(f"flatplank {line}", file=sys.stderr)
         if isinstance(error, OSError):
             _drop_output()

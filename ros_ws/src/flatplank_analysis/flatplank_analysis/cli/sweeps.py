@@ -48,11 +48,13 @@ def _tell(found: Study) -> None:
         print(line)
     if found.further:
         print(f"further columns, kept: {', '.join(found.further)}")
-    told = found.conditions[0].told
-    held = [h for h in HELD if h.name in told]
+    stated = found.conditions[0].stated
+    held = [h for h in HELD if h.name in stated]
     same = found.conditions[0].held
     alike = [
-        f"{h.title} {h.word(same[h.name])}" for h in HELD if h.name in same and h.name not in told
+        f"{h.title} {h.word(same[h.name])}"
+        for h in HELD
+        if h.name in same and h.name not in stated
     ]
     print(f"the same in all conditions: {', '.join(alike)}\n" if alike else "")
     header = ("", "swept", *(f"{h.title} [{h.unit}]" for h in held), "samples",

@@ -17,9 +17,9 @@ and the relaxation length falls with the slope of the force law. The share `fixe
 deflection follows the slip instead, as with a law that is a straight line: with 1 the relaxation
 length is the same at every slip.
 
-An element is one run of one lane. Elements are computed in blocks of `WIDE` as a table with
-one row per quantity and one column per element. Loops over the columns have
-no branches, so that the compiler computes several elements at once.
+An element is one run of one parameter set. Elements are computed in blocks of `WIDE` as a table
+with one row per quantity and one column per element. Loops over the columns have no branches, so
+that the compiler computes several elements at once.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from flatplank_analysis.contact_patch.compiling import (
     power,
 )
 
-#: columns of the parameter block, one row per lane and run
+#: columns of the parameter block, one row per parameter set and run
 NAMES = (
     "stiff", "peak", "shape", "fall", "round", "denom", "carcass", "half", "tread",
     "asym_peak", "asym_stiff", "play", "play_at", "play_soft", "give", "soften",
@@ -161,7 +161,7 @@ def slipping(k, peak, slide, speed_ratio):
 
 
 @inline
-def in_play(force, play, at, soft, hold, last):
+def play_position(force, play, at, soft, hold, last):
     """Position in the play of the bench at a force [m], and its slope.
 
     It moves at the force `at`. Dry friction `hold` [N] keeps it at its last position until the
@@ -234,7 +234,7 @@ def set_up(flat, params, other, nominal, elements):
         # from the position that the force determines
         start = 0.5 * p[PLAY] * p[PLAY_REST]
         held = p[PLAY_HOLD]
-        rest, _ = in_play(force, p[PLAY], p[PLAY_AT], p[PLAY_SOFT], held, start)
+        rest, _ = play_position(force, p[PLAY], p[PLAY_AT], p[PLAY_SOFT], held, start)
         w[PLACE, i] = rest
         soft = softened(force, p[SOFTEN])
         bent = force * soft + p[FIXED_LENGTH] * (p[STIFF] * slip - force)
@@ -268,15 +268,15 @@ def begin(flat, across):
         k0 = w[SLIP, i]
         whole = abs(k0)
         if across is not None:
-            beside = w[ACROSS, i]
+            slip_across = w[ACROSS, i]
             stiff_across = w[OTHER_STIFF, i] * (1.0 + w[OTHER_LOAD_SHARE, i] * (ratio - 1.0))
             peak_across = w[OTHER_PEAK, i] * friction * ratio * nominal
-            back = choose(beside < 0.0, 1.0, 0.0)
+            back = choose(slip_across < 0.0, 1.0, 0.0)
             stiff_across = stiff_across * (1.0 - back * w[OTHER_ASYM_STIFF, i])
             peak_across = peak_across * (1.0 - back * w[OTHER_ASYM_PEAK, i])
-            peak_across = slipping(beside, peak_across, w[OTHER_SLIDE, i], w[SPEED_RATIO, i])
+            peak_across = slipping(slip_across, peak_across, w[OTHER_SLIDE, i], w[SPEED_RATIO, i])
             scale = w[OTHER_STIFF, i] * w[PEAK, i] / (w[STIFF, i] * w[OTHER_PEAK, i])
-            beyond = (scale * beside) ** 2
+            beyond = (scale * slip_across) ** 2
             whole = math.sqrt(k0 * k0 + beyond)
             w[STIFF_ACROSS, i], w[PEAK_ACROSS, i] = stiff_across, peak_across
             w[BEYOND, i] = beyond
@@ -343,7 +343,7 @@ def newton(flat, across):
         deflected = force * soft * w[FLEX, i] + straight * (stiff * k - force)
         flex, spare = (2.0 * soft - 1.0) * w[FLEX, i], straight * (stiff - slope)
         play, at, yields, held = w[PLAY, i], w[PLAY_AT, i], w[PLAY_SOFT, i], w[PLAY_HOLD, i]
-        place, rate = in_play(force, play, at, yields, held, w[PLACE, i])
+        place, rate = play_position(force, play, at, yields, held, w[PLACE, i])
         deflected, flex = deflected + place, flex + rate
         miss = patch + deflected - w[DEFLECTED, i] - w[AIM, i]
         rigid = (rise + late * late * ds * ds) * under
@@ -419,7 +419,7 @@ def inputs(flat, n, axis, elements, ds, dw, dt, load, friction, speed):
 
 
 @inner
-def beside(flat, other):
+def add_other_slip(flat, other):
     """Put the slip in the other direction into a block, weighted by their shared friction."""
     w, o = table(flat), table(other)
     for i in range(WIDE):
@@ -443,10 +443,10 @@ def both_nodes(x, y, n, do_x, do_y, elements, ds, dw, dt, load, friction, speed,
         through(y, x, n, elements, dw)
     if do_x:
         inputs(x, n, 0, elements, ds, dw, dt, load, friction, speed)
-        beside(x, y)
+        add_other_slip(x, y)
         node(x, across)
     if do_y:
-        beside(y, x)
+        add_other_slip(y, x)
         node(y, across)
 
 

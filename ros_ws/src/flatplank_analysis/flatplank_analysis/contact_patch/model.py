@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The base of the search: parameter sets (lanes) with effects -> forces of all runs."""
+"""The base of the search: parameter sets with effects -> forces of all runs."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from flatplank_analysis.contact_patch.grid import SPEED
 from flatplank_analysis.contact_patch.parameters import base_parameters, other_starts
 from flatplank_analysis.contact_patch.tire_runs import TireRuns
 from flatplank_analysis.discovery.effect import ask, fault
-from flatplank_analysis.discovery.model import Form, Lane
+from flatplank_analysis.discovery.model import Form, ParameterSet
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.effects.base import Block, Motion, Node, Signal, Tire
 
 CHUNK = 48
-"""lanes computed at once"""
+"""parameter sets computed at once"""
 THREADS = min(4, os.cpu_count() or 1)
 _POOL = ThreadPoolExecutor(max_workers=THREADS)
 
@@ -55,51 +55,47 @@ class TireModel:
         value = dict(zip(self._names, base, strict=True))
         return ({"stiff": value["stiff"], "peak": value["peak"]}, {"slip_offset": 1.0})
 
-    def predict(self, lanes: Sequence[Lane]) -> np.ndarray:
-        """Predicted channels (lanes, channels, runs, samples)."""
-        out = np.empty((len(lanes), *self.runs.measured.shape))
+    def predict(self, sets: Sequence[ParameterSet]) -> np.ndarray:
+        """Predicted channels (sets, channels, runs, samples)."""
+        out = np.empty((len(sets), *self.runs.measured.shape))
         kinds: dict[tuple, list[int]] = {}
-        for i, lane in enumerate(lanes):
-            kinds.setdefault(tuple(effect for effect, _ in lane.effects), []).append(i)
+        for i, one in enumerate(sets):
+            kinds.setdefault(tuple(effect for effect, _ in one.effects), []).append(i)
         for effects, rows in kinds.items():
             for start in range(0, len(rows), CHUNK):
                 part = rows[start : start + CHUNK]
-                for c, channel in enumerate(self._group(effects, [lanes[i] for i in part])):
+                for c, channel in enumerate(self._group(effects, [sets[i] for i in part])):
                     out[part, c] = channel
         return out
 
-    def _group(self, effects: tuple, lanes: list[Lane]) -> list[np.ndarray]:
-        values = np.stack([lane.base for lane in lanes])
+    def _group(self, effects: tuple, sets: list[ParameterSet]) -> list[np.ndarray]:
+        values = np.stack([one.base for one in sets])
         base = {name: values[:, i] for i, name in enumerate(self._names)}
         own = [
-            (effect, np.stack([lane.effects[i][1] for lane in lanes]))
+            (effect, np.stack([one.effects[i][1] for one in sets]))
             for i, effect in sorted(enumerate(effects), key=lambda item: item[1].order)
         ]
         deep = [(e, e.with_values(v, 2)) for e, v in own]
-        if (
-            len(lanes) > 1
-            and _alike(values)
-            and all(_alike(v) for e, v in own if _acts_on_tire(e))
-        ):
-            # lanes differ only in what the sensors show: one force for all
+        if len(sets) > 1 and _alike(values) and all(_alike(v) for e, v in own if _acts_on_tire(e)):
+            # parameter sets differ only in what the sensors show: one force for all
             first = [(e, v[:1]) for e, v in own if _acts_on_tire(e)]
             one = {k: v[:1] for k, v in base.items()}
             force = self._forces(one, 1, first, [(e, e.with_values(v, 2)) for e, v in first])
-            force = np.broadcast_to(force, (2, len(lanes), *force.shape[2:]))
+            force = np.broadcast_to(force, (2, len(sets), *force.shape[2:]))
         else:
-            force = self._forces(base, len(lanes), own, deep)
+            force = self._forces(base, len(sets), own, deep)
         return self._signal(base, force, deep)
 
-    def _forces(self, base: dict, lanes: int, own: list, deep: list) -> np.ndarray:
-        """Forces between tire and road (2, lanes, runs, samples)."""
-        motion = self._motion(base, lanes, deep)
-        tire, params = self._tire(base, lanes, own, deep)
+    def _forces(self, base: dict, sets: int, own: list, deep: list) -> np.ndarray:
+        """Forces between tire and road (2, sets, runs, samples)."""
+        motion = self._motion(base, sets, deep)
+        tire, params = self._tire(base, sets, own, deep)
         return self._force(own, motion, tire, params)
 
-    def _motion(self, base: dict, lanes: int, deep: list) -> Motion:
+    def _motion(self, base: dict, sets: int, deep: list) -> Motion:
         d = self.data
-        shape = (lanes, *d.position.shape)
-        zero, more = np.zeros(lanes), d.nominal / d.reference.load - 1.0
+        shape = (sets, *d.position.shape)
+        zero, more = np.zeros(sets), d.nominal / d.reference.load - 1.0
         # the rolling radius changes with the load, whatever radius the runs were made with
         offset = base["slip_offset"][:, None] + base.get("slip_load", zero)[:, None] * more
         offset = offset + base.get("slip_bend", zero)[:, None] * more**2
@@ -109,7 +105,7 @@ class TireModel:
         # the road moves at an angle to the wheel plane
         along = np.cos(d.alpha)[:, None] * d.travel
         lateral = -np.tan(angle)[:, :, None] * along
-        motion = Motion(d, np.tile(along, (lanes, 1, 1)), rolled, lateral)
+        motion = Motion(d, np.tile(along, (sets, 1, 1)), rolled, lateral)
         if "slip_turned" in base:
             turned = base["slip_turned"][:, None] * (1.0 - np.cos(d.alpha))
             motion.rolled = rolled + turned[:, :, None] * along
@@ -118,13 +114,13 @@ class TireModel:
                 _call_hook(effect, instance.motion, motion, ("travel", "rolled", "lateral"), shape)
         return motion
 
-    def _tire(self, base: dict, lanes: int, own: list, deep: list) -> tuple[Tire, np.ndarray]:
+    def _tire(self, base: dict, sets: int, own: list, deep: list) -> tuple[Tire, np.ndarray]:
         d = self.data
-        shape = (lanes, *d.position.shape)
-        params = np.zeros((2, lanes, len(d.nominal), kernel.WIDTH))
+        shape = (sets, *d.position.shape)
+        params = np.zeros((2, sets, len(d.nominal), kernel.WIDTH))
         self._fill(base, params)
         blocks = [Block(params[axis], kernel.NAMES) for axis in range(2)]
-        tire = Tire(d, np.tile(d.load, (lanes, 1, 1)), np.ones(shape), *blocks)
+        tire = Tire(d, np.tile(d.load, (sets, 1, 1)), np.ones(shape), *blocks)
         flat = {id(e): e.with_values(v, 1) for e, v in own}
         for effect, instance in deep:
             if effect.overrides("tire"):
@@ -174,24 +170,24 @@ class TireModel:
 
     def _force(self, own: list, motion: Motion, tire: Tire, params: np.ndarray) -> np.ndarray:
         d = self.data
-        lanes, runs, samples = motion.travel.shape
-        count = lanes * runs
+        sets, runs, samples = motion.travel.shape
+        count = sets * runs
 
         def flat(a: np.ndarray) -> np.ndarray:
             return np.ascontiguousarray(a).reshape(count, samples)
 
         ds, load, friction = flat(motion.travel), flat(tire.load), flat(tire.friction)
         dw = np.stack([flat(motion.rolled - motion.travel), flat(motion.lateral)])
-        dt = np.tile(d.step_time, (lanes, 1))
-        nominal = np.tile(d.nominal, lanes)
+        dt = np.tile(d.step_time, (sets, 1))
+        nominal = np.tile(d.nominal, sets)
         block = params.reshape(2, count, kernel.WIDTH)
         force = np.empty((2, count, samples))
         across = 1 if block[..., kernel.OTHER_SLIP].any() else None
         if any(effect.overrides("node") for effect, _ in own):
             given = ds, dw, dt, load, friction
-            self._solve_by_node(own, (lanes, runs), given, block, nominal, force, across)
+            self._solve_by_node(own, (sets, runs), given, block, nominal, force, across)
         else:
-            todo = _distinct_lanes(lanes, dw.reshape(2, lanes, -1), params, ds, load, friction)
+            todo = _distinct_sets(sets, dw.reshape(2, sets, -1), params, ds, load, friction)
 
             def part(blocks: np.ndarray, do_x: bool, do_y: bool) -> None:
                 kernel.sweep(
@@ -202,10 +198,10 @@ class TireModel:
             jobs = [_POOL.submit(part, *job) for job in _jobs(todo, params)]
             for job in jobs:
                 job.result()
-            shaped = force.reshape(2, lanes, runs, samples)
+            shaped = force.reshape(2, sets, runs, samples)
             for axis in range(2):
                 shaped[axis, ~todo[axis]] = shaped[axis, 0]
-        return force.reshape(2, lanes, runs, samples)
+        return force.reshape(2, sets, runs, samples)
 
     def _solve_by_node(self, own, shape, given, block, nominal, force, across) -> None:
         """Solve node by node, with the effects that need the last force."""
@@ -281,20 +277,20 @@ def _jobs(todo: np.ndarray, params: np.ndarray) -> Iterator[tuple[np.ndarray, bo
                 yield part, do_x, do_y
 
 
-def _distinct_lanes(lanes: int, dw, params, ds, load, friction) -> np.ndarray:
-    """(2, lanes): False where a lane has the same inputs as the first one in that direction."""
-    out = np.ones((2, lanes), dtype=bool)
-    common = [a.reshape(lanes, -1) for a in (ds, load, friction)]
-    for lane in range(1, lanes):
-        if params[:, lane, :, kernel.OTHER_SLIP].any() or params[:, 0, :, kernel.OTHER_SLIP].any():
+def _distinct_sets(sets: int, dw, params, ds, load, friction) -> np.ndarray:
+    """(2, sets): False where a set has the same inputs as the first one in that direction."""
+    out = np.ones((2, sets), dtype=bool)
+    common = [a.reshape(sets, -1) for a in (ds, load, friction)]
+    for i in range(1, sets):
+        if params[:, i, :, kernel.OTHER_SLIP].any() or params[:, 0, :, kernel.OTHER_SLIP].any():
             continue
-        if not all(np.array_equal(a[lane], a[0]) for a in common):
+        if not all(np.array_equal(a[i], a[0]) for a in common):
             continue
-        moved = [not np.array_equal(dw[axis, lane], dw[axis, 0]) for axis in range(2)]
+        moved = [not np.array_equal(dw[axis, i], dw[axis, 0]) for axis in range(2)]
         give = params[0, :, :, kernel.GIVE]
-        own = moved[0] or not np.array_equal(give[lane], give[0])
-        moved[1] |= own and bool(params[1, lane, :, kernel.TURN].any())
+        own = moved[0] or not np.array_equal(give[i], give[0])
+        moved[1] |= own and bool(params[1, i, :, kernel.TURN].any())
         for axis in range(2):
-            same = np.array_equal(params[axis, lane], params[axis, 0])
-            out[axis, lane] = moved[axis] or not same
+            same = np.array_equal(params[axis, i], params[axis, 0])
+            out[axis, i] = moved[axis] or not same
     return out

@@ -161,7 +161,7 @@ class Session:
         fitter = Fitter(self.model, channel_weights(self.model, levels))
         fit = fitter.fit(base, terms, known=known)
         if before:
-            fit = invariants.no_worse(fitter, before.state.fit, [fit])
+            fit = invariants.not_raising_error(fitter, before.state.fit, [fit])
         state = make_state(self.model, fitter, fit, effects)
         return Step(state, screen.screen(state), [])
 

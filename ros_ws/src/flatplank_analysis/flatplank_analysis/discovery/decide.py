@@ -17,7 +17,7 @@ from scipy.stats import t as student
 
 from flatplank_analysis.discovery import heldout
 from flatplank_analysis.discovery.dispersion import (
-    Typical,
+    TypicalDispersion,
     among_conditions,
     among_repeats,
     scores_of,
@@ -122,7 +122,7 @@ class Judge:
     state: State
     without: float
     """smallest whitened chi2 without the effect"""
-    typical: Typical
+    typical: TypicalDispersion
     explained: float = 0.0
     """drop of the effects that were accepted before"""
     residue: float = 0.0
@@ -133,12 +133,12 @@ class Judge:
     """by effect that resembles an accepted one: drop that does not distinguish the two"""
 
     def decide(
-        self, found: Whitened, index: int, looked_at: int, plain: Fit | None = None
+        self, found: Whitened, index: int, looked_at: float, plain: Fit | None = None
     ) -> Decision:
         """Test effect `index` of a whitened fit.
 
-        looked_at: number of columns that were tested to find it; plain: the plain fit with the
-        effect, for the held-out gain.
+        looked_at: divisor of the test level, the number of columns that were tested to find it;
+        plain: the plain fit with the effect, for the held-out gain.
         """
         fit, state = found.fit, self.state
         term, runs = fit.terms[index], state.runs

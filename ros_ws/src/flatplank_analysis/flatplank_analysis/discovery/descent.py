@@ -168,12 +168,12 @@ class _DampedSteps:
         points = self.problem.points([self.at.z + m for m in moves], near)
         straight, probed = points[: len(moves)], points[len(moves) :]
         tried = [(undamped, LEAST), *zip(straight, dampings, strict=True)]
-        tried += self.bent(moves, dampings, probed)
+        tried += self.second_order(moves, dampings, probed)
         lower = [t for t in tried if t[0].energy < self.at.energy]
         again = self.at, min(damping / SPREAD[0], MOST)
         return min(lower, key=lambda t: t[0].energy, default=again)
 
-    def bent(
+    def second_order(
         self, moves: list[np.ndarray], dampings: list[float], probed: list[Point]
     ) -> list[tuple[Point, float]]:
         """The same steps with half of their second derivative as correction."""
@@ -209,7 +209,9 @@ def _broyden(columns: np.ndarray, move: np.ndarray, change: np.ndarray) -> np.nd
     return columns + (move / length)[:, None, None, None] * miss
 
 
-def bounded_step(hessian, slope, lower, upper, damping: float) -> np.ndarray:
+def bounded_step(
+    hessian: np.ndarray, slope: np.ndarray, lower: np.ndarray, upper: np.ndarray, damping: float
+) -> np.ndarray:
     """Minimise x'Hx/2 - g'x within a box that holds zero; damped by a share of the diagonal.
 
     Variables that leave the box are held at its boundary; held variables whose gradient points

@@ -28,7 +28,7 @@ HALF = 0.5
 
 
 @dataclass(frozen=True)
-class Number:
+class FittedNumber:
     """A fitted parameter of a model."""
 
     owner: str
@@ -45,17 +45,17 @@ class Number:
     def words(self) -> str:
         if not np.isfinite(self.interval[0]):
             return "not determined by these runs"
-        told = [f"{who} {share:.0%}" for who, share in self.shares if share >= LEAST]
-        return "; ".join(told[:TOLD]) or "many conditions, a little each"
+        listed = [f"{who} {share:.0%}" for who, share in self.shares if share >= LEAST]
+        return "; ".join(listed[:TOLD]) or "many conditions, a little each"
 
 
-def numbers_of(state: State) -> list[Number]:
+def numbers_of(state: State) -> list[FittedNumber]:
     """All fitted parameters of a state's model, the tire's first."""
     fit, runs = state.fit, state.runs
     entries = state.fitter.task(fit).entries
     weight = state.fitter.weight
     gram = Gram.of(_rows(fit.jacobian * weight), _rows((state.residual * weight)[None])[:, 0])
-    strength = state.fitter.known_before(entries)[1]
+    strength = state.fitter.centres_and_weights(entries)[1]
     whole = gram.total()[0] + np.diag(strength)
     inverse = solve(whole, gram.total()[1])[1]
     known = np.where(strength > 0.0, priors(entries)[1], 0.0)
@@ -71,7 +71,7 @@ def numbers_of(state: State) -> list[Number]:
         term = fit.terms[entry.term] if entry.term >= 0 else None
         value = term.named()[p.name] if term else base[p.name]
         out.append(
-            Number(
+            FittedNumber(
                 term.effect.identifier if term else "", p.name, p.unit, value,
                 (value - reach, value + reach),
                 _shares(state, parts, float(row**2 @ strength)),

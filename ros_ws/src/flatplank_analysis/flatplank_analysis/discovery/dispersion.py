@@ -22,7 +22,7 @@ LEAST_FREEDOM, MOST_FREEDOM = 2.0, 16.0
 
 
 @dataclass(frozen=True)
-class Typical:
+class TypicalDispersion:
     """Typical dispersion of a campaign, and its weight in degrees of freedom."""
 
     dispersion: float = 1.0
@@ -35,11 +35,11 @@ class Typical:
         return max(drawn, 1.0), total
 
 
-def typical(kappas: Sequence[float], freedoms: Sequence[float]) -> Typical:
+def typical(kappas: Sequence[float], freedoms: Sequence[float]) -> TypicalDispersion:
     """Typical dispersion and its freedom, from the moments of the logarithms."""
     pairs = [(k, f) for k, f in zip(kappas, freedoms, strict=True) if k > 0.0 and f >= 1.0]
     if len(pairs) < 5:
-        return Typical()
+        return TypicalDispersion()
     k, f = np.array(pairs).T
     level = np.log(k) - digamma(f / 2.0) + np.log(f / 2.0)
     spread = float(np.var(level, ddof=1) - np.mean(polygamma(1, f / 2.0)))
@@ -47,7 +47,7 @@ def typical(kappas: Sequence[float], freedoms: Sequence[float]) -> Typical:
     if spread > 0.0:
         freedom = float(np.clip(2.0 * _trigamma_inverse(spread), LEAST_FREEDOM, MOST_FREEDOM))
     mean = float(np.mean(level)) + float(digamma(freedom / 2.0)) - float(np.log(freedom / 2.0))
-    return Typical(max(float(np.exp(mean)), 1.0), freedom)
+    return TypicalDispersion(max(float(np.exp(mean)), 1.0), freedom)
 
 
 def _trigamma_inverse(value: float) -> float:
@@ -80,7 +80,9 @@ def scores_of(gram: Gram, base: int) -> tuple[np.ndarray, np.ndarray]:
     return score - info * float(score.sum()) / total, np.maximum(info, 0.0)
 
 
-def among_repeats(groups: Sequence[np.ndarray], score, info) -> tuple[float, float]:
+def among_repeats(
+    groups: Sequence[np.ndarray], score: np.ndarray, info: np.ndarray
+) -> tuple[float, float]:
     """Scatter of the scores among repeats over its expectation, and its degrees of freedom."""
     top = bottom = squares = 0.0
     for rows in groups:
@@ -98,7 +100,9 @@ def among_repeats(groups: Sequence[np.ndarray], score, info) -> tuple[float, flo
     return top / bottom, max(bottom**2 / max(squares, 1e-30), 1.0)
 
 
-def among_conditions(groups: Sequence[np.ndarray], score, info) -> tuple[float, float]:
+def among_conditions(
+    groups: Sequence[np.ndarray], score: np.ndarray, info: np.ndarray
+) -> tuple[float, float]:
     s = np.array([score[g].sum() for g in groups])
     h = np.array([info[g].sum() for g in groups])
     total = float(h.sum())

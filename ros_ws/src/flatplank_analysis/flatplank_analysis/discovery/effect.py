@@ -107,9 +107,9 @@ class Effect:
 
     @classmethod
     def with_values(cls, values: np.ndarray, axes: int) -> Effect:
-        """An instance whose parameters are arrays (lanes, 1, ...) with `axes` extra axes.
+        """An instance whose parameters are arrays (sets, 1, ...) with `axes` extra axes.
 
-        `values` has the shape (lanes, parameters).
+        `values` has the shape (sets, parameters).
         """
         names = [p.name for p in cls.parameters()]
         shape = (len(values),) + (1,) * axes

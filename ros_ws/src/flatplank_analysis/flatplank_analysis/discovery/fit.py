@@ -16,7 +16,7 @@ import numpy as np
 
 from flatplank_analysis.discovery.descent import Problem, descend
 from flatplank_analysis.discovery.effect import Effect
-from flatplank_analysis.discovery.model import Lane, Model
+from flatplank_analysis.discovery.model import Model, ParameterSet
 from flatplank_analysis.discovery.parameters import Parameter
 
 TOLERANCE = 2e-5
@@ -68,8 +68,8 @@ class Fit:
     def residual(self, measured: np.ndarray) -> np.ndarray:
         return measured - self.predicted
 
-    def lane(self) -> Lane:
-        return Lane(self.base, tuple((t.effect, t.values) for t in self.terms))
+    def parameter_set(self) -> ParameterSet:
+        return ParameterSet(self.base, tuple((t.effect, t.values) for t in self.terms))
 
 
 @dataclass(frozen=True)
@@ -134,10 +134,10 @@ class Fitter:
         known: a fit of the same terms nearby, whose Jacobian is used for the first steps.
         """
         task = Task(self, base, terms)
-        centre, strength = self.known_before(task.entries)
+        centre, strength = self.centres_and_weights(task.entries)
         problem = Problem(
             self.model.runs.measured,
-            lambda points: self.model.predict([task.lane(z) for z in points]),
+            lambda points: self.model.predict([task.parameter_set(z) for z in points]),
             lambda z, predicted: self.columns(z, predicted, task),
             lambda values: values * self.weight,
             lambda chi2: TOLERANCE * chi2,
@@ -168,7 +168,7 @@ class Fitter:
         terms = (*fit.terms, term)
         task = Task(self, fit.base, terms)
         z = task.pack(fit.base, terms)
-        predicted = self.model.predict([task.lane(z)])[0]
+        predicted = self.model.predict([task.parameter_set(z)])[0]
         new = list(range(len(fit.free), len(z)))
         rows = self.columns(z, predicted, task, new)
         columns = np.concatenate([fit.jacobian, rows])
@@ -179,29 +179,31 @@ class Fitter:
         keep = [i for i, (owner, _) in enumerate(fit.free) if owner != index]
         terms = tuple(t for i, t in enumerate(fit.terms) if i != index)
         task = Task(self, fit.base, terms)
-        predicted = self.model.predict([task.lane(task.pack(fit.base, terms))])[0]
+        predicted = self.model.predict([task.parameter_set(task.pack(fit.base, terms))])[0]
         return replace(
             fit, terms=terms, predicted=predicted, jacobian=fit.jacobian[keep], free=task.free,
             known=task.known,
         )  # fmt: skip
 
-    def known_before(self, entries) -> tuple[np.ndarray, np.ndarray]:
+    def centres_and_weights(self, entries: Sequence[_Entry]) -> tuple[np.ndarray, np.ndarray]:
         """Centres of the priors and their weights in chi2: that of a tenth of the samples of one
         channel."""
         centre, width = priors(entries)
         samples = 0.01 * self.model.runs.measured[0].size * float(self.weight.max() ** 2) * 10.0
         return centre, samples / width**2
 
-    def columns(self, z, predicted, task, rows: Sequence[int] | None = None) -> np.ndarray:
+    def columns(
+        self, z: np.ndarray, predicted: np.ndarray, task: Task, rows: Sequence[int] | None = None
+    ) -> np.ndarray:
         """Derivatives of the prediction at a point, for all parameters or for some rows."""
         rows = range(len(z)) if rows is None else rows
-        lanes, steps = [], []
+        sets, steps = [], []
         for i in rows:
             steps.append(-1e-3 if z[i] + 1e-3 > task.upper[i] else 1e-3)
             moved = z.copy()
             moved[i] += steps[-1]
-            lanes.append(task.lane(moved))
-        columns = self.model.predict(lanes)
+            sets.append(task.parameter_set(moved))
+        columns = self.model.predict(sets)
         columns -= predicted
         columns /= np.array(steps)[:, None, None, None]
         return columns
@@ -214,7 +216,7 @@ def priors(entries: Sequence[_Entry]) -> tuple[np.ndarray, np.ndarray]:
 
 
 class Task:
-    """The scaled parameter vector of one fit, and its conversion into a lane."""
+    """The scaled parameter vector of one fit, and its conversion into a parameter set."""
 
     def __init__(self, fitter: Fitter, base: np.ndarray, terms: Sequence[Term]) -> None:
         self.entries = fitter.entries(terms)
@@ -236,11 +238,11 @@ class Task:
         )  # fmt: skip
 
     def unpack(self, z: np.ndarray) -> tuple[np.ndarray, tuple[Term, ...]]:
-        lane = self.lane(z)
-        pairs = zip(self.terms, lane.effects, strict=True)
-        return lane.base, tuple(replace(t, values=values) for t, (_, values) in pairs)
+        one = self.parameter_set(z)
+        pairs = zip(self.terms, one.effects, strict=True)
+        return one.base, tuple(replace(t, values=values) for t, (_, values) in pairs)
 
-    def lane(self, z: np.ndarray) -> Lane:
+    def parameter_set(self, z: np.ndarray) -> ParameterSet:
         base = self.base.copy()
         named = [t.named() for t in self.terms]
         for value, e in zip(z, self.entries, strict=True):
@@ -249,7 +251,7 @@ class Task:
             else:
                 named[e.term][e.parameter.name] = value * e.scale
         pairs = zip(self.terms, named, strict=True)
-        return Lane(base, tuple((t.effect, t.effect.vector(n)) for t, n in pairs))
+        return ParameterSet(base, tuple((t.effect, t.effect.vector(n)) for t, n in pairs))
 
 
 @dataclass(frozen=True)
@@ -280,7 +282,7 @@ def settle(
     centre, width = priors(task.entries)
     problem = Problem(
         fitter.model.runs.measured,
-        lambda points: fitter.model.predict([task.lane(whole(z)) for z in points]),
+        lambda points: fitter.model.predict([task.parameter_set(whole(z)) for z in points]),
         lambda z, predicted: fitter.columns(whole(z), predicted, task, loose),
         metric,
         lambda _chi2: ENOUGH,

@@ -30,7 +30,9 @@ class Gram:
             s @ np.swapaxes(s, 1, 2), (s @ e[:, :, None])[:, :, 0], np.einsum("ri,ri->r", e, e)
         )
 
-    def total(self, rows=None) -> tuple[np.ndarray, np.ndarray, float]:
+    def total(
+        self, rows: Sequence[int] | np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray, float]:
         """Sums over all runs or some."""
         pick = slice(None) if rows is None else rows
         return (

@@ -76,7 +76,7 @@ class _QuadraticForm:
         task = fitter.task(fit)
         z = task.pack(fit.base, fit.terms)
         self.low, self.high = _step_limits(turn, task.lower - z, task.upper - z)
-        centre, strength = fitter.known_before(task.entries)
+        centre, strength = fitter.centres_and_weights(task.entries)
         self.groups = self.sums(fitter.weight)
         self.hessian = sum(g[0] for g in self.groups) + (turn * strength) @ turn.T
         self.slope = sum(g[1] for g in self.groups) - turn @ (strength * (z - centre))

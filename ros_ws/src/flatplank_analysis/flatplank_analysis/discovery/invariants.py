@@ -120,7 +120,7 @@ def far_off(state: State) -> str:
     return f"{brief(error[worst], 0)} of {of} in {runs.condition_names[worst]}"
 
 
-def no_worse(fitter: Fitter, old: Fit, fits: Sequence[Fit]) -> Fit:
+def not_raising_error(fitter: Fitter, old: Fit, fits: Sequence[Fit]) -> Fit:
     """The best of some fits with one more term than `old` that does not raise the first channel.
 
     When all raise it, fits from the old one with the term at its null follow, with decreasing
@@ -138,13 +138,13 @@ def no_worse(fitter: Fitter, old: Fit, fits: Sequence[Fit]) -> Fit:
         fit = Fitter(fitter.model, weight).fit(old.base, terms)
         if error_of(fitter, fit) <= limit:
             return fit
-    fit = _beside(fitter, old, terms)
+    fit = _fit_only_last(fitter, old, terms)
     if error_of(fitter, fit) <= limit:
         return fit
     return fitter.fit(old.base, terms, iterations=0)
 
 
-def _beside(fitter: Fitter, old: Fit, terms: Sequence[Term]) -> Fit:
+def _fit_only_last(fitter: Fitter, old: Fit, terms: Sequence[Term]) -> Fit:
     """The fit of only the last term and the base parameters that do not affect the first channel:
     lateral parameters leave Fx unchanged."""
     columns = zip(old.free, old.jacobian[:, 0], strict=True)

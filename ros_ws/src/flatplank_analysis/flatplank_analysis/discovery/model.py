@@ -15,7 +15,7 @@ from flatplank_analysis.discovery.runs import RunSet
 
 
 @dataclass(frozen=True)
-class Lane:
+class ParameterSet:
     """One parameter set: base parameters and the active effects."""
 
     base: np.ndarray
@@ -69,8 +69,8 @@ class Model(Protocol):
     """base parameters"""
     runs: RunSet
 
-    def predict(self, lanes: Sequence[Lane]) -> np.ndarray:
-        """Predicted channels, shape (lanes, channels, runs, samples)."""
+    def predict(self, sets: Sequence[ParameterSet]) -> np.ndarray:
+        """Predicted channels, shape (sets, channels, runs, samples)."""
         ...
 
     def stiff(self, base: np.ndarray) -> tuple[dict[str, float], ...]:

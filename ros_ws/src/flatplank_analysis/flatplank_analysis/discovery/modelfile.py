@@ -74,7 +74,7 @@ class ModelFile:
     def renamed(self, old: str, new: str, file: str) -> ModelFile:
         """The model with a user's effect renamed, in the history, too."""
 
-        def told(line: Mapping[str, Any]) -> dict[str, Any]:
+        def renamed_line(line: Mapping[str, Any]) -> dict[str, Any]:
             out = dict(line)
             if line.get("effect") == old:
                 out["effect"] = new
@@ -87,7 +87,7 @@ class ModelFile:
         def entries(known: Iterable[Entry]) -> tuple[Entry, ...]:
             return tuple(replace(e, name=new, file=file) if e.name == old else e for e in known)
 
-        history = tuple(told(line) for line in self.history)
+        history = tuple(renamed_line(line) for line in self.history)
         return replace(self, effects=entries(self.effects), history=history)
 
     def undone(self) -> ModelFile:

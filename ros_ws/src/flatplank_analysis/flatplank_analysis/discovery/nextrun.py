@@ -11,7 +11,7 @@ import numpy as np
 
 from flatplank_analysis.discovery.fit import Fit, Term, scale_of
 from flatplank_analysis.discovery.gram import solve
-from flatplank_analysis.discovery.model import Lane, Model
+from flatplank_analysis.discovery.model import Model, ParameterSet
 from flatplank_analysis.discovery.state import State, channel_weights
 from flatplank_analysis.discovery.steps import Search
 
@@ -49,7 +49,9 @@ def next_run(search: Search, plans: Sequence[PlannedRun]) -> dict[str, Any]:
 class Pair:
     """An effect of a fit, and a rival fitted in its place, or the model without the effect."""
 
-    def __init__(self, model: Model, fit: Fit, place: int, rival: Term | None, weight) -> None:
+    def __init__(
+        self, model: Model, fit: Fit, place: int, rival: Term | None, weight: np.ndarray
+    ) -> None:
         """weight (channels, 1, 1): weight of each channel."""
         self.fit, self.place, self.term, self.weight = fit, place, rival, weight
         self.old = self.products(model)
@@ -84,34 +86,34 @@ def _contributions(
     model: Model, fit: Fit, place: int, tries: Sequence[Term]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Contribution of the effect to the prediction, and that of each rival in its place."""
-    own = fit.lane()
+    own = fit.parameter_set()
     effect, _ = own.effects[place]
 
-    def lane(which, values) -> Lane:
+    def parameter_set(which, values) -> ParameterSet:
         changed = list(own.effects)
         changed[place] = (which, values)
-        return Lane(own.base, tuple(changed))
+        return ParameterSet(own.base, tuple(changed))
 
-    lanes = [own, lane(effect, effect.null_values())]
-    out = model.predict(lanes + [lane(t.effect, t.values) for t in tries])
+    sets = [own, parameter_set(effect, effect.null_values())]
+    out = model.predict(sets + [parameter_set(t.effect, t.values) for t in tries])
     return out[0] - out[1], out[2:] - out[1]
 
 
-def moved_bases(model: Model, own: Lane) -> list[Lane]:
-    """One lane per base parameter, with that parameter moved by a thousandth of its scale."""
+def moved_bases(model: Model, own: ParameterSet) -> list[ParameterSet]:
+    """One set per base parameter, with that parameter moved by a thousandth of its scale."""
     out = []
     for i, p in enumerate(model.parameters):
         if p.screen:
             moved = own.base.copy()
             moved[i] += 1e-3 * p.screen
-            out.append(Lane(moved, own.effects))
+            out.append(ParameterSet(moved, own.effects))
     return out
 
 
 def _columns(model: Model, fit: Fit, place: int, term: Term | None) -> np.ndarray:
     """Base columns, the rival's contribution, the changes by its parameters (new runs would change
     them), and last the effect's contribution; all predicted for this model's runs."""
-    own = fit.lane()
+    own = fit.parameter_set()
     out = model.predict([own, *moved_bases(model, own)])
     mine, rivals = _contributions(model, fit, place, [term, *_moved(term)] if term else [])
     rivals[1:] -= rivals[:1]

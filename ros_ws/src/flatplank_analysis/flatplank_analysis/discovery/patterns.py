@@ -16,7 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import f as f_distribution
 
-from flatplank_analysis.discovery.dispersion import Typical, among_repeats, scores_of, typical
+from flatplank_analysis.discovery.dispersion import (
+    TypicalDispersion,
+    among_repeats,
+    scores_of,
+    typical,
+)
 from flatplank_analysis.discovery.gram import Gram, Metric, solve
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_data.wording import span
@@ -251,11 +256,11 @@ class _ModelColumns:
         gram = self.gram(column)
         return among_repeats(self.runs.groups, *scores_of(gram, self.base.shape[1]))
 
-    def typical(self, columns: Sequence[np.ndarray]) -> Typical:
+    def typical(self, columns: Sequence[np.ndarray]) -> TypicalDispersion:
         pairs = [self.dispersion(c) for c in columns]
         return typical([k for k, _ in pairs], [f for _, f in pairs])
 
-    def p_value(self, gain: float, column: np.ndarray, known: Typical) -> float:
+    def p_value(self, gain: float, column: np.ndarray, known: TypicalDispersion) -> float:
         """p-value of one pattern, not corrected for the number of patterns tested."""
         kappa, freedom = known.draw(*self.dispersion(column))
         return float(f_distribution.sf(gain / kappa, 1, freedom))

@@ -12,7 +12,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from flatplank_analysis.discovery.model import Lane, Model, form_of, starts_of, usual_scatter
+from flatplank_analysis.discovery.model import (
+    Model,
+    ParameterSet,
+    form_of,
+    starts_of,
+    usual_scatter,
+)
 from flatplank_analysis.discovery.runs import RunSet
 
 SAME = 0.02
@@ -157,7 +163,7 @@ def _pieces(runs: RunSet, found: Sequence[_Stretch]) -> Pieces | None:
     )
 
 
-class Seen:
+class PieceModel:
     """A model whose runs are pieces of its records; the inner model predicts whole records."""
 
     def __init__(self, model: Model, pieces: Pieces, source: str) -> None:
@@ -168,9 +174,9 @@ class Seen:
         self.usual_scatter = usual_scatter(model)
         self.runs = replace(cut(model.runs, pieces), floor_from=source)
 
-    def predict(self, lanes: Sequence[Lane]) -> np.ndarray:
-        """Predicted channels of the pieces, shape (lanes, channels, pieces, samples)."""
-        whole = self.model.predict(lanes)
+    def predict(self, sets: Sequence[ParameterSet]) -> np.ndarray:
+        """Predicted channels of the pieces, shape (sets, channels, pieces, samples)."""
+        whole = self.model.predict(sets)
         return whole[:, :, self.pieces.rows[:, None], self.pieces.nodes]
 
     def stiff(self, base: np.ndarray) -> tuple[dict[str, float], ...]:

@@ -39,7 +39,7 @@ force at which a gap is crossed converges slowly"""
 
 
 @dataclass(frozen=True)
-class Suspect:
+class AlternativeEffect:
     """An effect that may explain the same as an accepted one, and the start of its refit."""
 
     start: Term
@@ -73,7 +73,9 @@ def indifferent(decision: Decision, explained: float = 0.0) -> float:
     return max(evidence, ALIKE * decision.drop, SHARE * explained, decision.residue)
 
 
-def suspects(model: Model, state: State, screen: Screen, decision: Decision) -> Iterator[Suspect]:
+def suspects(
+    model: Model, state: State, screen: Screen, decision: Decision
+) -> Iterator[AlternativeEffect]:
     """Effects that may explain the same as one that is about to be added to a state."""
     own = decision.term.effect
     mine = settings_of(screen, own.identifier)
@@ -88,7 +90,7 @@ def suspects(model: Model, state: State, screen: Screen, decision: Decision) -> 
         if len(effect.starts()) > 1:
             start, gain = profile(model, state, item)
         if near or gain > PROMISE * decision.drop:
-            yield Suspect(start, near)
+            yield AlternativeEffect(start, near)
 
 
 def rivals(
@@ -96,7 +98,7 @@ def rivals(
     state: State,
     index: int,
     decision: Decision,
-    tried: Sequence[Suspect],
+    tried: Sequence[AlternativeEffect],
     explained: float,
 ) -> tuple[Rival, ...]:
     """The suspects of effect `index` after a refit in its place, the likeliest first."""

@@ -7,7 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatplank_analysis.discovery.dispersion import Typical, among_repeats, scores_of, typical
+from flatplank_analysis.discovery.dispersion import (
+    TypicalDispersion,
+    among_repeats,
+    scores_of,
+    typical,
+)
 from flatplank_analysis.discovery.gram import Gram, solve
 from flatplank_analysis.discovery.state import Candidate, State
 
@@ -17,7 +22,7 @@ that the law's form may imitate grows with one over its root, see `Judge`"""
 
 
 @dataclass(frozen=True)
-class Screened:
+class ScreenResult:
     """One candidate after screening."""
 
     candidate: Candidate
@@ -41,13 +46,13 @@ class Screened:
 class Screen:
     """All candidates, best first, and the sums behind their ranking."""
 
-    ranked: list[Screened]
+    ranked: list[ScreenResult]
     gram: Gram
     own: int
     """number of columns that belong to the model itself"""
     projected: np.ndarray
     """products of all candidate columns with the model's own projected out"""
-    typical: Typical
+    typical: TypicalDispersion
     """typical dispersion of the candidates"""
 
 
@@ -78,7 +83,7 @@ def screen(state: State) -> Screen:
     return Screen(ranked, gram, own, projected, _typical(state, gram, own, ranked))
 
 
-def _typical(state: State, gram: Gram, own: int, ranked: list[Screened]) -> Typical:
+def _typical(state: State, gram: Gram, own: int, ranked: list[ScreenResult]) -> TypicalDispersion:
     """Typical dispersion over all visible candidates at their best setting."""
     pairs, seen = [], set()
     for item in ranked:
@@ -91,7 +96,7 @@ def _typical(state: State, gram: Gram, own: int, ranked: list[Screened]) -> Typi
     return typical([k for k, _ in pairs], [f for _, f in pairs])
 
 
-def _along(gram: Gram, own: int, item: Screened) -> Gram:
+def _along(gram: Gram, own: int, item: ScreenResult) -> Gram:
     """Sums of the model's own columns and of one candidate."""
     rows = own + np.flatnonzero(item.contribution)
     mix = item.contribution[rows - own]
@@ -110,7 +115,7 @@ def _along(gram: Gram, own: int, item: Screened) -> Gram:
     return Gram(products, scores, gram.energy)
 
 
-def _judge(candidate: Candidate, info, score, raw, rows, total) -> Screened:
+def _judge(candidate: Candidate, info, score, raw, rows, total) -> ScreenResult:
     trace = float(np.trace(raw))
     visible = float(np.trace(info)) / trace if trace > 1e-12 else 0.0
     sizes = np.zeros(len(score))
@@ -121,7 +126,7 @@ def _judge(candidate: Candidate, info, score, raw, rows, total) -> Screened:
     mix = np.zeros(total)
     weight = sizes if np.any(sizes) else np.ones(len(score))
     mix[rows] = weight
-    return Screened(candidate, sizes, max(gain, 0.0), visible, info, mix)
+    return ScreenResult(candidate, sizes, max(gain, 0.0), visible, info, mix)
 
 
 def _bounded(candidate: Candidate, info: np.ndarray, score: np.ndarray) -> np.ndarray:
@@ -145,15 +150,15 @@ def _bounded(candidate: Candidate, info: np.ndarray, score: np.ndarray) -> np.nd
     return np.clip(sizes, low, high)
 
 
-def best_per_effect(result: Screen) -> list[Screened]:
+def best_per_effect(result: Screen) -> list[ScreenResult]:
     """The best setting of every effect, best first."""
-    seen: dict[str, Screened] = {}
+    seen: dict[str, ScreenResult] = {}
     for item in result.ranked:
         seen.setdefault(item.identifier, item)
     return list(seen.values())
 
 
-def likeness(result: Screen, one: Screened, other: Screened) -> float:
+def likeness(result: Screen, one: ScreenResult, other: ScreenResult) -> float:
     """Likeness (0..1) of two candidates with the model's columns projected out.
 
     With several columns the closest combination of the other's columns is used.
@@ -171,6 +176,6 @@ def likeness(result: Screen, one: Screened, other: Screened) -> float:
     return float(np.sqrt(np.clip(weight @ cross / h, 0.0, 1.0)))
 
 
-def settings_of(result: Screen, identifier: str) -> list[Screened]:
+def settings_of(result: Screen, identifier: str) -> list[ScreenResult]:
     """All settings of one effect, best first."""
     return [s for s in result.ranked if s.identifier == identifier]

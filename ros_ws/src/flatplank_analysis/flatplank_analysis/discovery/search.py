@@ -16,7 +16,7 @@ from flatplank_analysis.discovery.effect import Effect, variants_of
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term, Whitened
 from flatplank_analysis.discovery.model import Model, starts_of
 from flatplank_analysis.discovery.rivals import indifferent, rivals, suspects
-from flatplank_analysis.discovery.screen import VISIBLE, Screened, best_per_effect
+from flatplank_analysis.discovery.screen import VISIBLE, ScreenResult, best_per_effect
 from flatplank_analysis.discovery.shortlist import EVIDENCE, line_search, shortlist
 from flatplank_analysis.discovery.sources import UNDECIDED, seen, source_of
 from flatplank_analysis.discovery.state import (
@@ -27,7 +27,7 @@ from flatplank_analysis.discovery.state import (
     start_base,
     term_of,
 )
-from flatplank_analysis.discovery.steps import Found, Progress, Search, Step
+from flatplank_analysis.discovery.steps import AcceptedEffect, Progress, Search, Step
 from flatplank_data.errors import FlatplankError
 
 COLD = 2
@@ -179,7 +179,7 @@ class _Searcher:
         return self.step_of(fit, []) if invariants.error_of(self.fitter, fit) < own else step
 
     def step_of(
-        self, fit: Fit, found: list[Found], update: bool = False, near: Fit | None = None
+        self, fit: Fit, found: list[AcceptedEffect], update: bool = False, near: Fit | None = None
     ) -> Step:
         """State and ranking; `update` sets the channel weights from the floors.
 
@@ -227,7 +227,7 @@ class _Searcher:
         return None if invariants.rest(taken.state, True) else taken
 
     def gaps(
-        self, step: Step, judge: Judge, items: list[Screened]
+        self, step: Step, judge: Judge, items: list[ScreenResult]
     ) -> list[tuple[Decision, Whitened]]:
         """Refits of promising effects with several start sizes, from the start values of the base.
 
@@ -274,11 +274,13 @@ class _Searcher:
                 continue
             # from both bases, because one of them may end at limits of the force law
             fits = [self.fitter.fit(b, best.fit.terms) for b in (state.fit.base, best.fit.base)]
-            fit = invariants.no_worse(self.fitter, state.fit, fits)
+            fit = invariants.not_raising_error(self.fitter, state.fit, fits)
             if not invariants.acts(fit.terms[-1]):
                 continue
             decision = replace(decision, held_out_gain=heldout.gain(state, fit, index))
-            taken = Found(decision, tuple(suspects(self.model, state, step.screen, decision)))
+            taken = AcceptedEffect(
+                decision, tuple(suspects(self.model, state, step.screen, decision))
+            )
             after = self.backward(self.step_of(fit, [*step.found, taken], near=best.fit))
             name = taken.decision.term.effect.identifier
             if name in _names(after) and _names(after) not in self.known:
@@ -294,7 +296,7 @@ class _Searcher:
         terms = found.fit.terms
         return judge.decide(found, len(terms) - 1, self.looked_at[terms[-1].effect.identifier])
 
-    def refit(self, state: State, item: Screened) -> Whitened:
+    def refit(self, state: State, item: ScreenResult) -> Whitened:
         """Whitened refit from the best of several sizes, the base as it is."""
         start = term_of(item.candidate, item.sizes)
         if len(item.candidate.effect.starts()) > 1:
@@ -348,7 +350,7 @@ class _Searcher:
         free = [p for p in good if p[0].term.effect.generic]
         return (named + free)[:3]
 
-    def classed(self, step: Step) -> list[Found]:
+    def classed(self, step: Step) -> list[AcceptedEffect]:
         """The effects of a step, each with its rivals."""
         offset, fitter = len(self.options.terms), self.fitter
         explained = sum(f.decision.drop for f in step.found)
@@ -381,7 +383,7 @@ class _Searcher:
             step.found = self.judged(step)
         return step
 
-    def judged(self, step: Step) -> list[Found]:
+    def judged(self, step: Step) -> list[AcceptedEffect]:
         """The effects of a step, each tested against the model without it."""
         state, offset = step.state, len(self.options.terms)
         out = []
@@ -402,7 +404,7 @@ def _by_drop(tried: list[tuple[Decision, Whitened]]) -> list[tuple[Decision, Whi
     return sorted(tried, key=lambda pair: -pair[0].drop)
 
 
-def _needed(one: Found, found: Sequence[Found]) -> bool:
+def _needed(one: AcceptedEffect, found: Sequence[AcceptedEffect]) -> bool:
     """True when an effect still explains something beside the others."""
     own, others = one.decision, [f.decision for f in found if f is not one]
     least = max(SHARE * sum(d.drop for d in others), sum(d.residue for d in others))

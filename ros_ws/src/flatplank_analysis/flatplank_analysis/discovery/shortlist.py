@@ -11,11 +11,11 @@ from scipy.stats import chi2
 from flatplank_analysis.discovery.decide import FAMILY, at_edge
 from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.gram import solve
-from flatplank_analysis.discovery.model import Lane, Model
+from flatplank_analysis.discovery.model import Model, ParameterSet
 from flatplank_analysis.discovery.screen import (
     VISIBLE,
     Screen,
-    Screened,
+    ScreenResult,
     best_per_effect,
     likeness,
 )
@@ -32,9 +32,9 @@ MOST_UNSHOWN = 3
 """most effects that are reported although the runs hardly show them"""
 
 
-def shortlist(ranking: Screen, looked_at: Mapping[str, int], most: int) -> list[Screened]:
+def shortlist(ranking: Screen, looked_at: Mapping[str, int], most: int) -> list[ScreenResult]:
     """Candidates with a gain, visible, and of a size that may matter; best first."""
-    out: list[Screened] = []
+    out: list[ScreenResult] = []
     for item in best_per_effect(ranking):
         effect = item.candidate.effect
         if item.gain < _least_gain(item, looked_at) or item.visible < VISIBLE:
@@ -54,7 +54,7 @@ def shortlist(ranking: Screen, looked_at: Mapping[str, int], most: int) -> list[
     return out
 
 
-def unshown(ranking: Screen, looked_at: Mapping[str, int]) -> list[str]:
+def unidentifiable(ranking: Screen, looked_at: Mapping[str, int]) -> list[str]:
     """Effects that the residual suggests most, within their range, but of which the tire can
     imitate nearly all, so that these runs cannot name them."""
     level = max(ranking.typical.dispersion, 1.0)
@@ -68,13 +68,13 @@ def unshown(ranking: Screen, looked_at: Mapping[str, int]) -> list[str]:
     ][:MOST_UNSHOWN]
 
 
-def _least_gain(item: Screened, looked_at: Mapping[str, int]) -> float:
+def _least_gain(item: ScreenResult, looked_at: Mapping[str, int]) -> float:
     """Gain below which no refit is likely to pass the test of the effect."""
     level = FAMILY / looked_at[item.identifier]
     return HOPE * float(chi2.isf(level, len(item.sizes)))
 
 
-def _goes_before(item: Screened, better: Screened) -> bool:
+def _goes_before(item: ScreenResult, better: ScreenResult) -> bool:
     """True when the first of two indistinguishable effects is kept: by rarity, then by gain, and
     by name where the data do not decide, so that noise does not choose."""
     one, other = item.candidate.effect.rarity, better.candidate.effect.rarity
@@ -83,7 +83,7 @@ def _goes_before(item: Screened, better: Screened) -> bool:
     return better.gain - item.gain < EVIDENCE and item.identifier < better.identifier
 
 
-def negligible(item: Screened) -> bool:
+def negligible(item: ScreenResult) -> bool:
     """True when the screened size is below half of the smallest size of consequence."""
     effect = item.candidate.effect
     values = {p.name: p.null for p in effect.parameters()} | item.candidate.setting
@@ -92,20 +92,20 @@ def negligible(item: Screened) -> bool:
     return abs(effect.size(values)) < 0.5 * effect.main_parameter().matters
 
 
-def line_search(model: Model, state: State, item: Screened) -> Term:
+def line_search(model: Model, state: State, item: ScreenResult) -> Term:
     """The term with the size of smallest whitened chi2 after one linear step of the base."""
     return profile(model, state, item)[0]
 
 
-def profile(model: Model, state: State, item: Screened) -> tuple[Term, float]:
+def profile(model: Model, state: State, item: ScreenResult) -> tuple[Term, float]:
     """That term, and its drop of chi2 after the linear step."""
     effect, fit = item.candidate.effect, state.whitened.fit
     width = item.sizes if np.any(item.sizes) else np.ones_like(item.sizes)
     terms = [term_of(item.candidate, width * s) for s in (0.5, 1.0, 1.5, 2.2, 3.3, 5.0)]
     terms += [term_of(item.candidate, np.ones_like(width) * s) for s in (1.0, 3.0)]
-    own = fit.lane()
-    lanes = [Lane(own.base, (*own.effects, (effect, t.values))) for t in terms]
-    change = model.predict(lanes) - fit.predicted
+    own = fit.parameter_set()
+    sets = [ParameterSet(own.base, (*own.effects, (effect, t.values))) for t in terms]
+    change = model.predict(sets) - fit.predicted
     base = fit.jacobian[fit.loose()]
     gram = state.gram(fit.residual(state.runs.measured), np.concatenate([base, change]))
     products, scores, _ = gram.total()

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from flatplank_analysis.discovery.model import Model
-from flatplank_analysis.discovery.recurring import Pieces, Seen, laps, visits, ways
+from flatplank_analysis.discovery.recurring import PieceModel, Pieces, laps, visits, ways
 from flatplank_analysis.discovery.runs import RunSet
 
 FOUND, PARTLY, UNDECIDED = "found", "partly", "not decidable"
@@ -79,7 +79,7 @@ def seen(model: Model) -> Model:
     if model.runs.floor_from:
         return model
     source, pieces = _best(model.runs)
-    return Seen(model, pieces, source.identifier) if pieces is not None else model
+    return PieceModel(model, pieces, source.identifier) if pieces is not None else model
 
 
 def can_show(runs: RunSet, columns: np.ndarray) -> bool:
@@ -110,7 +110,7 @@ def capped(source: Source, verdict: str, reason: str) -> tuple[str, str]:
     """Verdict and reason limited by the source; the reason names a source other than repeats."""
     if source.at_most == FOUND:
         return verdict, reason
-    told = f"{reason}; the floor is by {source.words()}"
+    explained = f"{reason}; the floor is by {source.words()}"
     if verdict not in CLAIMS:
-        return verdict, told
-    return PARTLY, f"{told}, which allows no more than '{PARTLY}': repeat the conditions"
+        return verdict, explained
+    return PARTLY, f"{explained}, which allows no more than '{PARTLY}': repeat the conditions"

@@ -15,7 +15,7 @@ from flatplank_analysis.discovery import gram as grams
 from flatplank_analysis.discovery import noise as noises
 from flatplank_analysis.discovery.effect import Effect, variants_of
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term, Whitened, settle
-from flatplank_analysis.discovery.model import Lane, Model, form_of, usual_scatter
+from flatplank_analysis.discovery.model import Model, ParameterSet, form_of, usual_scatter
 from flatplank_analysis.discovery.patterns import Patterns
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.discovery.sources import can_show, level_of, source_of
@@ -76,19 +76,19 @@ def make_candidates(
     model: Model, fit: Fit, effects: Sequence[type[Effect]], residual: np.ndarray
 ) -> list[Candidate]:
     """Columns of all effects that are not (or not often enough) in the model yet."""
-    lanes: list[Lane] = []
+    sets: list[ParameterSet] = []
     plan: list[tuple[type[Effect], dict[str, float], slice]] = []
-    own = fit.lane()
+    own = fit.parameter_set()
     for effect in effects:
         if sum(t.effect is effect for t in fit.terms) >= effect.instances:
             continue
         for setting in variants_of(effect, model.runs, residual):
-            begin = len(lanes)
+            begin = len(sets)
             for p in effect.linear():
                 values = effect.vector(setting | {p.name: p.null + p.screen})
-                lanes.append(Lane(own.base, (*own.effects, (effect, values))))
-            plan.append((effect, setting, slice(begin, len(lanes))))
-    predicted = model.predict(lanes) - fit.predicted if lanes else np.zeros((0,))
+                sets.append(ParameterSet(own.base, (*own.effects, (effect, values))))
+            plan.append((effect, setting, slice(begin, len(sets))))
+    predicted = model.predict(sets) - fit.predicted if sets else np.zeros((0,))
     made = [Candidate(effect, setting, predicted[rows]) for effect, setting, rows in plan]
     for c in made:
         if not np.isfinite(c.columns).all():

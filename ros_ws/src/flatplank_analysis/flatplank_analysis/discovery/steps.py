@@ -11,7 +11,7 @@ from flatplank_analysis.discovery import heldout
 from flatplank_analysis.discovery.decide import Decision
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.model import Model
-from flatplank_analysis.discovery.rivals import Rival, Suspect
+from flatplank_analysis.discovery.rivals import AlternativeEffect, Rival
 from flatplank_analysis.discovery.screen import Screen
 from flatplank_analysis.discovery.state import State
 
@@ -22,11 +22,11 @@ Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True)
-class Found:
+class AcceptedEffect:
     """An effect that was accepted."""
 
     decision: Decision
-    suspects: tuple[Suspect, ...] = ()
+    suspects: tuple[AlternativeEffect, ...] = ()
     """effects that may explain the same"""
     rivals: tuple[Rival, ...] = ()
     """the suspects after a refit in its place, the likeliest first"""
@@ -37,12 +37,12 @@ class Found:
         return tuple(r.name for r in self.rivals if not r.excluded)
 
     @property
-    def told(self) -> list[Rival]:
+    def reported(self) -> list[Rival]:
         """The likeliest members of its class, which are reported; a larger class is no answer."""
         return [r for r in self.rivals if not r.excluded][:LARGEST_CLASS]
 
     @property
-    def weakly(self) -> tuple[str, ...]:
+    def excluded_names(self) -> tuple[str, ...]:
         """Similar effects that the data exclude."""
         return tuple(r.name for r in self.rivals if r.excluded and r.near)
 
@@ -53,7 +53,7 @@ class Step:
 
     state: State
     screen: Screen
-    found: list[Found]
+    found: list[AcceptedEffect]
     refits: list[Decision] = field(default_factory=list)
     """tests of the refits from this state, best first"""
 

@@ -16,7 +16,7 @@ from flatplank_analysis.discovery.gram import solve
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.discovery.screen import best_per_effect
 from flatplank_analysis.discovery.search import polish
-from flatplank_analysis.discovery.shortlist import unshown
+from flatplank_analysis.discovery.shortlist import unidentifiable
 from flatplank_analysis.discovery.sources import (
     FOUND,
     PARTLY,
@@ -25,7 +25,8 @@ from flatplank_analysis.discovery.sources import (
     capped,
     source_of,
 )
-from flatplank_analysis.discovery.steps import LARGEST_CLASS, Found, Search, Step
+from flatplank_analysis.discovery.steps import LARGEST_CLASS, AcceptedEffect, Search, Step
+from flatplank_data.errors import FlatplankError
 from flatplank_data.wording import brief
 
 AT_FLOOR = "at floor"
@@ -41,7 +42,7 @@ class Diagnosis:
 
     verdict: str
     reason: str
-    found: tuple[Found, ...]
+    found: tuple[AcceptedEffect, ...]
     floor: float
     rmse_before: float
     rmse_after: float
@@ -64,6 +65,12 @@ class Diagnosis:
     """sizes of consequence in the first channel"""
     search: Search | None = None
     notes: tuple[str, ...] = field(default_factory=tuple)
+
+    def drawable(self, campaign: str) -> Search:
+        """The search; FlatplankError where the campaign allowed none."""
+        if self.search is None:
+            raise FlatplankError(self.reason, campaign, "there is nothing to draw")
+        return self.search
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON of `flatplank diagnose --json`."""
@@ -111,11 +118,11 @@ class Diagnosis:
         }
 
 
-def effect_dict(found: Found) -> dict[str, Any]:
+def effect_dict(found: AcceptedEffect) -> dict[str, Any]:
     """One accepted effect for programs."""
     d = found.decision
     effect = d.term.effect
-    alike = [r.term.effect for r in found.told]
+    alike = [r.term.effect for r in found.reported]
     return {
         "name": effect.identifier,
         "title": effect.title,
@@ -124,7 +131,7 @@ def effect_dict(found: Found) -> dict[str, Any]:
         "unit": effect.main_parameter().unit,
         "interval": [six_digits(d.interval[0]), six_digits(d.interval[1])],
         "class": [e.identifier for e in alike],
-        "weakly": list(found.weakly),
+        "weakly": list(found.excluded_names),
         "advice": [
             {"name": e.identifier, "check": e.check, "removes": e.removes}
             for e in (effect, *alike)
@@ -232,7 +239,7 @@ def _verdict(search: Search, last: Step) -> tuple[str, str]:
             why = f"nothing of consequence is left beyond the floor of {brief(level.floor)}"
             return AT_FLOOR, why
         if lawful:
-            fine = "" if unshown(last.screen, search.looked_at) else ", the machine is fine"
+            fine = "" if unidentifiable(last.screen, search.looked_at) else ", the machine is fine"
             return LAW, f"{left}; a force law of another form takes it{fine}"
         return NONE, f"{left}; no effect of the library explains it"
     if not named and (lawful or not left):
@@ -261,7 +268,7 @@ def _notes(runs: RunSet, search: Search) -> Iterator[str]:
             "one step position in all runs: plank position and distance since the step are one "
             "coordinate; measure a second step position first"
         )
-    unseen = unshown(search.last.screen, search.looked_at)
+    unseen = unidentifiable(search.last.screen, search.looked_at)
     if unseen:
         yield (
             f"what is left points to {', '.join(unseen)}, but in these runs the tire's own "

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Hooks of an effect of the flat plank: four methods that do nothing by default.
 
-Arrays have the shape (lanes, runs, samples), parameters of the effect broadcast against them.
+Arrays have the shape (sets, runs, samples), parameters of the effect broadcast against them.
 Change arrays in place or assign new ones.
 """
 
@@ -46,7 +46,7 @@ class Tire:
 
 
 class Block:
-    """The tire's parameters in one direction by name, each (lanes, runs); see `kernel.NAMES`."""
+    """The tire's parameters in one direction by name, each (sets, runs); see `kernel.NAMES`."""
 
     def __init__(self, values: np.ndarray, names: tuple[str, ...]) -> None:
         object.__setattr__(self, "_values", values)
@@ -64,7 +64,7 @@ class Block:
 
 
 class Node:
-    """One node during the computation; arrays (lanes, runs)."""
+    """One node during the computation; arrays (sets, runs)."""
 
     force_x: np.ndarray
     force_y: np.ndarray

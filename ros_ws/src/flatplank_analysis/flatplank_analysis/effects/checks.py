@@ -13,7 +13,7 @@ import numpy as np
 
 from flatplank_analysis.contact_patch.tire_runs import coordinates_of
 from flatplank_analysis.discovery.effect import Effect, ask, variants_of
-from flatplank_analysis.discovery.model import Lane
+from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_analysis.discovery.runs import Coordinate, RunSet
 from flatplank_analysis.effects.registry import library, source_file
 from flatplank_data.errors import FlatplankError
@@ -131,7 +131,7 @@ def _behaviour(effect: type[Effect]) -> Iterator[str]:
     base = np.array([p.null for p in model.parameters])
     at = {p.name: i for i, p in enumerate(model.parameters)}
     base[at["angle_offset"]] = 0.002
-    plain = model.predict([Lane(base)])[0]
+    plain = model.predict([ParameterSet(base)])[0]
     residual = model.runs.measured - plain
     settings = variants_of(effect, model.runs, residual)
     if not settings:
@@ -139,18 +139,18 @@ def _behaviour(effect: type[Effect]) -> Iterator[str]:
         return
     for setting in settings:
         null = effect.vector(dict(setting))
-        if not np.array_equal(model.predict([Lane(base, ((effect, null),))])[0], plain):
+        if not np.array_equal(model.predict([ParameterSet(base, ((effect, null),))])[0], plain):
             yield f"changes the prediction at its null ({setting or 'all null'})"
             return
-    lanes, names = _lanes(effect, base, settings[0])
-    together = model.predict(lanes)
+    sets, names = _sets(effect, base, settings[0])
+    together = model.predict(sets)
     if not np.isfinite(together).all():
         bad = [n for n, t in zip(names, together, strict=True) if not np.isfinite(t).all()]
         yield f"gives NaN or infinity at {', '.join(bad)}"
         return
-    for lane, both, name in zip(lanes, together, names, strict=True):
-        if not np.array_equal(model.predict([lane])[0], both):
-            yield f"lanes influence each other ({name})"
+    for one, both, name in zip(sets, together, names, strict=True):
+        if not np.array_equal(model.predict([one])[0], both):
+            yield f"parameter sets influence each other ({name})"
             return
     yield from _other_hooks(effect, model.runs)
     for p, out in zip(effect.linear(), together, strict=False):
@@ -171,16 +171,18 @@ def _other_hooks(effect: type[Effect], runs: RunSet) -> Iterator[str]:
         yield "scanned() is below 1"
 
 
-def _lanes(effect: type[Effect], base: np.ndarray, setting) -> tuple[list[Lane], list[str]]:
-    """Lanes with the screening step of each parameter, then with the ends of the ranges."""
-    lanes, names = [], []
+def _sets(effect: type[Effect], base: np.ndarray, setting) -> tuple[list[ParameterSet], list[str]]:
+    """Sets with the screening step of each parameter, then with the ends of the ranges."""
+    sets, names = [], []
     for p in effect.linear():
         values = effect.vector(dict(setting) | {p.name: p.null + p.screen})
-        lanes.append(Lane(base, ((effect, values),)))
+        sets.append(ParameterSet(base, ((effect, values),)))
         names.append(f"{p.name} = {p.null + p.screen:g}")
     for p in effect.parameters():
         for end in (p.lower, p.upper):
             if np.isfinite(end):
-                lanes.append(Lane(base, ((effect, effect.vector(dict(setting) | {p.name: end})),)))
+                sets.append(
+                    ParameterSet(base, ((effect, effect.vector(dict(setting) | {p.name: end})),))
+                )
                 names.append(f"{p.name} = {end:g}")
-    return lanes, names
+    return sets, names

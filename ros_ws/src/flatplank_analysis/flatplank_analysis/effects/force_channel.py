@@ -12,11 +12,16 @@ from flatplank_analysis.effects.base import Signal, TireEffect
 
 
 def shifted(values: np.ndarray, time: np.ndarray, delay: np.ndarray) -> np.ndarray:
-    """values(time - delay), the ends held; shapes (lanes, runs, samples), (runs, samples)."""
-    out = np.empty_like(values)
-    for lane, row in enumerate(np.broadcast_to(delay, (len(values), 1, 1))[:, 0, 0]):
-        for r, t in enumerate(time):
-            out[lane, r] = np.interp(t - row, t, values[lane, r])
+    """values(time - delay), the ends held.
+
+    Shapes: values (sets, runs, samples), time (runs, samples); delay as values, or 1 where it is
+    the same for all.
+    """
+    late = time - delay
+    out = np.empty(np.broadcast_shapes(values.shape, late.shape))
+    values, late = np.broadcast_to(values, out.shape), np.broadcast_to(late, out.shape)
+    for index in np.ndindex(out.shape[:-1]):
+        out[index] = np.interp(late[index], time[index[-1]], values[index])
     return out
 
 

@@ -51,7 +51,7 @@ def lost_motion(motion: Motion, gap: np.ndarray) -> np.ndarray:
 
 @njit(cache=True)
 def distance(ahead, gap, lost):
-    """Distance of a follower with play behind its input; (lanes, runs, samples)."""
+    """Distance of a follower with play behind its input; (sets, runs, samples)."""
     for i in range(ahead.shape[0]):
         for r in range(ahead.shape[1]):
             output = 0.0

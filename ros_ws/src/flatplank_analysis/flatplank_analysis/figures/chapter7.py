@@ -73,7 +73,7 @@ def overlays(result: CampaignResult) -> Iterator[Figure]:
 
 def lateral_starts(result: CampaignResult) -> Iterator[Figure]:
     """Fy from the start of rolling, and its relaxation length over the slip angle."""
-    points = [p for p in result.points if p.beside.lateral is not None]
+    points = [p for p in result.points if p.further.lateral is not None]
     near = [
         p for v in pieces.variations(result, "alpha_deg") for p in v.points if p in points
     ] or (points[:4] if result.nominal() is not None else [])
@@ -81,12 +81,15 @@ def lateral_starts(result: CampaignResult) -> Iterator[Figure]:
         return
     lines = []
     for point, color in zip(near, PALETTE, strict=False):
-        found = point.beside.lateral
+        found = point.further.lateral
+        assert found is not None, "one of the points"
         label = pieces.level(point, "alpha_deg")
         lines.append(Series(label, found.distance, found.force, color=color))
         model = -found.fit.response(found.distance)
         lines.append(Series("model", found.distance, model, "model", legend=point is near[0]))
-    fits = [(p.point.alpha_deg, p.beside.lateral.fit) for p in near]
+    fits = [
+        (p.point.alpha_deg, start.fit) for p in near if (start := p.further.lateral) is not None
+    ]
     panels = [
         Panel("road displacement since the start [m]", pieces.FY, lines),
         *pieces.estimates(

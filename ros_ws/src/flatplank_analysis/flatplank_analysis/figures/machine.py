@@ -39,7 +39,7 @@ def transmission(result: CampaignResult) -> Iterator[Figure]:
 
 def _over_slip(point: PointResult, label: str, read) -> Series | None:
     groups: dict[float, list[float]] = {}
-    for run in point.beside.drive:
+    for run in point.further.drive:
         value = read(run.state)
         if math.isfinite(value):
             groups.setdefault(run.condition.kappa, []).append(value)

@@ -165,10 +165,10 @@ def control_charts(result: CampaignResult) -> Iterator[Figure]:
             for sign in (1.0, -1.0):
                 limit = level + sign * chart.reach
                 lines.append(Series("limit", x, limit, "curve", PALETTE[3], legend=sign > 0))
-        told = "; ".join(chart.remarks) or "all sessions lie within the limits"
+        remarks = "; ".join(chart.remarks) or "all sessions lie within the limits"
         yield Figure(
             f"reference_{chart.name}",
             f"Reference tire: {chart.title}",
-            f"Sessions in their order, {chart.labels[0]} to {chart.labels[-1]}: {told}.",
+            f"Sessions in their order, {chart.labels[0]} to {chart.labels[-1]}: {remarks}.",
             (Panel("session", f"{chart.name} [{chart.unit}]", lines),),
         )

@@ -47,8 +47,8 @@ def read_fit_file(path: str | Path) -> FitFile:
     try:
         text = Path(path).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        told = getattr(error, "strerror", None) or "is no text"
-        raise FlatplankError(told, str(path), "give a fit file") from None
+        reason = getattr(error, "strerror", None) or "is no text"
+        raise FlatplankError(reason, str(path), "give a fit file") from None
     return parse_fit(load_yaml(text, str(path)), str(path))
 
 

@@ -56,7 +56,7 @@ class CarcassProblem:
     longitudinal: bool = True
 
     def simulate(self, stiffness: np.ndarray, forces: np.ndarray | None = None) -> np.ndarray:
-        """Model force (lanes, runs, samples) for c_cx (lanes, 1) and curve forces (lanes, k)."""
+        """Model force (sets, runs, samples) for c_cx (sets, 1) and curve forces (sets, k)."""
         law = curve_law(self.curve.kappa, self.curve.force if forces is None else forces)
         model = NonlinearX(
             lambda _: law,
@@ -68,7 +68,7 @@ class CarcassProblem:
         return model.simulate(stiffness, self.inputs)
 
     def residuals(self, stiffness: np.ndarray) -> np.ndarray:
-        """Residuals of the search over c_cx alone: (lanes, 1) -> (lanes, runs * samples)."""
+        """Residuals of the search over c_cx alone: (sets, 1) -> (sets, runs * samples)."""
         force = self.simulate(stiffness)
         return (self.weight * (force - self.measured)).reshape(len(stiffness), -1)
 
@@ -207,13 +207,13 @@ class JointState:
 
 
 def joint_state(problem: CarcassProblem, c_cx: float) -> JointState:
-    """Simulate the model and its derivatives in one call of 2 + k lanes."""
+    """Simulate the model and its derivatives in one call of 2 + k parameter sets."""
     forces = problem.curve.force
     k = len(forces)
     step = np.concatenate([[1e-4 * c_cx], np.maximum(1e-4 * np.abs(forces), 0.5)])
-    lanes = np.tile(np.concatenate([[c_cx], forces]), (k + 2, 1))
-    lanes[1:] += np.diag(step)
-    out = problem.simulate(lanes[:, :1], lanes[:, 1:])
+    sets = np.tile(np.concatenate([[c_cx], forces]), (k + 2, 1))
+    sets[1:] += np.diag(step)
+    out = problem.simulate(sets[:, :1], sets[:, 1:])
     slopes = (out[1:] - out[0]) / step[:, None, None]
     own = slopes[1 + problem.level, np.arange(len(problem.level))]
     rows = np.array([problem.weight**2 * slopes[0], problem.settled * own])

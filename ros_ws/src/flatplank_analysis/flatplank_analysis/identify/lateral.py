@@ -97,13 +97,17 @@ def steering_zero(runs: Sequence[StepRun]) -> SteeringZero | None:
     if len(parts) > 2:
         each = np.array([_solved(part)[0] for part in parts])
         errors = np.hypot(errors, each.std(axis=0, ddof=1) / math.sqrt(len(parts)))
-    told = any(math.isfinite(run.slip_stiffness) for run in runs)
-    note = "" if told else "with ply steer: without slip steps at the angles Fx does not part them"
+    with_steps = any(math.isfinite(run.slip_stiffness) for run in runs)
+    note = (
+        ""
+        if with_steps
+        else "with ply steer: without slip steps at the angles Fx does not part them"
+    )
     zero, ply = (
         Estimate(name, math.degrees(value), "deg", math.degrees(error), note=note)
         for name, value, error in zip(("steering_zero", "ply_steer"), whole, errors, strict=False)
     )
-    if not told:
+    if not with_steps:
         ply = replace(ply, determined=False)
     return SteeringZero(zero, ply, shift=float(whole[0] + whole[1]))
 
@@ -117,9 +121,9 @@ def _solved(runs: Sequence[StepRun]) -> tuple[np.ndarray, np.ndarray]:
     start = START.copy()
     start[NAMES.index("trail")] *= float(np.sign(np.sum(data.mz * data.fy) or 1.0)) * -1.0
 
-    def residuals(lanes: np.ndarray) -> np.ndarray:
-        full = np.tile(start, (len(lanes), 1))
-        full[:, free] = lanes
+    def residuals(sets: np.ndarray) -> np.ndarray:
+        full = np.tile(start, (len(sets), 1))
+        full[:, free] = sets
         return data.residuals(full)
 
     scale = np.array([0.01, 0.003, 0.3, 4.0, 1.0, 0.02, 0.02, 4.0, 1e-3])
@@ -154,9 +158,9 @@ class _Steady:
             rows.append([math.radians(level), *(means / load), slope / load])
         return cls(*np.array(rows).T)
 
-    def residuals(self, lanes: np.ndarray) -> np.ndarray:
-        """Normalised errors and priors (lanes, n)."""
-        p = {name: lanes[:, i : i + 1] for i, name in enumerate(NAMES)}
+    def residuals(self, sets: np.ndarray) -> np.ndarray:
+        """Normalised errors and priors (sets, n)."""
+        p = {name: sets[:, i : i + 1] for i, name in enumerate(NAMES)}
         x = np.tan(self.angle + p["zero"] + p["ply"])
         bent = p["b"] * x - p["e"] * (p["b"] * x - np.arctan(p["b"] * x))
         force = p["d"] * np.sin(SHAPE_Y * np.arctan(bent))
@@ -168,7 +172,7 @@ class _Steady:
             *self._odd_differences(slip),
         ]
         rows += [p[name] / spread for name, spread in PRIOR.items()]
-        return np.hstack([np.broadcast_to(r, (len(lanes), r.shape[1])) for r in rows])
+        return np.hstack([np.broadcast_to(r, (len(sets), r.shape[1])) for r in rows])
 
     def _odd_differences(self, slip: np.ndarray) -> list[np.ndarray]:
         """Half the difference of Fx at +alpha and -alpha: parts even in alpha cancel."""

@@ -12,7 +12,7 @@ import numpy as np
 from flatplank_analysis.discovery.descent import Problem, descend
 
 Residuals = Callable[[np.ndarray], np.ndarray]
-"""Parameters (lanes, p) -> weighted residuals (lanes, n)."""
+"""Parameters (sets, p) -> weighted residuals (sets, n)."""
 
 STEP = 1e-4
 """Relative step of the central differences: larger than the resolution of a tabulated law."""
@@ -109,9 +109,9 @@ def linearise(
     reach = STEP * np.maximum(np.abs(x), scale)
     up, down = np.clip(x + reach, lower, upper), np.clip(x - reach, lower, upper)
     count, width = len(x), up - down
-    lanes = np.tile(x, (2 * count, 1))
-    np.fill_diagonal(lanes[:count], up)
-    np.fill_diagonal(lanes[count:], down)
-    out = residuals(lanes)
-    # with zero width both lanes are equal, and so their difference is zero
+    sets = np.tile(x, (2 * count, 1))
+    np.fill_diagonal(sets[:count], up)
+    np.fill_diagonal(sets[count:], down)
+    out = residuals(sets)
+    # with zero width both parameter sets are equal, and so their difference is zero
     return ((out[:count] - out[count:]) / np.where(width > 0.0, width, 1.0)[:, None]).T

@@ -112,10 +112,10 @@ def _fit(x: np.ndarray, force: np.ndarray, kappa: float, noise: ARNoise | None) 
     count = 2 if fixed else 3
     weight = np.where(x < 0.0, np.sqrt(BEFORE_WEIGHT), 1.0)
 
-    def residuals(lanes: np.ndarray) -> np.ndarray:
-        grown = -np.expm1(-np.maximum(x, 0.0) / lanes[:, :1])
-        first = 0.0 if fixed else lanes[:, 2:3]
-        return weight * (first + (lanes[:, 1:2] - first) * grown - force)
+    def residuals(sets: np.ndarray) -> np.ndarray:
+        grown = -np.expm1(-np.maximum(x, 0.0) / sets[:, :1])
+        first = 0.0 if fixed else sets[:, 2:3]
+        return weight * (first + (sets[:, 1:2] - first) * grown - force)
 
     start = _start(x, force, fixed)
     scale = np.array([0.1, max(np.ptp(force), 1.0), max(np.ptp(force), 1.0)])[:count]

@@ -160,7 +160,7 @@ class Covariance:
 
 
 @dataclass(frozen=True)
-class Carried:
+class PropagatedErrors:
     """Errors propagated from an earlier fit (two-step estimation, Murphy and Topel)."""
 
     runs: np.ndarray
@@ -174,7 +174,7 @@ def run_covariance(
     residual: np.ndarray,
     run: np.ndarray,
     prior: np.ndarray | None = None,
-    carried: Carried | None = None,
+    carried: PropagatedErrors | None = None,
 ) -> Covariance:
     """Covariance from weighted Jacobian (n, p), residual (n,), and the run of each row (n,).
 

@@ -90,7 +90,7 @@ def slope_lack(kappa: np.ndarray, force: np.ndarray) -> str:
 
 
 def curve_law(kappa: np.ndarray, force: np.ndarray) -> TableLaw:
-    """Table through the levels (k,), force (k,) or (lanes, k), with its true slope at zero slip.
+    """Table through the levels (k,), force (k,) or (sets, k), with its true slope at zero slip.
 
     Half-way between zero and its neighbours a point of the brush's curve is added.
     """

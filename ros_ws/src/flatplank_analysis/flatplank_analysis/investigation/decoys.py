@@ -18,7 +18,7 @@ import numpy as np
 from flatplank_analysis.discovery import screen as screens
 from flatplank_analysis.discovery.decide import Judge
 from flatplank_analysis.discovery.parameters import param
-from flatplank_analysis.discovery.screen import VISIBLE, Screened, best_per_effect
+from flatplank_analysis.discovery.screen import VISIBLE, ScreenResult, best_per_effect
 from flatplank_analysis.discovery.search import looks
 from flatplank_analysis.discovery.shortlist import shortlist
 from flatplank_analysis.discovery.state import Candidate, State, term_of
@@ -64,7 +64,7 @@ def decoys_of(search: Search) -> Decoys:
     return Decoys(len(kinds), tuple(accepted))
 
 
-def _passes(judge: Judge, state: State, item: Screened, looked_at: int) -> bool:
+def _passes(judge: Judge, state: State, item: ScreenResult, looked_at: int) -> bool:
     found = state.with_term(term_of(item.candidate, item.sizes), most=2)
     return judge.decide(found, len(found.fit.terms) - 1, looked_at).accepted
 
@@ -93,7 +93,7 @@ class Decoy(TireEffect):
             setattr(signal, name, getattr(signal, name) + self.times * column)
 
 
-def _decoy(item: Screened, groups: Sequence[np.ndarray], order: Iterable[int]) -> type[Decoy]:
+def _decoy(item: ScreenResult, groups: Sequence[np.ndarray], order: Iterable[int]) -> type[Decoy]:
     """The effect's column at its best sizes, with the conditions permuted."""
     effect = item.candidate.effect
     sizes = item.sizes if np.any(item.sizes) else np.ones(len(item.sizes))

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Evidence that may be examined after every batch: e-values by split data.
 
-Before a batch a bet is fixed: the model with the leading effect, as fitted to the runs so far.
-The likelihood of the new runs under it is divided by that without the effect, both with the
+Before a batch a hypothesis is fixed: the model with the leading effect, as fitted to the runs so
+far. The likelihood of the new runs under it is divided by that without the effect, both with the
 parameter uncertainty that the old runs leave. Where nothing is missing the product over the
 batches reaches 1/alpha in at most a share alpha of all investigations, however often one looks
 (Ville's inequality).
@@ -30,7 +30,7 @@ from flatplank_analysis.investigation.settings import Setting, settings_of
 
 ALPHA = 0.05
 LIKELY = 0.05
-"""p-value among repeats below which a bet is made on an effect that was not accepted"""
+"""p-value among repeats below which an effect that was not accepted becomes the hypothesis"""
 LEAST = 1e-12
 """smallest variance"""
 MOST = 99
@@ -38,7 +38,7 @@ MOST = 99
 
 
 @dataclass(frozen=True)
-class Bet:
+class Hypothesis:
     """The claim that is fixed before the next runs are measured."""
 
     names: tuple[str, ...]
@@ -52,8 +52,8 @@ class Bet:
     """dispersion of the scores; the likelihood is raised to the power of its inverse"""
 
     @classmethod
-    def of(cls, decisions: Sequence[Decision], state: State, claim: Fit, null: Fit) -> Bet:
-        """A bet on tested effects, against the tire without them."""
+    def of(cls, decisions: Sequence[Decision], state: State, claim: Fit, null: Fit) -> Hypothesis:
+        """The hypothesis of tested effects, against the tire without them."""
         names = tuple(d.term.effect.identifier for d in decisions)
         spread = max(max(d.dispersion, d.dispersion_conditions) for d in decisions)
         return cls(names, state, claim, null, max(spread, 1.0))
@@ -68,8 +68,8 @@ def suspect(search: Search) -> Decision | None:
     return None
 
 
-def bet_on(search: Search) -> Bet | None:
-    """A bet on the found effects, otherwise on the likeliest one; None without any."""
+def hypothesis_of(search: Search) -> Hypothesis | None:
+    """That of the found effects, otherwise of the likeliest one; None without any."""
     first, last = search.steps[0].state, search.last
     if last.found:
         decisions = [f.decision for f in last.found]
@@ -80,23 +80,24 @@ def bet_on(search: Search) -> Bet | None:
             return None
         decisions, null = [d], last.state.whitened.fit
         claim = last.state.with_term(d.term, most=4).fit
-    return Bet.of(decisions, last.state, claim, null)
+    return Hypothesis.of(decisions, last.state, claim, null)
 
 
-def log_e(bet: Bet, data: TireRuns, rows: np.ndarray) -> float:
+def log_e(hypothesis: Hypothesis, data: TireRuns, rows: np.ndarray) -> float:
     """Logarithm of the e-value of new runs, `rows` of the data of all runs.
 
-    Zero where the bet does not apply to them; see `told_of`.
+    Zero where the hypothesis does not apply to them; see `told_of`.
     """
-    known = settings_of(bet.state.runs)
+    known = settings_of(hypothesis.state.runs)
     every = settings_of(data.runs)
     rows = np.array([r for r in rows if told_of(known, every[r])], dtype=int)
     if not len(rows):
         return 0.0
     claim, null = (
-        _negative_log_density(bet.state, fit, data, rows) for fit in (bet.claim, bet.null)
+        _negative_log_density(hypothesis.state, fit, data, rows)
+        for fit in (hypothesis.claim, hypothesis.null)
     )
-    return (null - claim) / bet.dispersion
+    return (null - claim) / hypothesis.dispersion
 
 
 def told_of(known: Sequence[Setting], other: Setting) -> bool:
@@ -114,7 +115,7 @@ def _negative_log_density(state: State, fit: Fit, data: TireRuns, rows: np.ndarr
     model.take_references(state.model)
     model.parameters = state.model.parameters
     fitter = Fitter(model, state.fitter.weight)
-    predicted = model.predict([fit.lane()])[0]
+    predicted = model.predict([fit.parameter_set()])[0]
     there = fitter.derivative(replace(fit, predicted=predicted))
     runs = data.runs.subset(rows)
     here = replace(there, predicted=predicted[:, rows], jacobian=there.jacobian[:, :, rows])
@@ -165,7 +166,7 @@ class Evidence:
 
     log: float = 0.0
     batches: int = 0
-    """number of batches with a bet"""
+    """number of batches with a hypothesis"""
 
     @classmethod
     def of(cls, answers: Iterable[Mapping[str, Any]]) -> Evidence:

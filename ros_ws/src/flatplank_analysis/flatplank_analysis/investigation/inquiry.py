@@ -17,7 +17,7 @@ from flatplank_analysis.contact_patch.plans import planned
 from flatplank_analysis.discovery import verdict
 from flatplank_analysis.discovery.fit import Fit, Term
 from flatplank_analysis.discovery.gram import solve
-from flatplank_analysis.discovery.model import Lane, Model
+from flatplank_analysis.discovery.model import Model, ParameterSet
 from flatplank_analysis.discovery.nextrun import NEEDED, Pair, moved_bases, products_of, weight_of
 from flatplank_analysis.discovery.rivals import ALIKE, indifferent
 from flatplank_analysis.discovery.screen import VISIBLE, best_per_effect
@@ -88,7 +88,7 @@ def _between(search: Search, predictor: Predictor):
     for i, found in enumerate(search.last.found):
         name = found.decision.term.effect.identifier
         drop = _gain(Pair.of(search, i, None), predictor)
-        for rival in found.told:
+        for rival in found.reported:
             apart = _gain(Pair.of(search, i, rival.term), predictor)
             needed = CLEAR * indifferent(found.decision, explained) / 2.0
             excess = max(rival.excess / 2.0, 0.0)
@@ -104,7 +104,7 @@ def _beyond_indifference(apart: Gain, drop: Gain) -> Gain:
 def _evidence_questions(
     search: Search, predictor: Predictor, evidence: Evidence, made: Sequence[Setting]
 ) -> list[Question]:
-    """Runs to which no bet was fitted, to refute the tire alone."""
+    """Runs to which no hypothesis was fitted, to refute the tire alone."""
     if evidence.enough:
         return []
     index, found = max(enumerate(search.last.found), key=lambda p: p[1].decision.drop)
@@ -258,9 +258,9 @@ def _effects_that_matter(search: Search) -> list[Term]:
 
 def _products(model: Model, fit: Fit, terms: Sequence[Term], weight) -> np.ndarray:
     """Products of the columns of the tire and of each effect."""
-    own = fit.lane()
+    own = fit.parameter_set()
     moved = moved_bases(model, own)
-    tried = [Lane(own.base, (*own.effects, (t.effect, t.values))) for t in terms]
+    tried = [ParameterSet(own.base, (*own.effects, (t.effect, t.values))) for t in terms]
     out = model.predict([own, *moved, *tried])
     columns = (out[1:] - out[0]) * weight
     columns[: len(moved)] *= 1e3

@@ -18,7 +18,7 @@ import numpy as np
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.investigation.decoys import Decoys, decoys_of
-from flatplank_analysis.investigation.evidence import Evidence, bet_on, log_e, times
+from flatplank_analysis.investigation.evidence import Evidence, hypothesis_of, log_e, times
 from flatplank_analysis.investigation.inquiry import questions
 from flatplank_analysis.investigation.planner import Choice, Price, choose
 from flatplank_analysis.investigation.settings import (
@@ -51,12 +51,12 @@ class Bench(Protocol):
     def plan(self, number: int, candidate: Candidate) -> str:
         """The text of a plan, from which `measure` always makes the same runs."""
 
-    def measure(self, number: int, plan: str, left: float) -> Made:
+    def measure(self, number: int, plan: str, left: float) -> BatchResult:
         """Make a batch, or its missing runs; `left`: minutes of the budget after it."""
 
 
 @dataclass(frozen=True)
-class Made:
+class BatchResult:
     """Result of a batch."""
 
     files: tuple[str, ...]
@@ -75,7 +75,7 @@ class Log(Protocol):
 
 
 @dataclass
-class Memory:
+class MemoryLog:
     """A log in memory."""
 
     events: list[dict[str, Any]] = field(default_factory=list)
@@ -235,27 +235,27 @@ class Loop:
         """Measure the chosen batch, and diagnose."""
         batch, before = self.waiting, self.files
         assert batch is not None
-        bet = None
+        hypothesis = None
         if before:
             _, result = self.diagnosis()
-            bet = bet_on(result.search) if result.search else None
+            hypothesis = hypothesis_of(result.search) if result.search else None
         made = self.bench.measure(batch["number"], batch["plan"], self.left)
         files = (*before, *made.files)
         session = self.bench.session(files) if made.files else None
         log = 0.0
-        if bet is not None and session is not None:
-            log = log_e(bet, session.data, rows_of(session, made.files))
+        if hypothesis is not None and session is not None:
+            log = log_e(hypothesis, session.data, rows_of(session, made.files))
         event = {
             "event": ANSWER, "number": batch["number"], "files": list(made.files),
             "handed_back": [s.plain() for s in made.handed_back],
-            "bet": list(bet.names) if bet else [], "log_e": round(log, 6),
+            "bet": list(hypothesis.names) if hypothesis else [], "log_e": round(log, 6),
         }  # fmt: skip
         self.log.write(event | self._answer(files, session))
         e = self.evidence
-        told = f", {times(e.log)}" if e.batches else ""
+        so_far = f", {times(e.log)}" if e.batches else ""
         answer, left = self.log.events[-1]["answer"], max(self.left, 0.0)
         decoys = decoy_words(self._of(ANSWER))
-        self.say(f"batch {batch['number']}: {answer}{told}; {decoys}; {left:.0f} min left")
+        self.say(f"batch {batch['number']}: {answer}{so_far}; {decoys}; {left:.0f} min left")
 
     def refuse(self) -> None:
         """Drop the chosen batch; its runs are not requested again."""
@@ -274,11 +274,11 @@ class Loop:
         result = session.diagnose()
         self.diagnosed = files, session, result
         decoys = decoys_of(result.search) if result.search else Decoys()
-        told = result.to_dict()
+        facts = result.to_dict()
         return {
-            "answer": words(result), "verdict": told["verdict"], "effects": told["effects"],
-            "error": told["rmse_after"], "error_alone": told["rmse_before"],
-            "floor": told["floor_rmse"], "decoys": decoys.plain(),
+            "answer": words(result), "verdict": facts["verdict"], "effects": facts["effects"],
+            "error": facts["rmse_after"], "error_alone": facts["rmse_before"],
+            "floor": facts["floor_rmse"], "decoys": decoys.plain(),
         }  # fmt: skip
 
 
@@ -294,9 +294,9 @@ def batches_of(events: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     out = []
     for batch in (e for e in events if e["event"] == BATCH):
         answer = answers.get(batch["number"], {})
-        told = {k: batch[k] for k in names} | {k: v for k, v in answer.items() if k != "event"}
+        entry = {k: batch[k] for k in names} | {k: v for k, v in answer.items() if k != "event"}
         refused = {"settings": [], "minutes": 0.0} if answer.get("refused") else {}
-        out.append(told | refused)
+        out.append(entry | refused)
     return out
 
 
@@ -326,6 +326,6 @@ def words(result: Diagnosis) -> str:
     for f in result.found:
         term = f.decision.term
         unit = term.effect.main_parameter().unit
-        also = f" or {', '.join(r.name for r in f.told)}" if f.told else ""
+        also = f" or {', '.join(r.name for r in f.reported)}" if f.reported else ""
         parts.append(f"{term.effect.identifier} {quantity(term.size, unit)}{also}")
     return f"{result.verdict}: {'; '.join(parts)}"

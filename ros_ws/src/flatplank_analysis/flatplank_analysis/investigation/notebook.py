@@ -52,10 +52,10 @@ def runs_words(first: int, count: int) -> str:
     return f"runs {first} to {first + count - 1}"
 
 
-def entries_of(told: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+def entries_of(log: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     """Batches with the minutes at which they began and ended, and their results in words."""
-    since, first, evidence = 0.0, told["runs_before"] + 1, Evidence()
-    for b in told["batches"]:
+    since, first, evidence = 0.0, log["runs_before"] + 1, Evidence()
+    for b in log["batches"]:
         count = len(b["settings"])
         entry = {
             **b,
@@ -72,7 +72,7 @@ def entries_of(told: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
         since, first = entry["until"], first + count
         if b.get("bet"):
             evidence = evidence.times(b["log_e"], True)
-            entry["evidence"] = f"{bet_words(b)}, so far {times(evidence.log)}"
+            entry["evidence"] = f"{hypothesis_words(b)}, so far {times(evidence.log)}"
         if "answer" in b:
             entry["so_far"] = evidence.log
         yield entry
@@ -83,25 +83,25 @@ def text_of(events: Sequence[Event]) -> str:
 
 
 def _lines(events: Sequence[Event]) -> Iterator[str]:
-    told = summary(events)
-    before = told["runs_before"]
+    log = summary(events)
+    before = log["runs_before"]
     yield f"begun with {before} runs" if before else "begun without runs"
-    for b in entries_of(told):
+    for b in entries_of(log):
         yield f"{b['runs']}: {b['what']}, {b['reason']} ({b['minutes']:.0f} min)"
         yield from (f"  handed back: {s}" for s in b["back"])
         yield f"  {b.get('answer', 'under way')}"
         if b["evidence"]:
             yield f"  {b['evidence']}"
-    if told["ended"]:
-        yield f"end: {told['ended']} ({told['reason']})"
-    yield f"{told['runs']} runs, {told['minutes']:.0f} of {told['budget']:.0f} minutes"
-    yield f"verdict: {verdict_of(told)}"
+    if log["ended"]:
+        yield f"end: {log['ended']} ({log['reason']})"
+    yield f"{log['runs']} runs, {log['minutes']:.0f} of {log['budget']:.0f} minutes"
+    yield f"verdict: {verdict_of(log)}"
     yield (
-        f"{decoy_words(told['batches'])} (effects in conditions that are not theirs, tested after "
+        f"{decoy_words(log['batches'])} (effects in conditions that are not theirs, tested after "
         "every batch: what passes is a false alarm)"
     )
-    if told["proposal"]:
-        yield proposal_of(told["proposal"])
+    if log["proposal"]:
+        yield proposal_of(log["proposal"])
 
 
 def proposal_of(proposal: Mapping[str, Any]) -> str:
@@ -114,27 +114,27 @@ def proposal_of(proposal: Mapping[str, Any]) -> str:
     return f"{proposal['verdict']}: {proposal['reason']}{file}"
 
 
-def bet_words(batch: Mapping[str, Any]) -> str:
-    """Evidence of the new runs for the bet that was fixed before, in words."""
+def hypothesis_words(batch: Mapping[str, Any]) -> str:
+    """Evidence of the new runs for the hypothesis that was fixed before, in words."""
     if batch["log_e"] == 0.0:
         return "no evidence from these: the runs before do not tell what the tire does there"
     return f"for {' + '.join(batch['bet'])} against the tire alone: {times(batch['log_e'])}"
 
 
-def verdict_of(told: Mapping[str, Any]) -> str:
+def verdict_of(log: Mapping[str, Any]) -> str:
     """The found effects, and the evidence of the whole investigation."""
-    v = told["verdict"]
+    v = log["verdict"]
     if v is None:
         return "none yet"
     limit = 1.0 / ALPHA
-    enough = told["log_e"] >= math.log(limit)
+    enough = log["log_e"] >= math.log(limit)
     named = ", ".join(" or ".join([e["name"], *e["class"]]) for e in v["effects"])
     what = f"{v['verdict']}{': ' + named if named else ''} ({v['reason']})"
     if not named:
-        return f"{what}; {times(told['log_e'])} against the tire alone"
+        return f"{what}; {times(log['log_e'])} against the tire alone"
     sure = "at least" if enough else "less than"
     return (
-        f"{what}; {times(told['log_e'])} against the tire alone over the whole loop, "
+        f"{what}; {times(log['log_e'])} against the tire alone over the whole loop, "
         f"{sure} the {limit:.0f} that is asked for"
         + ("" if enough else ": not confirmed by runs that had no part in finding it")
     )

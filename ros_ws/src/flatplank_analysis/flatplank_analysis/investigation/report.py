@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from flatplank_analysis.discovery.report.figures import BLUE, GREY, ORANGE, clean, figure_of
-from flatplank_analysis.discovery.report.page import Book, template
+from flatplank_analysis.discovery.report.page import FigureWriter, template
 from flatplank_analysis.investigation.evidence import ALPHA
 from flatplank_analysis.investigation.loop import decoy_words
 from flatplank_analysis.investigation.notebook import entries_of, proposal_of, summary, verdict_of
@@ -28,26 +28,26 @@ LEAST_LOG, MOST_LOG = -6.0, 30.0
 def write_notebook(events: Sequence[Mapping[str, Any]], folder: Path, campaign: str) -> Path:
     """Write page, figures and JSON of a log into a folder; return the page."""
     folder.mkdir(parents=True, exist_ok=True)
-    told = summary(events)
-    write_atomic(folder / "investigation.json", json.dumps(told, indent=1) + "\n")
-    entries = list(entries_of(told))
-    book = Book(folder)
+    content = summary(events)
+    write_atomic(folder / "investigation.json", json.dumps(content, indent=1) + "\n")
+    entries = list(entries_of(content))
+    book = FigureWriter(folder)
     drawn = {"error": error_figure(entries), "evidence": evidence_figure(entries)}
     page = folder / "index.html"
     text = template("notebook.html.j2", Path(__file__).parent).render(
         campaign=campaign,
-        told=told,
-        verdict=verdict_of(told),
+        content=content,
+        verdict=verdict_of(content),
         entries=entries,
         svg={name: book.add(name, figure) for name, figure in drawn.items() if figure},
         effects=[
             e | {"text": sized(e["size"], e["interval"], e["unit"])}
-            for e in (told["verdict"] or {}).get("effects", ())
+            for e in (content["verdict"] or {}).get("effects", ())
         ],
-        decoys=decoy_words(told["batches"]),
+        decoys=decoy_words(content["batches"]),
         limit=f"{1.0 / ALPHA:.0f}",
-        proposal=proposal_of(told["proposal"]) if told["proposal"] else "",
-        code=code_of(told["proposal"]),
+        proposal=proposal_of(content["proposal"]) if content["proposal"] else "",
+        code=code_of(content["proposal"]),
         diagnosis=f"{DIAGNOSIS}/index.html"
         if (folder / DIAGNOSIS / "index.html").exists()
         else "",
@@ -64,34 +64,36 @@ def code_of(proposal: Mapping[str, Any] | None) -> str:
 
 def error_figure(entries: Sequence[Mapping[str, Any]]) -> Figure | None:
     """Error of the model with the found effects, and floor, after every batch."""
-    told = [e for e in entries if e.get("error") is not None]
-    if not told:
+    measured = [e for e in entries if e.get("error") is not None]
+    if not measured:
         return None
-    minutes = [e["until"] for e in told]
+    minutes = [e["until"] for e in measured]
     figure = figure_of(8.0, 2.9)
     axes = figure.add_subplot()
-    axes.plot(minutes, [e["error_alone"] for e in told], "^:", color=GREY, label="tire alone")
-    axes.plot(minutes, [e["error"] for e in told], "o-", color=BLUE, label="with what was found")
-    axes.plot(minutes, [e["floor"] for e in told], "s--", color=ORANGE, label="floor: repeats")
-    for e in told:
+    axes.plot(minutes, [e["error_alone"] for e in measured], "^:", color=GREY, label="tire alone")
+    axes.plot(
+        minutes, [e["error"] for e in measured], "o-", color=BLUE, label="with what was found"
+    )
+    axes.plot(minutes, [e["floor"] for e in measured], "s--", color=ORANGE, label="floor: repeats")
+    for e in measured:
         axes.annotate(
             str(e["number"]), (e["until"], e["error"]), xytext=(0, 6),
             textcoords="offset points", fontsize=8, ha="center", color=GREY,
         )  # fmt: skip
     axes.set_ylim(
         bottom=0.0,
-        top=1.15 * max(max(e[k] for k in ("error", "error_alone", "floor")) for e in told),
+        top=1.15 * max(max(e[k] for k in ("error", "error_alone", "floor")) for e in measured),
     )
     return _over_minutes(figure, axes, entries, "RMSE of Fx [N]")
 
 
 def evidence_figure(entries: Sequence[Mapping[str, Any]]) -> Figure | None:
     """The e-value of the investigation after every batch, with the limit for a claim."""
-    told = [e for e in entries if e.get("so_far") is not None]
-    if not told:
+    measured = [e for e in entries if e.get("so_far") is not None]
+    if not measured:
         return None
-    minutes = [0.0, *(e["until"] for e in told)]
-    logs = np.array([0.0, *(e["so_far"] for e in told)]) / np.log(10.0)
+    minutes = [0.0, *(e["until"] for e in measured)]
+    logs = np.array([0.0, *(e["so_far"] for e in measured)]) / np.log(10.0)
     figure = figure_of(8.0, 2.9)
     axes = figure.add_subplot()
     axes.step(minutes, np.clip(logs, LEAST_LOG, MOST_LOG), where="post", color=BLUE)

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatplank_analysis.identify.results import Estimate
-from flatplank_analysis.kinds.record_fit import Unknown, fit_record, relaxed
+from flatplank_analysis.kinds.record_fit import FitParameter, fit_record, relaxed
 from flatplank_analysis.post.gridding import bin_means
 from flatplank_data.errors import FlatplankError
 from flatplank_data.table import MeasurementTable
@@ -60,13 +60,13 @@ def camber_sweep(table: MeasurementTable) -> CamberSweep:
             "the camber does not change", table.info.file, "record total_camber [rad]"
         )
     unknowns = (
-        Unknown("C_g", "N/rad", float(np.ptp(fy) / np.ptp(camber)), -1e5, 1e5),
-        Unknown("sigma", "m", 0.3, 0.005, 5.0),
-        Unknown("e", "-", 0.1, -1.0, 1.0),
-        Unknown("C_m", "N m/rad", -float(np.ptp(mz) / np.ptp(camber)), -1e4, 1e4),
-        Unknown("e_m", "-", 0.5, -20.0, 20.0),
-        Unknown("F_0", "N", float(fy[0]), -1e4, 1e4),
-        Unknown("M_0", "N m", float(mz[0]), -1e3, 1e3),
+        FitParameter("C_g", "N/rad", float(np.ptp(fy) / np.ptp(camber)), -1e5, 1e5),
+        FitParameter("sigma", "m", 0.3, 0.005, 5.0),
+        FitParameter("e", "-", 0.1, -1.0, 1.0),
+        FitParameter("C_m", "N m/rad", -float(np.ptp(mz) / np.ptp(camber)), -1e4, 1e4),
+        FitParameter("e_m", "-", 0.5, -20.0, 20.0),
+        FitParameter("F_0", "N", float(fy[0]), -1e4, 1e4),
+        FitParameter("M_0", "N m", float(mz[0]), -1e3, 1e3),
     )
 
     def model(sets: np.ndarray) -> dict[str, np.ndarray]:

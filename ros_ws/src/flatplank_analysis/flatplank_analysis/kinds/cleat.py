@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from flatplank_analysis.identify.results import Estimate
-from flatplank_analysis.kinds.record_fit import Unknown, fit_record
+from flatplank_analysis.kinds.record_fit import FitParameter, fit_record
 from flatplank_analysis.post.gridding import bin_means
 from flatplank_data.errors import FlatplankError
 from flatplank_data.table import MeasurementTable
@@ -77,12 +77,12 @@ def cleat(table: MeasurementTable) -> Cleat:
         )
     x, fx, fz = _near_cleat(table)
     unknowns = (
-        Unknown("C_z", "N/m", float(np.ptp(fz)) / height, 1e4, 2e6),
-        Unknown("R_cam", "m", 0.3, 0.02, 3.0),
-        Unknown("l_s", "m", 0.05, 0.002, 0.3),
-        Unknown("x_0", "m", 0.0, -0.05, 0.05),
-        Unknown("F_x0", "N", float(np.median(fx)), -2e3, 2e3),
-        Unknown("F_z0", "N", float(np.median(fz)), 0.0, 2e4),
+        FitParameter("C_z", "N/m", float(np.ptp(fz)) / height, 1e4, 2e6),
+        FitParameter("R_cam", "m", 0.3, 0.02, 3.0),
+        FitParameter("l_s", "m", 0.05, 0.002, 0.3),
+        FitParameter("x_0", "m", 0.0, -0.05, 0.05),
+        FitParameter("F_x0", "N", float(np.median(fx)), -2e3, 2e3),
+        FitParameter("F_z0", "N", float(np.median(fz)), 0.0, 2e4),
     )
 
     def model(sets: np.ndarray) -> dict[str, np.ndarray]:

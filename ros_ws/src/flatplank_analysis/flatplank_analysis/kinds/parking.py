@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatplank_analysis.identify.results import Estimate
-from flatplank_analysis.kinds.record_fit import Unknown, fit_record
+from flatplank_analysis.kinds.record_fit import FitParameter, fit_record
 from flatplank_data.errors import FlatplankError
 from flatplank_data.table import MeasurementTable
 
@@ -62,9 +62,9 @@ def parking(table: MeasurementTable) -> Parking:
     sign = 1.0 if float(growth @ np.gradient(moment)) >= 0.0 else -1.0
     size = max(float(np.ptp(moment)) / 2.0, 1.0)
     unknowns = (
-        Unknown("C", "N m/rad", 4.0 * size / max(float(np.ptp(angle)), 1e-3), 1.0, 1e6),
-        Unknown("M_max", "N m", 1.2 * size, 0.1 * size, 20.0 * size),
-        Unknown("c", "-", 1.0, 0.2, 8.0),
+        FitParameter("C", "N m/rad", 4.0 * size / max(float(np.ptp(angle)), 1e-3), 1.0, 1e6),
+        FitParameter("M_max", "N m", 1.2 * size, 0.1 * size, 20.0 * size),
+        FitParameter("c", "-", 1.0, 0.2, 8.0),
     )
 
     def model(sets: np.ndarray) -> dict[str, np.ndarray]:

@@ -17,7 +17,7 @@ Model = Callable[[np.ndarray], Mapping[str, np.ndarray]]
 
 
 @dataclass(frozen=True)
-class Unknown:
+class FitParameter:
     """A parameter of a fit: start, bounds, and unit of the value."""
 
     name: str
@@ -37,7 +37,7 @@ class RecordFit:
 
 
 def fit_record(
-    model: Model, measured: Mapping[str, np.ndarray], unknowns: Sequence[Unknown]
+    model: Model, measured: Mapping[str, np.ndarray], unknowns: Sequence[FitParameter]
 ) -> RecordFit:
     """Fit `unknowns` to channels of shape (n,), each weighted by its own spread.
 
@@ -81,7 +81,7 @@ def _errors(solution: Solution, parts: Mapping[str, slice]) -> tuple[np.ndarray,
     return size, max(samples - jac.shape[1], 2.0)
 
 
-def _estimate(u: Unknown, solution: Solution, k: int, error: float, dof: float) -> Estimate:
+def _estimate(u: FitParameter, solution: Solution, k: int, error: float, dof: float) -> Estimate:
     """An estimate; it is not determined when it is at its bound or no column depends on it."""
     edge = "lower" if solution.at_lower[k] else "upper" if solution.at_upper[k] else ""
     seen = bool(np.any(solution.jacobian[:, k])) and not edge

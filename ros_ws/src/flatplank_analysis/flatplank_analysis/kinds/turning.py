@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatplank_analysis.identify.results import Estimate
-from flatplank_analysis.kinds.record_fit import Unknown, fit_record
+from flatplank_analysis.kinds.record_fit import FitParameter, fit_record
 from flatplank_analysis.post.gridding import bin_means
 from flatplank_data.errors import FlatplankError
 from flatplank_data.table import MeasurementTable
@@ -73,12 +73,12 @@ def turning(table: MeasurementTable) -> Turning:
     share = turned / turned[-1]
     count = _resolution(table["steer_angle"])
     unknowns = (
-        Unknown("C", "N/rad", 5e4, 1e3, 1e6),
-        Unknown("sigma", "m", 0.4, 0.02, 3.0),
-        Unknown("a", "m", 0.07, 0.02, 0.2),
-        Unknown("psi_r", "rad", 0.0, -2.0 * count, 2.0 * count),
-        Unknown("F_0", "N", float(fy[0]), -1e4, 1e4),
-        Unknown("M_0", "N m", float(mz[0]), -1e3, 1e3),
+        FitParameter("C", "N/rad", 5e4, 1e3, 1e6),
+        FitParameter("sigma", "m", 0.4, 0.02, 3.0),
+        FitParameter("a", "m", 0.07, 0.02, 0.2),
+        FitParameter("psi_r", "rad", 0.0, -2.0 * count, 2.0 * count),
+        FitParameter("F_0", "N", float(fy[0]), -1e4, 1e4),
+        FitParameter("M_0", "N m", float(mz[0]), -1e3, 1e3),
     )
 
     def model(sets: np.ndarray) -> dict[str, np.ndarray]:

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from flatplank_analysis.discovery.effect import Effect
-from flatplank_analysis.discovery.model import Lane
+from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_analysis.discovery.parameters import Parameter
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.machines.records import BEGIN, FINE, between
@@ -31,7 +31,7 @@ def parameters_in(kind: type) -> tuple[Parameter, ...]:
 
 
 def named(names: Iterable[str], values: np.ndarray) -> SimpleNamespace:
-    """Values (lanes, parameters) by name, each (lanes, 1)."""
+    """Values (sets, parameters) by name, each (sets, 1)."""
     return SimpleNamespace(**{n: values[:, i, None] for i, n in enumerate(names)})
 
 
@@ -106,16 +106,16 @@ class Motion:
         """Directions that scatter from record to record."""
         return tuple({name: 1.0} for name in self.scatters)
 
-    def predict(self, lanes: Sequence[Lane]) -> np.ndarray:
-        """Position (lanes, 1, runs, nodes)."""
+    def predict(self, sets: Sequence[ParameterSet]) -> np.ndarray:
+        """Position (sets, 1, runs, nodes)."""
         names = [parameter.name for parameter in self.parameters]
-        p = named(names, np.array([lane.base for lane in lanes], dtype=float))
-        added = list(_added(lanes))
-        runs, shape = self.runs, (len(lanes), self.runs.runs)
-        s = SimpleNamespace(**runs.facts, lanes=len(lanes))
+        p = named(names, np.array([one.base for one in sets], dtype=float))
+        added = list(_added(sets))
+        runs, shape = self.runs, (len(sets), self.runs.runs)
+        s = SimpleNamespace(**runs.facts, sets=len(sets))
         s.x, s.v = (np.broadcast_to(runs.facts[k], shape) for k in BEGIN)
         x, v = (np.broadcast_to(v, shape) for v in self.begin(p, s))
-        out = np.empty((len(lanes), 1, *runs.time.shape))
+        out = np.empty((len(sets), 1, *runs.time.shape))
         node = np.diff(runs.time, axis=1)
         for n in range(runs.samples - 1):
             out[:, 0, :, n] = x
@@ -143,7 +143,7 @@ class Motion:
         s.load = self.load(p, s)
         force, damping, friction = self.force(p, s), self.damping(p, s), self.friction(p, s)
         for effect, rows, values in added:
-            here = s if rows is None else _of_lanes(s, rows)
+            here = s if rows is None else _of_sets(s, rows)
             force = _sum(force, effect, "force", values, here, rows)
             damping = _sum(damping, effect, "damping", values, here, rows)
             friction = _sum(friction, effect, "friction", values, here, rows)
@@ -154,8 +154,8 @@ class Motion:
         return free - np.minimum(np.maximum(free, -most), most)
 
 
-def _of_lanes(s: Any, rows: np.ndarray) -> Any:
-    """The state of some lanes."""
+def _of_sets(s: Any, rows: np.ndarray) -> Any:
+    """The state of some parameter sets."""
     here = SimpleNamespace(**vars(s))
     here.x, here.v = s.x[rows], s.v[rows]
     here.load = s.load[rows] if np.ndim(s.load) == 2 else s.load
@@ -163,13 +163,13 @@ def _of_lanes(s: Any, rows: np.ndarray) -> Any:
 
 
 def _sum(own: Any, effect: type[Effect], name: str, values: Any, s: Any, rows: Any) -> Any:
-    """A model's value plus that of an effect in its lanes; rows None: in all lanes."""
+    """A model's value plus that of an effect in its parameter sets; rows None: in all."""
     if not hasattr(effect, name):
         return own
     more = getattr(effect, name)(values, s)
     if rows is None:
         return own + more
-    total = np.array(np.broadcast_to(own, (s.lanes, s.x.shape[1])), dtype=float)
+    total = np.array(np.broadcast_to(own, (s.sets, s.x.shape[1])), dtype=float)
     total[rows] += more
     return total
 
@@ -177,16 +177,16 @@ def _sum(own: Any, effect: type[Effect], name: str, values: Any, s: Any, rows: A
 _Added = tuple[type[Effect], np.ndarray | None, SimpleNamespace]
 
 
-def _added(lanes: Sequence[Lane]) -> Iterator[_Added]:
-    """Each instance of an effect with the lanes that have it (None: all) and its values."""
+def _added(sets: Sequence[ParameterSet]) -> Iterator[_Added]:
+    """Each instance of an effect with the sets that have it (None: all) and its values."""
     found: dict[tuple[type[Effect], int], list[tuple[int, np.ndarray]]] = {}
-    for i, lane in enumerate(lanes):
+    for i, one in enumerate(sets):
         seen: dict[type[Effect], int] = {}
-        for effect, values in lane.effects:
+        for effect, values in one.effects:
             seen[effect] = seen.get(effect, -1) + 1
             found.setdefault((effect, seen[effect]), []).append((i, values))
     for (effect, _), entries in found.items():
         names = [parameter.name for parameter in effect.parameters()]
         values = named(names, np.array([v for _, v in entries], dtype=float))
-        rows = None if len(entries) == len(lanes) else np.array([i for i, _ in entries])
+        rows = None if len(entries) == len(sets) else np.array([i for i, _ in entries])
         yield effect, rows, values

@@ -2,8 +2,8 @@
 """Inputs of the transient tire models over distance, and the geometry of the contact.
 
 A model is driven by increments of position and angle, not by velocities: rest, reverse and any
-slip waveform need no special case. Arrays are (lanes, runs, samples): a lane is one parameter set,
-so that a Jacobian, or a whole search step, is one call.
+slip waveform need no special case. Arrays are (sets, runs, samples), one row
+per parameter set, so that a Jacobian, or a whole search step, is one call.
 """
 
 from __future__ import annotations
@@ -74,12 +74,12 @@ class TransientModel(Protocol):
     """A tire model that maps parameters and inputs to one force."""
 
     def simulate(self, params: np.ndarray, inputs: RunInputs) -> np.ndarray:
-        """Force [N] (lanes, runs, samples) for params (lanes, p) or (lanes, p, runs)."""
+        """Force [N] (sets, runs, samples) for params (sets, p) or (sets, p, runs)."""
         ...
 
 
 def column(params: np.ndarray, index: int) -> np.ndarray:
-    """Parameter `index` as (lanes, 1), or (lanes, runs) when it differs between runs."""
+    """Parameter `index` as (sets, 1), or (sets, runs) when it differs between runs."""
     values = np.asarray(params, float)[:, index]
     return values[:, None] if values.ndim == 1 else values
 

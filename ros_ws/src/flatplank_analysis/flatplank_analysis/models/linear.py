@@ -12,7 +12,7 @@ class LinearX:
     """Fx = C_x u with sigma_x du/dx + u = sigma_x kappa and C_x = C_Fkappa / sigma_x."""
 
     def simulate(self, params: np.ndarray, inputs: RunInputs) -> np.ndarray:
-        """Fx [N] (lanes, runs, samples); params (lanes, 2): sigma [m], slip stiffness [N]."""
+        """Fx [N] (sets, runs, samples); params (sets, 2): sigma [m], slip stiffness [N]."""
         return _spring_force(params, inputs.travel, inputs.slip_x, inputs.start_fx)
 
 
@@ -21,7 +21,7 @@ class LinearY:
     side force."""
 
     def simulate(self, params: np.ndarray, inputs: RunInputs) -> np.ndarray:
-        """Fy [N] (lanes, runs, samples); params (lanes, 2): sigma [m], slip stiffness [N/rad]."""
+        """Fy [N] (sets, runs, samples); params (sets, 2): sigma [m], slip stiffness [N/rad]."""
         return -_spring_force(params, inputs.travel, inputs.slip_y, -inputs.start_fy)
 
 
@@ -39,8 +39,8 @@ def deflection(
 ) -> np.ndarray:
     """Solve sigma du + u |dx| = sigma ds for the deflection u [m], exact for any increment (7.9).
 
-    `travel` |dx| and `slip` ds [m] are increments along the last axis that broadcast to (lanes,
-    runs, samples), as does `sigma` [m]; `start` is u before sample 0 (lanes, runs). At rest u
+    `travel` |dx| and `slip` ds [m] are increments along the last axis that broadcast to (sets,
+    runs, samples), as does `sigma` [m]; `start` is u before sample 0 (sets, runs). At rest u
     follows the slip in full; over a long way it approaches sigma ds/|dx|.
     """
     ratio = np.asarray(travel / sigma, float)
@@ -49,7 +49,7 @@ def deflection(
     share = np.where(small, 1.0, -np.expm1(-ratio) / np.where(small, 1.0, ratio))
     gained = share * slip
     kept, gained = np.broadcast_arrays(kept, gained)
-    # samples first, so that the loop works on contiguous (lanes, runs) planes
+    # samples first, so that the loop works on contiguous (sets, runs) planes
     kept = np.ascontiguousarray(np.moveaxis(kept, -1, 0))
     out = np.array(np.moveaxis(gained, -1, 0))
     u = np.broadcast_to(np.asarray(start, float), out.shape[1:])

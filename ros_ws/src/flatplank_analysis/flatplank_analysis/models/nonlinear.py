@@ -35,7 +35,7 @@ CLOSE = 1e-9
 class TableLaw:
     """Look-up table F_ss(kappa) per run (7.14), fine uniform nodes, linear beyond.
 
-    `values` (runs or 1, nodes) or (lanes, runs or 1, nodes) [N] at slips `first` + i `step`.
+    `values` (runs or 1, nodes) or (sets, runs or 1, nodes) [N] at slips `first` + i `step`.
     """
 
     first: float
@@ -43,7 +43,7 @@ class TableLaw:
     values: np.ndarray
 
     def force(self, slip: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Force [N] and slope [N] at slip (lanes, runs)."""
+        """Force [N] and slope [N] at slip (sets, runs)."""
         place = (slip - self.first) / self.step
         last = self.values.shape[-1] - 2
         cell = np.minimum(np.maximum(place, 0.0), last).astype(np.intp)
@@ -61,15 +61,15 @@ class TableLaw:
         values = self.values
         if values.ndim == 2:
             return values[np.arange(values.shape[0]), cell]
-        lanes, runs = values.shape[:2]
-        return values[np.arange(lanes)[:, None], np.arange(runs), cell]
+        sets, runs = values.shape[:2]
+        return values[np.arange(sets)[:, None], np.arange(runs), cell]
 
 
 def table_law(slip: np.ndarray, force: np.ndarray) -> TableLaw:
     """Table through measured steady forces (figure 7.7).
 
     Between the points a monotone cubic (no kinks that disturb a search, no overshoot).
-    `slip` (k,) increasing, `force` (k,) or (lanes, k) [N].
+    `slip` (k,) increasing, `force` (k,) or (sets, k) [N].
     """
     slip = np.asarray(slip, float)
     force = np.atleast_2d(np.asarray(force, float))
@@ -88,7 +88,7 @@ def table_law(slip: np.ndarray, force: np.ndarray) -> TableLaw:
 class NonlinearX:
     """Fx from F_ss(kappa'): sigma_c dkappa' + kappa' |dx| = ds - du, c_cx u = F_ss (quasi-static).
 
-    `law` gives the table for parameters (lanes, 1) of c_cx [N/m]; `friction` mu [-];
+    `law` gives the table for parameters (sets, 1) of c_cx [N/m]; `friction` mu [-];
     `tread_stiffness` c_px [N/m2], None ties it to the law, 2 c_px a^2 = C_Fk (brush model), so
     that errors of the two cannot compensate each other. `longitudinal`: slip also changes
     the distance that a tread element travels (1 + kappa').
@@ -101,7 +101,7 @@ class NonlinearX:
     longitudinal: bool = True
 
     def simulate(self, params: np.ndarray, inputs: RunInputs) -> np.ndarray:
-        """Fx [N] (lanes, runs, samples)."""
+        """Fx [N] (sets, runs, samples)."""
         return self._force(params, inputs, inputs.slip_x, inputs.start_fx)
 
     def _force(
@@ -130,17 +130,17 @@ class NonlinearX:
 @dataclass(frozen=True)
 class NonlinearY(NonlinearX):
     """Fy over the lateral slip of the patch; `law` gives -Fy over tan(alpha'), which rises, for
-    parameters (lanes, 1) of c_cy [N/m]."""
+    parameters (sets, 1) of c_cy [N/m]."""
 
     longitudinal: bool = False
 
     def simulate(self, params: np.ndarray, inputs: RunInputs) -> np.ndarray:
-        """Fy [N] (lanes, runs, samples)."""
+        """Fy [N] (sets, runs, samples)."""
         return -self._force(params, inputs, inputs.slip_y, -inputs.start_fy)
 
 
 def start_slip(law: TableLaw, force: np.ndarray) -> np.ndarray:
-    """Contact-patch slip at which the law gives `force` (lanes, runs): the start (7.24)."""
+    """Contact-patch slip at which the law gives `force` (sets, runs): the start (7.24)."""
     slip = np.zeros(force.shape)
     steepest = np.abs(law.stiffness()) + 1.0
     for _ in range(30):
@@ -166,25 +166,25 @@ def march(
     table: np.ndarray,
     longitudinal: bool,
 ) -> np.ndarray:
-    """Force (lanes, runs, samples) by an implicit step over every increment.
+    """Force (sets, runs, samples) by an implicit step over every increment.
 
     The weights of both ends of the increment are those of the exponential solution: second order
     where the force relaxes slowly, without oscillation where it follows at once. sigma_c of
     (7.17), (7.18) shrinks with the adhering share of the contact. Where the law falls so fast that
     no spring holds the contact point (`HOLDS`), the slip increases without it.
 
-    `slip` before sample 0, `compliance` (lanes, runs); `travel`, `moved` (the slip increments),
-    `half` contact length a (runs, samples); `theta` of (7.19) (1 or lanes, 1 or runs, samples);
-    `table` (1 or lanes, 1 or runs, nodes).
+    `slip` before sample 0, `compliance` (sets, runs); `travel`, `moved` (the slip increments),
+    `half` contact length a (runs, samples); `theta` of (7.19) (1 or sets, 1 or runs, samples);
+    `table` (1 or sets, 1 or runs, nodes).
     """
-    lanes, runs = slip.shape
+    sets, runs = slip.shape
     samples, last = travel.shape[1], table.shape[2] - 2
-    out = np.empty((lanes, runs, samples))
-    for lane in range(lanes):
+    out = np.empty((sets, runs, samples))
+    for index in range(sets):
         for run in range(runs):
-            forces = table[min(lane, table.shape[0] - 1), min(run, table.shape[1] - 1)]
-            limits = theta[min(lane, theta.shape[0] - 1), min(run, theta.shape[1] - 1)]
-            k, soft = slip[lane, run], compliance[lane, run]
+            forces = table[min(index, table.shape[0] - 1), min(run, table.shape[1] - 1)]
+            limits = theta[min(index, theta.shape[0] - 1), min(run, theta.shape[1] - 1)]
+            k, soft = slip[index, run], compliance[index, run]
             place = (k - first) / step
             cell = int(min(max(place, 0.0), last))
             slope = (forces[cell + 1] - forces[cell]) / step
@@ -215,5 +215,5 @@ def march(
                     force = forces[cell] + (place - cell) * (forces[cell + 1] - forces[cell])
                     if abs(change) < CLOSE:
                         break
-                out[lane, run, i] = force
+                out[index, run, i] = force
     return out

@@ -93,10 +93,12 @@ class TireRecord:
         stiffness = self.nominal_load / (TYPICAL_DEFLECTION * self.free_radius)
         known = {k: v for k, v in self.contact.items() if k in CONTACT}
         numbers = {"vertical_stiffness": stiffness, **TYPICAL, **known}
-        told = f"not measured: tire record {self.name}" + (f", {self.source}" * bool(self.source))
-        sources = dict.fromkeys(CONTACT, PLACEHOLDER) | dict.fromkeys(known, told)
+        source_text = f"not measured: tire record {self.name}" + (
+            f", {self.source}" * bool(self.source)
+        )
+        sources = dict.fromkeys(CONTACT, PLACEHOLDER) | dict.fromkeys(known, source_text)
         for key in ("free_radius", "nominal_pressure"):
-            sources[key] = PLACEHOLDER if key in self.placeholder else told
+            sources[key] = PLACEHOLDER if key in self.placeholder else source_text
         pressure = 1e5 * self.nominal_pressure
         return ContactGeometry(self.free_radius, nominal_pressure=pressure, **numbers), sources
 
@@ -128,8 +130,8 @@ def read_record(path: str | Path) -> TireRecord:
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        told = getattr(error, "strerror", None) or "is no text"
-        raise FlatplankError(told, str(path), "give a tire record (.yaml) or a .tir") from None
+        reason = getattr(error, "strerror", None) or "is no text"
+        raise FlatplankError(reason, str(path), "give a tire record (.yaml) or a .tir") from None
     record = parse_record(text, str(path))
     beside = path.parent / record.start_file
     if beside.is_file():

@@ -70,11 +70,11 @@ def tire_state(
         _refuse_without_turn_slip(c)
     forces = steady(c, o, turn_slip)
 
-    def told(keys: str, numbers: range) -> bool:
+    def any_given(keys: str, numbers: range) -> bool:
         return any(getattr(c, f"{keys}{n}") for n in numbers)
 
-    mx = moment.overturning(c, o, forces.fy) if told("QSX", range(1, 15)) else math.nan
-    my = moment.rolling_resistance(c, o, forces.fx) if told("QSY", range(1, 7)) else math.nan
+    mx = moment.overturning(c, o, forces.fy) if any_given("QSX", range(1, 15)) else math.nan
+    my = moment.rolling_resistance(c, o, forces.fx) if any_given("QSY", range(1, 7)) else math.nan
     return TireState(
         fx=float(forces.fx),
         fy=float(forces.fy),

@@ -21,7 +21,7 @@ from flatplank_analysis.discovery.decide import FORM
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import scale_of
 from flatplank_analysis.discovery.gram import Metric, scatter_of, solve
-from flatplank_analysis.discovery.model import Lane
+from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.discovery.noise import make_whitener
 from flatplank_analysis.discovery.state import State, stiff_columns
@@ -35,7 +35,7 @@ BAND, STEP = 1.645, 1e-3
 
 
 @dataclass(frozen=True)
-class Checked:
+class CheckedRuns:
     """One set of new runs."""
 
     folder: str
@@ -66,7 +66,7 @@ class Confirmation:
     name: str
     unit: str
     interval: tuple[float, float]
-    checked: tuple[Checked, ...]
+    checked: tuple[CheckedRuns, ...]
 
     @property
     def verdict(self) -> str:
@@ -120,7 +120,7 @@ def confirm(
 def _checked(
     old: TireModel, step: Step, effect: type[Effect], interval: tuple[float, float], folder: str,
     new: TireModel,
-) -> Checked:  # fmt: skip
+) -> CheckedRuns:  # fmt: skip
     if new.runs.contradicted:
         raise FlatplankError("; ".join(new.runs.contradicted), folder)
     count = new.runs.runs
@@ -140,7 +140,7 @@ def _checked(
         reasons.append("the new runs do not show it: its interval covers zero")
     if error > limit:
         reasons.append("the error is not at the floor")
-    return Checked(folder, count, size, half, before, error, limit, tuple(reasons))
+    return CheckedRuns(folder, count, size, half, before, error, limit, tuple(reasons))
 
 
 def _sized(
@@ -156,13 +156,13 @@ def _sized(
     loose = ({"fx_zero": 1.0}, *old.stiff(fit.base))
     moves = [*loose, *({n: scale_of(parameters[n])} for n in names)]
     at_name = {name: i for i, name in enumerate(parameters)}
-    lanes = [Lane(fit.base, (*others, (term.effect, v))) for v in (off, term.values)]
+    sets = [ParameterSet(fit.base, (*others, (term.effect, v))) for v in (off, term.values)]
     for move in moves:
         base = fit.base.copy()
         for name, change in move.items():
             base[at_name[name]] += STEP * change
-        lanes.append(Lane(base, (*others, (term.effect, off))))
-    predicted = new.predict(lanes)
+        sets.append(ParameterSet(base, (*others, (term.effect, off))))
+    predicted = new.predict(sets)
     columns = predicted[1:] - predicted[0]
     columns[1:] /= STEP
     rest = new.runs.measured - predicted[0]

@@ -16,6 +16,7 @@ import numpy as np
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.effects.base import TireEffect
+from flatplank_analysis.effects.force_channel import shifted
 from flatplank_analysis.proposal.shapes.base import ANGLE, LEVEL, PLACE, Span
 from flatplank_analysis.proposal.sites import Site
 
@@ -41,7 +42,7 @@ def knots_of(values: np.ndarray, span: Span, fine: bool) -> np.ndarray:
     return np.unique(np.round(0.5 * (even + spread), 12))
 
 
-def hats(values: np.ndarray, knots: np.ndarray) -> np.ndarray:
+def hat_functions(values: np.ndarray, knots: np.ndarray) -> np.ndarray:
     """Hat functions (knots, runs, samples): one at their own knot, zero at the others."""
     eye = np.eye(len(knots))
     return np.stack([np.interp(values, knots, row) for row in eye])
@@ -61,7 +62,7 @@ def basis_of(site: Site, fine: bool, u: np.ndarray | None = None) -> np.ndarray:
         return np.ones((1, *u.shape))
     if place.span.kind == ANGLE:
         return turns(u)
-    return hats(u, knots_of(place.values, place.span, fine))
+    return hat_functions(u, knots_of(place.values, place.span, fine))
 
 
 def acting(site: Site, basis: np.ndarray) -> type[Effect]:
@@ -98,6 +99,6 @@ def _method(method: str, line: str, factor: str) -> Any:
         f"    change = self.change(){times}\n"
         f"{textwrap.indent(line, '    ')}\n"
     )
-    scope: dict[str, Any] = {"np": np}
+    scope: dict[str, Any] = {"np": np, "shifted": shifted}
     exec(source, scope)
     return scope[method]

@@ -77,9 +77,8 @@ HOOKS: tuple[Hook, ...] = (
          "machine", "a load on the tire that the load channel does not show",
          "Put a second load cell under the wheel", shown=True),
     Hook("delay", "delay", "signal",
-         "pace = np.maximum(np.gradient(data.runs.time, axis=-1), 1e-9)\n"
-         "signal.fx = signal.fx - change * np.gradient(signal.fx, axis=-1) / pace",
-         "s", 0.02, 0.01, 1.0, "sensor", "a delay of Fx against the motion",
+         "signal.fx = shifted(signal.fx, data.runs.time, change)", "s", 0.02, 0.01, 1.0, "sensor",
+         "a delay of Fx against the motion",
          "Tap the wheel while force and motion are recorded, early and late",
          kinds=(PLACE, LEVEL, SIGNAL), order=90),
 )  # fmt: skip

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from flatplank_analysis.discovery.report.figures import BLUE, GREY, ORANGE, figure_of
-from flatplank_analysis.discovery.report.page import Book
+from flatplank_analysis.discovery.report.page import FigureWriter
 from flatplank_analysis.proposal.propose import Proposal
 from flatplank_data.files import write_atomic
 from flatplank_data.wording import displayed
@@ -92,12 +92,12 @@ def write_page(result: Proposal, folder: Path, campaign: str) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     svg, words = "", ""
     if result.sentence is not None:
-        svg, words = Book(folder).add("proposal", picture(result)), result.sentence.words()
+        svg, words = FigureWriter(folder).add("proposal", picture(result)), result.sentence.words()
     page = folder / "index.html"
-    told = {
+    texts = {
         "campaign": campaign, "verdict": result.verdict, "sentence": words,
         "reason": result.reason, "file": f"{result.name}.py" if result.name else "",
         "text": result.text,
     }  # fmt: skip
-    write_atomic(page, _PAGE.format(svg=svg, **{k: html.escape(v) for k, v in told.items()}))
+    write_atomic(page, _PAGE.format(svg=svg, **{k: html.escape(v) for k, v in texts.items()}))
     return page

@@ -9,9 +9,10 @@ import numpy as np
 
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.effects.base import Motion, Signal, Tire, TireEffect
+from flatplank_analysis.effects.force_channel import shifted
 from flatplank_analysis.proposal.shapes.base import follow, play
 
-__all__ = ["Motion", "Proposed", "Signal", "Tire", "follow", "param", "play"]
+__all__ = ["Motion", "Proposed", "Signal", "Tire", "follow", "param", "play", "shifted"]
 
 
 class Proposed(TireEffect):

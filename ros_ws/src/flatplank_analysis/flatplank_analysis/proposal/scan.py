@@ -10,12 +10,12 @@ import numpy as np
 
 from flatplank_analysis.contact_patch.tire_runs import TireRuns
 from flatplank_analysis.discovery.gram import solve
-from flatplank_analysis.discovery.model import Lane
+from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_analysis.discovery.state import State
 from flatplank_analysis.proposal.curves import acting, basis_of, knots_of
 from flatplank_analysis.proposal.hooks import NONE
 from flatplank_analysis.proposal.shapes import shapes
-from flatplank_analysis.proposal.shapes.base import ANGLE, PLACE, Shape, Span
+from flatplank_analysis.proposal.shapes.base import ANGLE, LEVEL, PLACE, Shape, Span
 from flatplank_analysis.proposal.sites import EVENT, Place, Site, event_place, factor
 
 WAVE_NODES = 6
@@ -27,7 +27,7 @@ AT_ONCE = 40
 POINTS, BAND = 240, 1.645
 """points of a drawn curve; standard errors of a 90 % band"""
 
-CURVE, WAVE, FURTHER = "curve", "wave", "further column"
+CURVE, WAVE, SETTING, FURTHER = "curve", "wave", "setting", "further column"
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Scores:
 
 
 @dataclass(frozen=True)
-class Scanned:
+class ScanResult:
     """A site with the gain of its free curve, or of a wave of free period."""
 
     site: Site
@@ -67,7 +67,8 @@ class Scanned:
     looks: int
     """number of columns tested"""
     kind: str
-    """CURVE, WAVE, or FURTHER: a curve over a user's column"""
+    """kind of test: a CURVE along the run; a WAVE; a curve over a SETTING of the runs, or a
+    constant; a curve over a FURTHER column of the user"""
     forms: Mapping[int, float] = field(default_factory=dict)
     """by number of parameters: gain of the best form, estimated from the curve"""
 
@@ -80,7 +81,7 @@ class Scanned:
 
 
 @dataclass(frozen=True)
-class Drawn:
+class FreeCurve:
     """A free curve over its coordinate, in the unit of the hook; all (points,)."""
 
     u: np.ndarray
@@ -90,7 +91,7 @@ class Drawn:
 
 
 @dataclass(frozen=True)
-class Formed:
+class FittedShape:
     """A shape at a site, with its best numbers."""
 
     site: Site
@@ -126,18 +127,18 @@ class Scanner:
 
     def columns(self, site: Site, basis: np.ndarray) -> np.ndarray:
         """Response of the model to each basis function, per unit of the hook."""
-        effect, own = acting(site, basis), self.fit.lane()
+        effect, own = acting(site, basis), self.fit.parameter_set()
         step = site.hook.screen
         rows = step * np.eye(len(basis))
-        lanes = [Lane(own.base, (*own.effects, (effect, row))) for row in rows]
-        return (self.state.model.predict(lanes) - self.fit.predicted) / step
+        sets = [ParameterSet(own.base, (*own.effects, (effect, row))) for row in rows]
+        return (self.state.model.predict(sets) - self.fit.predicted) / step
 
     def scores(self, site: Site, basis: np.ndarray) -> Scores:
         """Projected sums of products of a site's columns."""
         flat = self._off(self._flat(self.columns(site, basis)))
         return Scores(flat @ flat.T, flat @ self.residual)
 
-    def drawn(self, site: Site, dispersion: float) -> Drawn:
+    def drawn(self, site: Site, dispersion: float) -> FreeCurve:
         """The coarse curve of a site with its 90 % band, over the range of its coordinate."""
         scores = self.scores(site, basis_of(site, fine=False))
         sizes, inverse = solve(scores.info, scores.score)
@@ -146,9 +147,9 @@ class Scanner:
         basis = basis_of(site, fine=False, u=u)
         variance = np.einsum("kn,kl,ln->n", basis, inverse, basis)
         half = BAND * np.sqrt(np.maximum(dispersion * variance, 0.0))
-        return Drawn(u, sizes @ basis, half)
+        return FreeCurve(u, sizes @ basis, half)
 
-    def curve(self, site: Site) -> Scanned:
+    def curve(self, site: Site) -> ScanResult:
         """The coarse curve of a site."""
         scores = self.scores(site, basis_of(site, fine=False))
         count = len(scores.score)
@@ -157,10 +158,14 @@ class Scanner:
             forms = {2: max(p.gain() for p in scores.parts(2))}
         for f in self._of_curve(site, scores, fine=False):
             forms[f.shape.price] = max(f.gain, forms.get(f.shape.price, 0.0))
-        further = site.place.name in self.data.further
-        return Scanned(site, scores.gain(), count, count, FURTHER if further else CURVE, forms)
+        return ScanResult(site, scores.gain(), count, count, self._kind(site.place), forms)
 
-    def wave(self, site: Site) -> Scanned | None:
+    def _kind(self, place: Place) -> str:
+        if place.name in self.data.further:
+            return FURTHER
+        return SETTING if place.span.kind in (NONE, LEVEL) else CURVE
+
+    def wave(self, site: Site) -> ScanResult | None:
         """The best wave over a place, constant or decaying after the step."""
         if site.place.span.kind != PLACE:
             return None
@@ -169,9 +174,9 @@ class Scanner:
             return None
         best = max(made, key=lambda f: f.gain)
         looks = sum(2 * len(settings_of(f.shape, f.site.place.span)) for f in made)
-        return Scanned(site, best.gain, 2, looks, WAVE)
+        return ScanResult(site, best.gain, 2, looks, WAVE)
 
-    def _hinted(self, shape: Shape, site: Site) -> Formed | None:
+    def _hinted(self, shape: Shape, site: Site) -> FittedShape | None:
         """A wave with the settings at which a force over that place has the largest gain."""
         key = (shape.name, site.place.name, site.modulator.name)
         if key not in self._hints:
@@ -213,7 +218,7 @@ class Scanner:
             out.append(self._flat(columns))
         return np.concatenate(out)
 
-    def forms(self, scanned: Scanned) -> Iterator[Formed]:
+    def forms(self, scanned: ScanResult) -> Iterator[FittedShape]:
         """Every shape that suits a site, with its best numbers."""
         site, span = scanned.site, scanned.site.place.span
         if scanned.kind == WAVE:
@@ -230,7 +235,7 @@ class Scanner:
             if made:
                 yield made
 
-    def _of_curve(self, site: Site, scores: Scores, fine: bool) -> Iterator[Formed]:
+    def _of_curve(self, site: Site, scores: Scores, fine: bool) -> Iterator[FittedShape]:
         """Shapes that are functions of the coordinate alone, with their best numbers."""
         place = site.place
         if place.span.kind in (ANGLE, NONE):
@@ -248,7 +253,7 @@ class Scanner:
 
     def _waves(
         self, site: Site, settings: Sequence[dict[str, float]], shape: Shape
-    ) -> Formed | None:
+    ) -> FittedShape | None:
         """A shape that is no sum of hats: every setting has its own columns."""
         place, span = site.place, site.place.span
         if not settings:
@@ -259,16 +264,16 @@ class Scanner:
         k = len(shape.terms)
         parts = scores.parts(k)
         best = int(np.argmax([p.gain() for p in parts]))
-        return Formed(site, shape, settings[best], parts[best].sizes(), parts[best].gain())
+        return FittedShape(site, shape, settings[best], parts[best].sizes(), parts[best].gain())
 
 
-def _best(site: Site, shape: Shape, knots: np.ndarray, scores: Scores) -> Formed:
-    best: Formed | None = None
+def _best(site: Site, shape: Shape, knots: np.ndarray, scores: Scores) -> FittedShape:
+    best: FittedShape | None = None
     for numbers in settings_of(shape, site.place.span):
         own = scores.of(shape.values(site.place.span, knots, numbers))
         gain = own.gain()
         if best is None or gain > best.gain:
-            best = Formed(site, shape, numbers, own.sizes(), gain)
+            best = FittedShape(site, shape, numbers, own.sizes(), gain)
     assert best is not None
     return best
 

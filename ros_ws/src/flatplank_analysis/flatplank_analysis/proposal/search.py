@@ -12,13 +12,23 @@ import numpy as np
 
 from flatplank_analysis.contact_patch.tire_runs import TireRuns
 from flatplank_analysis.discovery.decide import Decision, Judge
-from flatplank_analysis.discovery.dispersion import Typical
+from flatplank_analysis.discovery.dispersion import TypicalDispersion
 from flatplank_analysis.discovery.fit import Term, Whitened
 from flatplank_analysis.discovery.rivals import ALIKE
 from flatplank_analysis.discovery.shortlist import EVIDENCE
 from flatplank_analysis.discovery.state import State
 from flatplank_analysis.discovery.steps import Progress
-from flatplank_analysis.proposal.scan import Drawn, Formed, Scanned, Scanner, waves
+from flatplank_analysis.proposal.scan import (
+    CURVE,
+    FURTHER,
+    SETTING,
+    WAVE,
+    FittedShape,
+    FreeCurve,
+    Scanner,
+    ScanResult,
+    waves,
+)
 from flatplank_analysis.proposal.shapes.base import SIGNAL
 from flatplank_analysis.proposal.sites import Site, places_of, sites_of
 from flatplank_analysis.proposal.writing import Sentence, effect_of, text_of
@@ -28,12 +38,14 @@ SITES, FORMS, REFITS = 10, 3, 8
 """sites whose shapes are tested; shapes per site, and shapes in total, that are refitted"""
 ALIKE_SITES = 3
 """most of these sites with the same hook and modulator"""
+WEIGHTS = {CURVE: 2.0, FURTHER: 2.0, WAVE: 1.0, SETTING: 1.0}
+"""kind of test -> weight of its share of the test level"""
 DOUBT = 2.0
 """penalty for a reason against a place, in parameters"""
 
 
 @dataclass(frozen=True)
-class Tried:
+class RefittedSentence:
     """A sentence after its joint refit."""
 
     sentence: Sentence
@@ -44,25 +56,25 @@ class Tried:
         """Remaining chi2 in units of the scatter, plus the penalty for its parameters."""
         return self.found.chi2 / dispersion + price * self.sentence.shape.price
 
-    def doubted(self, dispersion: float, price: float) -> float:
+    def cost_with_reasons(self, dispersion: float, price: float) -> float:
         """The cost with the penalty for every reason against its place."""
-        return self.cost(dispersion, price) + DOUBT * price * doubt(self.sentence.site)
+        return self.cost(dispersion, price) + DOUBT * price * reasons_against(self.sentence.site)
 
 
 @dataclass(frozen=True)
 class Outcome:
     """Result of a search for a proposal."""
 
-    best: Tried | None
-    tried: tuple[Tried, ...]
+    best: RefittedSentence | None
+    tried: tuple[RefittedSentence, ...]
     """all refits, the best first"""
     looked: int
     """number of parameters of all curves, for the test level"""
-    curve: Drawn | None = None
+    curve: FreeCurve | None = None
     """the free curve at the best site; None where the form varies faster than the curve"""
 
     @property
-    def confused(self) -> tuple[Tried, ...]:
+    def confused(self) -> tuple[RefittedSentence, ...]:
         """Sentences that the runs cannot distinguish from the best one: other hooks, coordinates
         or modulators with about the same fit."""
         if self.best is None:
@@ -77,14 +89,18 @@ class Outcome:
         return tuple(out)
 
 
-def looks_of(scanned: Sequence[Scanned]) -> dict[str, int]:
-    """Divisor of the family-wise level, for every kind of test.
+def looks_of(scanned: Sequence[ScanResult]) -> dict[str, float]:
+    """Divisor of the family-wise level, for every kind of test (weighted Bonferroni).
 
-    All kinds have the same share of it (weighted Bonferroni): curves are not penalised for the
-    many periods of waves, nor a user's column for all other coordinates.
+    The kinds share the level by their `WEIGHTS`: the few settings of the runs, or a user's column,
+    do not pay for all curves along the run, nor anything for the many periods of waves.
     """
     kinds = {s.kind for s in scanned}
-    return {kind: len(kinds) * sum(s.looks for s in scanned if s.kind == kind) for kind in kinds}
+    whole = sum(WEIGHTS[kind] for kind in kinds)
+    return {
+        kind: whole / WEIGHTS[kind] * sum(s.looks for s in scanned if s.kind == kind)
+        for kind in kinds
+    }
 
 
 def varied(best: Sequence[T], site_of: Callable[[T], Site], most: int) -> list[T]:
@@ -101,7 +117,7 @@ def varied(best: Sequence[T], site_of: Callable[[T], Site], most: int) -> list[T
     return out[:most]
 
 
-def doubt(site: Site) -> int:
+def reasons_against(site: Site) -> int:
     """Number of reasons against a place that the fit does not show: a channel measured along the
     run may itself follow the cause, the pressure acts in the tire, and an effect that a channel
     should show, but does not, is unlikely."""
@@ -115,10 +131,10 @@ def is_sibling(one: Site, other: Site) -> bool:
     same_hook = one.hook == other.hook
     same_place = other.place.name in (one.place.name, *one.place.alias)
     alike = one.modulator == other.modulator and same_hook != same_place
-    return alike and doubt(one) < doubt(other)
+    return alike and reasons_against(one) < reasons_against(other)
 
 
-def simplest(accepted: Sequence[Tried]) -> Tried | None:
+def simplest(accepted: Sequence[RefittedSentence]) -> RefittedSentence | None:
     """The best one, or at its place a form with fewer parameters and about the same fit."""
     if not accepted:
         return None
@@ -134,7 +150,7 @@ class Proposer:
 
     state: State
     data: TireRuns
-    typical: Typical
+    typical: TypicalDispersion
     explained: float = 0.0
     """drop of the effects that are in the model already"""
     only: Sequence[str] | None = None
@@ -153,7 +169,7 @@ class Proposer:
         looked = looks_of(scanned)
         ranked = self.ranked(scanned)
         best = varied(ranked, lambda s: s.site, SITES)
-        formed: list[tuple[Formed, int]] = []
+        formed: list[tuple[FittedShape, float]] = []
         for s in best:
             self.say("shapes at the best sites", 0.6)
             found = sorted(scanner.forms(s), key=self.worth)[:FORMS]
@@ -164,7 +180,7 @@ class Proposer:
             self.say("joint refits", 0.8)
             tried.append(self.refit(f, looks))
         tried += self.instead(scanner, ranked, tried, looked)
-        tried.sort(key=lambda t: t.doubted(self.level, self.price))
+        tried.sort(key=lambda t: t.cost_with_reasons(self.level, self.price))
         taken = simplest([t for t in tried if t.decision.accepted])
         curve = None
         if taken and not waves(taken.sentence.shape):
@@ -173,15 +189,17 @@ class Proposer:
         return Outcome(taken, tuple(tried), looks, curve)
 
     def instead(
-        self, scanner: Scanner, ranked: Sequence[Scanned], tried: Sequence[Tried],
-        looked: dict[str, int],
-    ) -> list[Tried]:  # fmt: skip
+        self, scanner: Scanner, ranked: Sequence[ScanResult], tried: Sequence[RefittedSentence],
+        looked: dict[str, float],
+    ) -> list[RefittedSentence]:  # fmt: skip
         """Refits of more plausible alternatives to the best sentence, where reasons speak against
         its place: the best form at each sibling site that was not refitted."""
         accepted = [t for t in tried if t.decision.accepted]
         if not accepted:
             return []
-        best = min(accepted, key=lambda t: t.doubted(self.level, self.price)).sentence.site
+        best = min(
+            accepted, key=lambda t: t.cost_with_reasons(self.level, self.price)
+        ).sentence.site
         seen, out = {t.sentence.site.key for t in tried}, []
         for s in ranked:
             if is_sibling(s.site, best) and s.site.key not in seen:
@@ -203,15 +221,15 @@ class Proposer:
         """Penalty per parameter: as in an information criterion for independent samples."""
         return float(np.log(max(self.state.floors[0].freedom, self.state.runs.runs)))
 
-    def ranked(self, scanned: Sequence[Scanned]) -> list[Scanned]:
+    def ranked(self, scanned: Sequence[ScanResult]) -> list[ScanResult]:
         """Sites by the gain of their curves minus the penalty."""
         worth = [(s.evidence(self.level, self.price), i) for i, s in enumerate(scanned)]
         return [scanned[i] for e, i in sorted(worth, reverse=True) if e > 0.0]
 
-    def worth(self, formed: Formed) -> float:
+    def worth(self, formed: FittedShape) -> float:
         return -formed.evidence(self.level, self.price)
 
-    def refit(self, formed: Formed, looked: int) -> Tried:
+    def refit(self, formed: FittedShape, looked: float) -> RefittedSentence:
         """The joint refit of a shape, with all tests."""
         sentence = Sentence(formed.site, formed.shape, formed.numbers)
         effect = effect_of(text_of(sentence))
@@ -232,4 +250,4 @@ class Proposer:
             sizes=tuple(named[n] for n in sentence.size_names),
             interval=decision.interval,
         )
-        return Tried(settled, decision, found)
+        return RefittedSentence(settled, decision, found)

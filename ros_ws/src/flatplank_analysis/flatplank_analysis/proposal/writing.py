@@ -22,7 +22,7 @@ from flatplank_data.errors import FlatplankError
 from flatplank_data.wording import quantity, span
 
 _CLASSES = {"signal": "Signal", "motion": "Motion", "tire": "Tire"}
-_HELPERS = ("follow", "play")
+_HELPERS = ("follow", "play", "shifted")
 WIDTH = 95
 
 
@@ -36,7 +36,7 @@ class Sentence:
     sizes: Sequence[float] = ()
     interval: tuple[float, float] | None = None
     """90 % interval of the size"""
-    told: Sequence[str] = field(default_factory=tuple)
+    evidence: Sequence[str] = field(default_factory=tuple)
     """sentences about the data"""
     name: str = ""
 
@@ -57,9 +57,9 @@ class Sentence:
         over = f" over {site.place.name}" if site.place.name else ""
         when, _, meant = site.modulator.words.partition("; ")
         form, _, measured = self.shape.words.partition("; ")
-        aside = f", {when}," if when else ""
+        condition = f", {when}," if when else ""
         notes = "".join(f"; {note}" for note in (measured, meant) if note)
-        return f"{site.hook.words}{over}{aside} that {form}{notes}"
+        return f"{site.hook.words}{over}{condition} that {form}{notes}"
 
 
 def text_of(s: Sentence) -> str:
@@ -90,11 +90,11 @@ def text_of(s: Sentence) -> str:
 
 def _head(s: Sentence, body: Sequence[str]) -> list[str]:
     """Docstring and imports."""
-    told = "Proposed by `flatplank propose`, not confirmed; give it the name of its cause. "
+    origin = "Proposed by `flatplank propose`, not confirmed; give it the name of its cause. "
     names = ["Proposed", _CLASSES[s.site.hook.method], "param"]
     names += [h for h in _HELPERS if any(f"{h}(" in line for line in body)]
     return [
-        *textwrap.wrap('"""' + told + _plain(" ".join(s.told)) + '"""', 99), "",
+        *textwrap.wrap('"""' + origin + _plain(" ".join(s.evidence)) + '"""', 99), "",
         "from dataclasses import dataclass", "",
         *(["import numpy as np", ""] if any("np." in line for line in body) else []),
         f"from flatplank_analysis.proposal.proposed import {', '.join(sorted(names))}",
@@ -187,8 +187,8 @@ def _param(line: str) -> list[str]:
 def _interval(s: Sentence) -> list[str]:
     if not s.interval:
         return []
-    told = span(*s.interval, s.site.hook.unit)
-    return [f"    interval = ({s.interval[0]:.6g}, {s.interval[1]:.6g})  # size, 90 %: {told}"]
+    interval = span(*s.interval, s.site.hook.unit)
+    return [f"    interval = ({s.interval[0]:.6g}, {s.interval[1]:.6g})  # size, 90 %: {interval}"]
 
 
 def check_of(s: Sentence) -> str:
@@ -196,11 +196,11 @@ def check_of(s: Sentence) -> str:
     site, seen = s.site, s.site.place.span
     where = ""
     if seen.kind != NONE:
-        told = {
+        numbers = {
             n.name: quantity(s.numbers[n.name], seen.unit if n.unit == "u" else n.unit)
             for n in s.shape.numbers
         }
-        at = s.shape.where.format(**told) or ", ".join(f"{n} {v}" for n, v in told.items())
+        at = s.shape.where.format(**numbers) or ", ".join(f"{n} {v}" for n, v in numbers.items())
         where = f"; {site.place.name}" + (f" {at}" if at else "")
     words = site.modulator.words.partition("; ")[0]
     when = f", {words}" if words else ""

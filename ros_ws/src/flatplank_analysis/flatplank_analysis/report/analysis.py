@@ -15,10 +15,15 @@ from flatplank_analysis.identify.runs import StepRun, step_run
 from flatplank_analysis.models.base import TOYO, ContactGeometry
 from flatplank_analysis.models.tire_record import TireRecord
 from flatplank_analysis.parallel import open_executor
-from flatplank_analysis.report.conditions import beside, condition_result, lateral_result
+from flatplank_analysis.report.conditions import condition_result, further_results, lateral_result
 from flatplank_analysis.report.extras import other_measurements
 from flatplank_analysis.report.models import fit_points, linear_curves, mf_curves, nonlinear_curves
-from flatplank_analysis.report.results import Beside, CampaignResult, ConditionResult, PointResult
+from flatplank_analysis.report.results import (
+    CampaignResult,
+    ConditionResult,
+    FurtherResults,
+    PointResult,
+)
 from flatplank_analysis.report.steps import COLUMNS as STEP_COLUMNS
 from flatplank_analysis.report.steps import extras_as_points, problems_of
 from flatplank_analysis.report.tire import geometry_of, record_for, tires_of
@@ -132,7 +137,7 @@ def analyse_point(job: PointJob) -> PointResult:
         found_radii = _results_of(problems, radius_of_run, rolled)
         radii += [r for r in found_radii if math.isfinite(r.radius)]
         if condition.measurement == "slip" and tables:
-            for kept, found_here in zip(more, beside(tables), strict=True):
+            for kept, found_here in zip(more, further_results(tables), strict=True):
                 kept += found_here
             found = _guarded(problems, condition_result, condition, tables)
             if found is not None:
@@ -148,7 +153,7 @@ def analyse_point(job: PointJob) -> PointResult:
         except FlatplankError as error:
             why = str(error)
     steady = points_from_runs(steps) if steps else None
-    side = Beside(more[0], more[1], lateral_result(more[2]))
+    side = FurtherResults(more[0], more[1], lateral_result(more[2]))
     return PointResult(
         job.point, conditions, radii, carcass, why, models, tuple(problems), steady, side
     )

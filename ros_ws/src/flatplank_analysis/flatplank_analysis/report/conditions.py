@@ -111,7 +111,7 @@ def mean_facts(facts: Sequence[StepFacts], starts: Sequence[int]) -> StepFacts:
     )
 
 
-def beside(
+def further_results(
     tables: Sequence[MeasurementTable],
 ) -> tuple[list[float], list[DriveRun], list[StepRun]]:
     """Further results of slip runs, each where it was measured.

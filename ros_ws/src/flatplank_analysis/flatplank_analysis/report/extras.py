@@ -224,8 +224,8 @@ def waveform_run(table: MeasurementTable) -> dict[str, Any]:
     inputs = run.inputs(WAVE_SPACING, first)
     x, (force,) = run.grid(WAVE_SPACING, run.fx[None])
 
-    def residuals(lanes: np.ndarray) -> np.ndarray:
-        return LinearX().simulate(lanes, inputs)[:, 0] - force
+    def residuals(sets: np.ndarray) -> np.ndarray:
+        return LinearX().simulate(sets, inputs)[:, 0] - force
 
     found = solve(residuals, WAVE_START, WAVE_LOWER, WAVE_UPPER, WAVE_START)
     modelled = force + found.residual

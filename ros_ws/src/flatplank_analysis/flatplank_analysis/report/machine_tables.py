@@ -41,7 +41,7 @@ def transmission_table(result: CampaignResult) -> Table:
     """Figures 5.4 and 5.13 as numbers."""
     curve = friction_of(result)
     groups: dict = {}
-    for run in (r for p in result.points for r in p.beside.drive):
+    for run in (r for p in result.points for r in p.further.drive):
         groups.setdefault(run.condition, []).append(run.state)
 
     def friction(states: Sequence[DriveState]) -> float:
@@ -100,7 +100,7 @@ def _at_rest(result: CampaignResult, point: PointResult) -> list[float]:
         for r in result.extras.get("standing", [])
         if r["quantity"] == "C_x" and (r["fz"], r["pressure"], r["gamma_deg"]) == here
     ]
-    return [*point.beside.rest_stiffness, *([] if c.alpha_deg else standing)]
+    return [*point.further.rest_stiffness, *([] if c.alpha_deg else standing)]
 
 
 def standing_table(result: CampaignResult) -> Table:
@@ -149,9 +149,9 @@ class LateralRow:
     def remark(self) -> str:
         """Reservations about these numbers."""
         fit = self.found.fit
-        told = [e.note for e in (fit.sigma, fit.slip_stiffness) if not e.determined]
-        told += [] if fit.settled else ["not settled: the asymptote is an extrapolation"]
-        return "; ".join(dict.fromkeys(filter(None, [*told, self.warning])))
+        notes = [e.note for e in (fit.sigma, fit.slip_stiffness) if not e.determined]
+        notes += [] if fit.settled else ["not settled: the asymptote is an extrapolation"]
+        return "; ".join(dict.fromkeys(filter(None, [*notes, self.warning])))
 
 
 def lateral_table(result: CampaignResult) -> Table:
@@ -179,20 +179,20 @@ def lateral_table(result: CampaignResult) -> Table:
     )
     angles: dict[Condition, list[float]] = {}
     for p in result.points:
-        if p.beside.lateral is not None:
+        if p.further.lateral is not None:
             other = p.point._replace(alpha_deg=math.nan)
             angles.setdefault(other, []).append(p.point.alpha_deg)
     rows = [
         (
             p.point,
             LateralRow(
-                p.beside.lateral,
+                p.further.lateral,
                 result.geometry.half_length(p.point.fz, p.point.pressure),
                 zero_warning(angles[p.point._replace(alpha_deg=math.nan)]),
             ),
         )
         for p in result.points
-        if p.beside.lateral is not None
+        if p.further.lateral is not None
     ]
     return point_table("lateral", "Lateral transient", rows, columns, note)
 

@@ -113,7 +113,7 @@ class DriveRun:
 
 
 @dataclass(frozen=True)
-class Beside:
+class FurtherResults:
     """Further results of the slip runs of one operating point, beside the slip response."""
 
     rest_stiffness: Sequence[float] = ()
@@ -147,7 +147,7 @@ class PointResult:
     problems: Sequence[Problem] = ()
     steady: SteadyPoints | None = None
     """steady forces of its runs"""
-    beside: Beside = field(default_factory=Beside)
+    further: FurtherResults = field(default_factory=FurtherResults)
     """stiffness at rest, drive torque, side force"""
 
 
@@ -207,7 +207,7 @@ class CampaignResult:
                     "conditions": [c.to_json() for c in p.conditions],
                     "carcass": p.carcass.to_json() if p.carcass else None,
                     "why_no_carcass": p.why_no_carcass,
-                    "beside": to_plain(p.beside),
+                    "beside": to_plain(p.further),
                     "rmse": {
                         name: {f"{c.kappa:g}": to_plain(v) for c, v in m.rmse.items()}
                         for name, m in p.models.items()

@@ -81,12 +81,12 @@ def number(title: str, name: str, factor: float = 1.0) -> list[Column]:
 
 def remark_of(*estimates: Estimate) -> str:
     """Reservations about these numbers; empty when there are none."""
-    told = []
+    notes = []
     for e in estimates:
         if not e.determined:
-            told.append(e.note or "not determined")
+            notes.append(e.note or "not determined")
         elif e.at_bound:
-            told.append(f"{e.name} at its {e.at_bound} bound")
+            notes.append(f"{e.name} at its {e.at_bound} bound")
         elif e.note:
-            told.append(e.note)
-    return "; ".join(dict.fromkeys(told))
+            notes.append(e.note)
+    return "; ".join(dict.fromkeys(notes))

@@ -67,9 +67,9 @@ def linear_table(result: CampaignResult) -> Table:
 
 
 def _linear_remark(c: ConditionResult) -> str:
-    told = remark_of(c.linear.sigma, c.linear.slip_stiffness, c.linear.steady_force)
+    remark = remark_of(c.linear.sigma, c.linear.slip_stiffness, c.linear.steady_force)
     late = "" if c.linear.settled else "not settled: the asymptote is an extrapolation"
-    return "; ".join(text for text in (told, late) if text)
+    return "; ".join(text for text in (remark, late) if text)
 
 
 def rmse_tables(result: CampaignResult) -> list[Table]:
@@ -187,10 +187,10 @@ def settling_table(result: CampaignResult) -> Table:
     for r in result.extras.get("free_rolling", []):
         held = math.isfinite(r["reference"])
         distance, error = r["settling_distance"], 100.0 * r["steady_error"]
-        told = "does not settle" if held and not math.isfinite(distance) else ""
-        told = told if held else "flexplates off: no controller, no reference"
+        settling = "does not settle" if held and not math.isfinite(distance) else ""
+        settling = settling if held else "flexplates off: no controller, no reference"
         steady = [r["p3"], r["steady_force"]]
-        rows.append([r["run"], r["fz"], r["reference"], distance, *steady, error, told])
+        rows.append([r["run"], r["fz"], r["reference"], distance, *steady, error, settling])
     header = (
         "run", "Fz [N]", "reference [N]", "settling distance [m]", "asymptote p3 [N]",
         "steady Fx [N]", "steady error [%]", "remark",

@@ -98,8 +98,8 @@ Radius = tuple[float, str]
 
 
 def _by_record(runs: Sequence[Run]) -> Radius | None:
-    told = (run.info.extra.get("free_radius") for run in runs)
-    return next(((float(v), "of a run record") for v in told if v), None)
+    recorded = (run.info.extra.get("free_radius") for run in runs)
+    return next(((float(v), "of a run record") for v in recorded if v), None)
 
 
 def _by_stiffness(campaigns: Sequence[Campaign], bar: float) -> Radius | None:
@@ -143,8 +143,8 @@ def _plain(info: RunRecord, bar: float) -> bool:
 
 
 def _by_rolling_radius(runs: Sequence[Run]) -> Radius | None:
-    told = [r.info.effective_rolling_radius for r in runs]
-    known = [v for v in told if math.isfinite(v)]
+    recorded = [r.info.effective_rolling_radius for r in runs]
+    known = [v for v in recorded if math.isfinite(v)]
     if not known:
         return None
     return BY_ROLLING * float(np.median(known)), "by the rolling radius, 2.2 % more as usual"

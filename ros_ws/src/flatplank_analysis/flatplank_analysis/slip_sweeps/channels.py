@@ -17,7 +17,7 @@ from flatplank_data.errors import FlatplankError
 from flatplank_data.units import canonical, to_si
 
 
-class Guess(NamedTuple):
+class UnitRule(NamedTuple):
     """A unit for values of at least this size; the last that applies is used."""
 
     least: float
@@ -32,42 +32,44 @@ class Channel(NamedTuple):
     """internal unit, SI"""
     names: tuple[str, ...]
     """names in files, in lower case; the first that a file has is used"""
-    guesses: tuple[Guess, ...]
+    guesses: tuple[UnitRule, ...]
     """units assumed by the largest value where a file states none"""
 
 
 CHANNELS = (
-    Channel("time", "s", ("et", "time", "t", "elapsed_time"), (Guess(0.0, "s"),)),
+    Channel("time", "s", ("et", "time", "t", "elapsed_time"), (UnitRule(0.0, "s"),)),
     Channel(
         "kappa", "1",
         ("sl", "sr", "kappa", "slip_ratio", "slip ratio", "longitudinal_slip", "longslip"),
-        (Guess(0.0, "-"), Guess(1.5, "%")),
+        (UnitRule(0.0, "-"), UnitRule(1.5, "%")),
     ),
     Channel(
         "alpha", "rad",
         ("sa", "alpha", "slip_angle", "slip angle", "slipangl", "sideslip"),
-        (Guess(0.0, "rad"), Guess(0.8, "deg")),
+        (UnitRule(0.0, "rad"), UnitRule(0.8, "deg")),
     ),
     Channel(
         "gamma", "rad",
         ("ia", "gamma", "camber", "inclination_angle", "inclination angle", "inclangl"),
-        (Guess(0.0, "rad"), Guess(0.8, "deg")),
+        (UnitRule(0.0, "rad"), UnitRule(0.8, "deg")),
     ),
-    Channel("fx", "N", ("fx", "force_x", "fx_w"), (Guess(0.0, "kN"), Guess(50.0, "N"))),
-    Channel("fy", "N", ("fy", "force_y", "fy_w"), (Guess(0.0, "kN"), Guess(50.0, "N"))),
-    Channel("fz", "N", ("fz", "force_z", "fz_w", "load"), (Guess(0.0, "kN"), Guess(50.0, "N"))),
-    Channel("mx", "N m", ("mx", "moment_x", "mx_w"), (Guess(0.0, "Nm"),)),
-    Channel("my", "N m", ("my", "moment_y", "my_w"), (Guess(0.0, "Nm"),)),
-    Channel("mz", "N m", ("mz", "moment_z", "mz_w"), (Guess(0.0, "Nm"),)),
+    Channel("fx", "N", ("fx", "force_x", "fx_w"), (UnitRule(0.0, "kN"), UnitRule(50.0, "N"))),
+    Channel("fy", "N", ("fy", "force_y", "fy_w"), (UnitRule(0.0, "kN"), UnitRule(50.0, "N"))),
+    Channel(
+        "fz", "N", ("fz", "force_z", "fz_w", "load"), (UnitRule(0.0, "kN"), UnitRule(50.0, "N"))
+    ),
+    Channel("mx", "N m", ("mx", "moment_x", "mx_w"), (UnitRule(0.0, "Nm"),)),
+    Channel("my", "N m", ("my", "moment_y", "my_w"), (UnitRule(0.0, "Nm"),)),
+    Channel("mz", "N m", ("mz", "moment_z", "mz_w"), (UnitRule(0.0, "Nm"),)),
     Channel(
         "pressure", "Pa",
         ("p", "pressure", "inflation_pressure", "inflpres", "ip"),
-        (Guess(0.0, "bar"), Guess(6.0, "psi"), Guess(65.0, "kPa"), Guess(1e4, "Pa")),
+        (UnitRule(0.0, "bar"), UnitRule(6.0, "psi"), UnitRule(65.0, "kPa"), UnitRule(1e4, "Pa")),
     ),
     Channel(
         "speed", "m/s",
         ("v", "speed", "velocity", "vx", "road_speed", "longvel", "trajvelw"),
-        (Guess(0.0, "m/s"), Guess(25.0, "km/h")),
+        (UnitRule(0.0, "m/s"), UnitRule(25.0, "km/h")),
     ),
 )  # fmt: skip
 BY_NAME = {channel.name: channel for channel in CHANNELS}

@@ -18,7 +18,7 @@ LEAST_SHARE = 0.01
 """least share of all samples at a level; fewer are a transition between levels"""
 
 
-class Held(NamedTuple):
+class HeldChannel(NamedTuple):
     """A channel that is held at levels, and the least distance of two levels."""
 
     name: str
@@ -44,17 +44,17 @@ class Held(NamedTuple):
 
 
 HELD = (
-    Held("fz", "load", 0.08, False, 1.0, "N"),
-    Held("gamma", "camber", np.radians(0.5), True, 180.0 / np.pi, "deg"),
-    Held("pressure", "pressure", 0.05, False, 1e-3, "kPa"),
-    Held("speed", "speed", 0.1, False, 3.6, "km/h"),
-    Held("alpha", "slip angle", np.radians(0.5), True, 180.0 / np.pi, "deg"),
-    Held("kappa", "slip", 0.02, True, 100.0, "%"),
+    HeldChannel("fz", "load", 0.08, False, 1.0, "N"),
+    HeldChannel("gamma", "camber", np.radians(0.5), True, 180.0 / np.pi, "deg"),
+    HeldChannel("pressure", "pressure", 0.05, False, 1e-3, "kPa"),
+    HeldChannel("speed", "speed", 0.1, False, 3.6, "km/h"),
+    HeldChannel("alpha", "slip angle", np.radians(0.5), True, 180.0 / np.pi, "deg"),
+    HeldChannel("kappa", "slip", 0.02, True, 100.0, "%"),
 )
 BY_NAME = {held.name: held for held in HELD}
 
 
-def levels(held: Held, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def levels(held: HeldChannel, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Values of the levels (n,), and the level of each sample; -1 between two levels."""
     smooth = median_filter(values, min(SMOOTH, len(values)), mode="nearest")
     apart = held.distance(smooth)
@@ -115,7 +115,7 @@ class Condition:
     """indices of its samples, in time order"""
     visits: int
     """number of separate visits"""
-    told: frozenset[str] = frozenset()
+    stated: frozenset[str] = frozenset()
     """channels whose level differs between the conditions"""
 
     @property
@@ -126,13 +126,13 @@ class Condition:
         return ", ".join([f"{self.slip.title} swept", *levels])
 
     @property
-    def slip(self) -> Held:
+    def slip(self) -> HeldChannel:
         """The swept slip."""
         return BY_NAME[self.swept]
 
-    def levels(self) -> list[Held]:
+    def levels(self) -> list[HeldChannel]:
         """Channels that are held here and differ between the conditions."""
-        return [h for h in HELD if h.name in self.held and h.name in self.told]
+        return [h for h in HELD if h.name in self.held and h.name in self.stated]
 
 
 def cut(columns: Mapping[str, np.ndarray]) -> list[Condition]:
@@ -143,11 +143,11 @@ def cut(columns: Mapping[str, np.ndarray]) -> list[Condition]:
     for slip, rows in swept.items():
         if FORCE[slip] in columns:
             found += _by_levels(columns, slip, rows)
-    told = frozenset(held.name for held in HELD if _differs(held, found))
-    return sorted((replace(c, told=told) for c in found), key=lambda c: c.samples[0])
+    stated = frozenset(held.name for held in HELD if _differs(held, found))
+    return sorted((replace(c, stated=stated) for c in found), key=lambda c: c.samples[0])
 
 
-def _differs(held: Held, conditions: Sequence[Condition]) -> bool:
+def _differs(held: HeldChannel, conditions: Sequence[Condition]) -> bool:
     """Whether a channel was held at several levels, or only in some of the conditions."""
     levels = [c.held[held.name] for c in conditions if held.name in c.held]
     return 0 < len(levels) < len(conditions) or held.several(levels)

@@ -32,7 +32,7 @@ NOTICED_CPU_S = 0.02
 
 
 @dataclass(frozen=True)
-class Vitals:
+class ProcessState:
     """State of a live process, from /proc."""
 
     state: str
@@ -76,7 +76,7 @@ class Start:
         total = len(self._lacks)
         return f"{total - len(self.missing)} of {total} nodes are up"
 
-    def hopeless(self, vitals: Mapping[str, Vitals], now: float) -> str:
+    def why_useless(self, vitals: Mapping[str, ProcessState], now: float) -> str:
         """Why further waiting is useless; empty when it is not.
 
         `vitals`: nodes whose processes are known and live.
@@ -95,7 +95,7 @@ class Start:
         hangs = "; ".join(self._hangs(name, vitals.get(name)) for name in self.missing[:3])
         return f"{hangs}; nothing has changed for {self._stall_s:.0f} s, {self}"
 
-    def _hangs(self, name: str, seen: Vitals | None) -> str:
+    def _hangs(self, name: str, seen: ProcessState | None) -> str:
         if lacks := self._lacks[name]:
             return f"{name} waits: {lacks}"
         if seen is None:
@@ -171,7 +171,7 @@ class BenchProcesses:
             for name, code in self.ended().items()
         )
 
-    def vitals(self) -> dict[str, Vitals]:
+    def vitals(self) -> dict[str, ProcessState]:
         """State of the processes of live nodes."""
         found = {}
         for name, process in tuple(self.running.items()):
@@ -181,7 +181,7 @@ class BenchProcesses:
                 continue
             state, *numbers = stat.rpartition(")")[2].split()
             cpu = TICK_S * (int(numbers[10]) + int(numbers[11]))
-            found[name] = Vitals(state, cpu, self._started(name).exists())
+            found[name] = ProcessState(state, cpu, self._started(name).exists())
         return found
 
     def stop(self) -> None:

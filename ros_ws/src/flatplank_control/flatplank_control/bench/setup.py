@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from flatplank_control.bench.simulator import simulator
-from flatplank_control.calibration.book import CALIBRATED, Book
+from flatplank_control.calibration.book import CALIBRATED, CalibrationBook
 from flatplank_data.params import load_parameters, nearest
 from flatplank_hw.share import config_file
 
@@ -126,7 +126,7 @@ class BenchSetup:
         path = config_file(node.package, f"{node.name}.yaml")
         own = load_parameters(path, node.name) if path else {}
         shared = {**self._shared(node.name), **self._scheduling(node)}
-        known = Book(Path(self.calibration)).parameters() if self.calibration else {}
+        known = CalibrationBook(Path(self.calibration)).parameters() if self.calibration else {}
         return {**own, **known.get(node.name, {}), **shared, **self.parameters.get(node.name, {})}
 
     def constants(self) -> dict[str, dict[str, Any]]:

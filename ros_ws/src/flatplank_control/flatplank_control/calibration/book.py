@@ -102,13 +102,13 @@ def _is_number(value: Any) -> bool:
     return number and math.isfinite(value)
 
 
-def book_for(folder: Path) -> Book:
+def book_for(folder: Path) -> CalibrationBook:
     """Path of the book in a campaign folder, else in the working directory."""
     own = folder / FILE
-    return Book((own if own.exists() else Path(FILE)).resolve())
+    return CalibrationBook((own if own.exists() else Path(FILE)).resolve())
 
 
-class Book:
+class CalibrationBook:
     """Calibrations by instrument; the newest is used."""
 
     def __init__(self, path: Path) -> None:

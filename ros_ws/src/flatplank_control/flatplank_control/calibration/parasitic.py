@@ -25,7 +25,7 @@ THREE_TURNS = 5.9 * math.pi
 """wheel angle of three turns less the stopping angle [rad]"""
 
 
-class Turn(NamedTuple):
+class UnloadedTurns(NamedTuple):
     """Raw samples of turns of the unloaded wheel."""
 
     angle: np.ndarray
@@ -34,12 +34,14 @@ class Turn(NamedTuple):
     """C1..C6, shape (n, 6) [V]"""
 
 
-def turn_of(counts: Any, volts: Any) -> Turn:
+def turn_of(counts: Any, volts: Any) -> UnloadedTurns:
     """Samples from the counter of the wheel encoder and the bridge volts."""
-    return Turn(np.array(counts) * 2.0 * math.pi / COUNTS_PER_TURN, np.array(volts, float))
+    return UnloadedTurns(
+        np.array(counts) * 2.0 * math.pi / COUNTS_PER_TURN, np.array(volts, float)
+    )
 
 
-def turn_of_bag(path: Path) -> Turn:
+def turn_of_bag(path: Path) -> UnloadedTurns:
     """Samples from the bag of a run."""
     try:
         found = arrays_of(path, TOPIC, ("wheel_counts", "bridge_volts"))
@@ -51,7 +53,7 @@ def turn_of_bag(path: Path) -> Turn:
 
 
 def identify_turn(
-    turn: Turn, mounting: str, date: str, path: Path, hub: HubParameters | None = None
+    turn: UnloadedTurns, mounting: str, date: str, path: Path, hub: HubParameters | None = None
 ) -> dict[str, tuple[float, float]]:
     """Write the fit of a mounting to `path`; returns once-per-turn Fx, Fz [N] without and with it.
 
@@ -71,7 +73,9 @@ def identify_turn(
     return {name: (before[name], after[name]) for name in before}
 
 
-def amplitudes(turn: Turn, fit: ParasiticFit | None, hub: HubParameters) -> dict[str, float]:
+def amplitudes(
+    turn: UnloadedTurns, fit: ParasiticFit | None, hub: HubParameters
+) -> dict[str, float]:
     """Once-per-turn amplitude of Fx and Fz at the wheel [N], without or with a fit.
 
     It uses the third turn, which the fit does not use.

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from flatplank_control.bench.processes import BenchProcesses, Start
 from flatplank_control.bench.setup import BenchSetup, axes_of
-from flatplank_control.calibration.book import Book, book_for
+from flatplank_control.calibration.book import CalibrationBook, book_for
 from flatplank_control.speed_map import with_road
 from flatplank_data.arguments import Parser
 
@@ -51,7 +51,7 @@ def setup_of(o: argparse.Namespace) -> BenchSetup:
     """Bench set-up from the options; ValueError when a given book does not exist."""
     if o.calibration is not None and not o.calibration.exists():
         raise ValueError(f"--calibration {o.calibration}: no such file")
-    book = Book(o.calibration.resolve()) if o.calibration else book_for(o.data)
+    book = CalibrationBook(o.calibration.resolve()) if o.calibration else book_for(o.data)
     setup = BenchSetup(
         kind=o.kind,
         tire=o.tire,
@@ -99,6 +99,6 @@ def watch(processes: BenchProcesses, over: threading.Event) -> str:
                 start.heard(name, "", now)
             if str(start) != before:
                 print(start, flush=True)
-            if why := start.hopeless(vitals, now):
+            if why := start.why_useless(vitals, now):
                 return why
     return ""

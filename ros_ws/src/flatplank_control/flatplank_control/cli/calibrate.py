@@ -13,14 +13,14 @@ import yaml
 
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.bench.simulator import simulator
-from flatplank_control.calibration.book import FILE, FIT, HUB, INSTRUMENTS, Book, Entry
+from flatplank_control.calibration.book import FILE, FIT, HUB, INSTRUMENTS, CalibrationBook, Entry
 from flatplank_control.calibration.fits import Line, fit_line
 from flatplank_control.calibration.sheet import blank, starting_values
 from flatplank_data.arguments import Parser
 from flatplank_data.params import from_mapping
 from flatplank_hw.hub.params import HubParameters
 
-Work = Callable[[argparse.Namespace, Book], int]
+Work = Callable[[argparse.Namespace, CalibrationBook], int]
 HUB_AXES = ("fx", "fy", "fz")
 
 
@@ -32,12 +32,14 @@ def pairs_of(text: str) -> list[tuple[float, float]]:
         raise ValueError(f"--pairs '{text}': write known:read, with commas") from None
 
 
-def in_force(book: Book, node: str) -> dict[str, Any]:
+def in_force(book: CalibrationBook, node: str) -> dict[str, Any]:
     """Calibrated parameters of a node on a bench that is started with this book."""
     return BenchSetup(kind="lab", calibration=str(book.path)).constants()[node]
 
 
-def scaled(o: argparse.Namespace, book: Book, instrument: str, line: Line, unit: str) -> Entry:
+def scaled(
+    o: argparse.Namespace, book: CalibrationBook, instrument: str, line: Line, unit: str
+) -> Entry:
     """Constants of an instrument in this book, scaled by the slope of a line."""
     have = in_force(book, INSTRUMENTS[instrument].nodes[0])
     old = {name: have[name] for name in INSTRUMENTS[instrument].parameters}
@@ -46,7 +48,7 @@ def scaled(o: argparse.Namespace, book: Book, instrument: str, line: Line, unit:
     return Entry(instrument, o.date, values, line.residual, errors, unit)
 
 
-def hub(o: argparse.Namespace, book: Book) -> int:
+def hub(o: argparse.Namespace, book: CalibrationBook) -> int:
     """Calibrate the bridge constants of one axis by known loads."""
     line = fit_line(pairs_of(o.pairs), o.reading)
     if not 0.5 < line.slope < 2.0:
@@ -54,7 +56,7 @@ def hub(o: argparse.Namespace, book: Book) -> int:
     return put(book, scaled(o, book, f"hub_{o.axis}", line, "N"))
 
 
-def lvdt(o: argparse.Namespace, book: Book) -> int:
+def lvdt(o: argparse.Namespace, book: CalibrationBook) -> int:
     """Calibrate gain and offset of the LVDT by axle heights measured with a ruler."""
     line = fit_line([(volts, height) for height, volts in pairs_of(o.pairs)], o.reading)
     values = {"lvdt_gain": line.slope, "lvdt_offset": line.offset}
@@ -62,19 +64,19 @@ def lvdt(o: argparse.Namespace, book: Book) -> int:
     return put(book, Entry("lvdt", o.date, values, line.residual, errors, "m"))
 
 
-def plank(o: argparse.Namespace, book: Book) -> int:
+def plank(o: argparse.Namespace, book: CalibrationBook) -> int:
     """Calibrate the pitch radius of the pinion by measured travel against encoder travel."""
     line = fit_line([(read, known) for known, read in pairs_of(o.pairs)], o.reading)
     return put(book, scaled(o, book, "plank_encoder", line, "m"))
 
 
-def motor(o: argparse.Namespace, book: Book) -> int:
+def motor(o: argparse.Namespace, book: CalibrationBook) -> int:
     """Calibrate the gear ratio by wheel angle against motor angle."""
     line = fit_line(pairs_of(o.pairs), o.reading)
     return put(book, scaled(o, book, "motor", line, "rad"))
 
 
-def parasitic(o: argparse.Namespace, book: Book) -> int:
+def parasitic(o: argparse.Namespace, book: CalibrationBook) -> int:
     """Identify the parasitic fit of this mounting by three turns of the unloaded wheel."""
 
     from flatplank_control.calibration.parasitic import identify_turn, turn_of_bag
@@ -96,7 +98,7 @@ def parasitic(o: argparse.Namespace, book: Book) -> int:
     return put(book, entry)
 
 
-def filter_effect(o: argparse.Namespace, book: Book) -> int:
+def filter_effect(o: argparse.Namespace, book: CalibrationBook) -> int:
     """Print what the parasitic filter leaves under load and slip, from two equal runs or --sim."""
 
     from flatplank_control.bench.results import read
@@ -116,7 +118,7 @@ def filter_effect(o: argparse.Namespace, book: Book) -> int:
     return 0
 
 
-def status(o: argparse.Namespace, book: Book) -> int:
+def status(o: argparse.Namespace, book: CalibrationBook) -> int:
     """Print which calibrations are valid; returns 1 when one is expired or absent."""
     found = book.status(date.fromisoformat(o.date))
     for name, text in found.items():
@@ -124,7 +126,7 @@ def status(o: argparse.Namespace, book: Book) -> int:
     return 0 if all(text.startswith("valid") for text in found.values()) else 1
 
 
-def sheet(o: argparse.Namespace, book: Book) -> int:
+def sheet(o: argparse.Namespace, book: CalibrationBook) -> int:
     """Print an empty pre-flight sheet, or the starting values of a filled one."""
     if o.file is None:
         print(blank(o.date), end="")
@@ -141,7 +143,7 @@ WORK: dict[str, Work] = {
 }  # fmt: skip
 
 
-def put(book: Book, entry: Entry) -> int:
+def put(book: CalibrationBook, entry: Entry) -> int:
     """Write an entry to the book and print it."""
     book.add(entry)
     for name, value in entry.parameters.items():
@@ -185,4 +187,4 @@ def parser() -> argparse.ArgumentParser:
 def main(argv: list[str]) -> int:
     """Run the command; 0: done."""
     o = parser().parse_args(argv)
-    return WORK[o.what](o, Book(o.book.resolve()))
+    return WORK[o.what](o, CalibrationBook(o.book.resolve()))

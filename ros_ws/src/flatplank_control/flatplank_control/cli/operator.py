@@ -45,7 +45,7 @@ class Keys:
             tty.setcbreak(sys.stdin)
 
 
-class Wish(NamedTuple):
+class OperatorKey(NamedTuple):
     """Meaning of a key."""
 
     text: str
@@ -54,32 +54,32 @@ class Wish(NamedTuple):
 
 
 OF_A_RUN = {
-    "c": Wish("confirm what was asked for", "confirm"),
-    "e": Wish("enough: this run ends here and is kept", "enough"),
+    "c": OperatorKey("confirm what was asked for", "confirm"),
+    "e": OperatorKey("enough: this run ends here and is kept", "enough"),
 }
 OF_A_CAMPAIGN = {
     **OF_A_RUN,
-    "r": Wish("repeat this run from its beginning", "repeat"),
-    "d": Wish("discard this run and go on", "discard"),
-    "s": Wish("skip this run", "skip"),
+    "r": OperatorKey("repeat this run from its beginning", "repeat"),
+    "d": OperatorKey("discard this run and go on", "discard"),
+    "s": OperatorKey("skip this run", "skip"),
 }
 
 
-def tell(client: Any, wishes: Mapping[str, Wish], key: str) -> None:
+def tell(client: Any, keys: Mapping[str, OperatorKey], key: str) -> None:
     """Call the service of a key and print its answer; other keys do nothing."""
-    if key not in wishes:
+    if key not in keys:
         return
     from std_srvs.srv import Trigger
 
-    answer = client.call(Trigger, f"/measurement_runner/{wishes[key].service}")
-    print(wishes[key].text if answer.success else answer.message, flush=True)
+    answer = client.call(Trigger, f"/measurement_runner/{keys[key].service}")
+    print(keys[key].text if answer.success else answer.message, flush=True)
 
 
 NOT_ALL_GOOD = 3
 """exit code when runs are flagged or skipped"""
 
 
-class Talk:
+class ProgressPrinter:
     """Prints progress and the time left at the present pace."""
 
     def __init__(self, left: float = 0.0, now: Callable[[], float] = time.monotonic) -> None:
@@ -104,9 +104,9 @@ def conclude(plan: CampaignPlan, journal: Journal) -> int:
     """Print what became of every run; returns 0 when all exist and are good."""
     known = [(run, journal.done[run.key]) for run in plan.runs if run.key in journal.done]
     made = [done for _, done in known if done.ok]
-    doubtful = [(run, done) for run, done in known if journal.doubtful(run.key)]
-    flagged = [done for _, done in doubtful if not done.skipped]
-    skipped = [run for run, done in doubtful if done.skipped]
+    needs_repeat = [(run, done) for run, done in known if journal.needs_repeat(run.key)]
+    flagged = [done for _, done in needs_repeat if not done.skipped]
+    skipped = [run for run, done in needs_repeat if done.skipped]
     print(f"{len(made)} of {len(plan.runs)} runs in {journal.path.parent}")
     for done in flagged:
         print(f"flagged: {done.files[-1]}: {done.facts.get('verdict', 'see the journal')}")

@@ -11,7 +11,7 @@ from typing import Any
 
 from flatplank_control.bench.setup import BenchSetup, axes_of
 from flatplank_control.calibration.book import book_for
-from flatplank_control.cli.operator import OF_A_CAMPAIGN, Keys, Talk, conclude, tell
+from flatplank_control.cli.operator import OF_A_CAMPAIGN, Keys, ProgressPrinter, conclude, tell
 from flatplank_control.runner.campaign import (
     SUFFIX,
     CampaignPlan,
@@ -82,10 +82,10 @@ def redo(plan: CampaignPlan, folder: Path) -> None:
     if not path.is_file():
         raise ValueError(f"--redo: {folder} has no runs of this plan yet; leave it out")
     journal = Journal(path, plan.name, plan.digest)
-    doubtful = [run.key for run in plan.runs if journal.doubtful(run.key)]
-    for key in doubtful:
+    needs_repeat = [run.key for run in plan.runs if journal.needs_repeat(run.key)]
+    for key in needs_repeat:
         journal.again(key)
-    print(f"{len(doubtful)} flagged or skipped runs are made once more", flush=True)
+    print(f"{len(needs_repeat)} flagged or skipped runs are made once more", flush=True)
 
 
 def on_twin(plan: CampaignPlan, paper: DryRun, o: argparse.Namespace, folder: Path) -> int:
@@ -106,7 +106,7 @@ def on_twin(plan: CampaignPlan, paper: DryRun, o: argparse.Namespace, folder: Pa
         print(f"going on after {conductor.done} of {conductor.total} runs")
     jobs = min(o.jobs or os.cpu_count() or 1, max(conductor.total - conductor.done, 1))
     setup = with_road(setup, o.road)
-    talk = Talk(conductor.time_left(paper.durations))
+    talk = ProgressPrinter(conductor.time_left(paper.durations))
 
     def progress(_conductor: Conductor, _job: Job, outcome: Outcome) -> None:
         line = f"{outcome.file}: {outcome.text()}"
@@ -122,7 +122,7 @@ def on_bench(plan: CampaignPlan, o: argparse.Namespace, folder: Path) -> int:
 
     text = Path(plan.where).read_text(encoding="utf-8")
     path = folder / f"{plan.name}{SUFFIX}"
-    talk = Talk()
+    talk = ProgressPrinter()
 
     def hear(f) -> None:
         done = round(f.progress * f.measurements)

@@ -10,7 +10,7 @@ from pathlib import Path
 import yaml
 
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.investigation.loop import Made
+from flatplank_analysis.investigation.loop import BatchResult
 from flatplank_analysis.investigation.planner import Price
 from flatplank_analysis.investigation.settings import Candidate, Setting, seed_of
 from flatplank_control.bench.results import write_campaign
@@ -137,7 +137,7 @@ class CampaignBench:
         name = batch_name(number)
         return text_of(name, self.tire.name, candidate.settings, radii, first)
 
-    def measure(self, number: int, plan: str, left: float) -> Made:
+    def measure(self, number: int, plan: str, left: float) -> BatchResult:
         """Make the batch; returns the files of good runs and the settings of the others."""
         parsed = plan_from_text(plan, batch_name(number))
         self.execute(parsed, plan, left)
@@ -154,7 +154,7 @@ class CampaignBench:
         if bad:
             write_campaign(self.folder, self.tire.name, [], bad)
         self._radii = None
-        return Made(tuple(good), tuple(back))
+        return BatchResult(tuple(good), tuple(back))
 
     _radii: tuple[dict[tuple[float, float, float], float], int] | None = None
 

@@ -80,7 +80,7 @@ def on_twin(
     return execute
 
 
-def made_elsewhere(folder: Path) -> Execute:
+def batches_of_runner(folder: Path) -> Execute:
     """Use batches that a runner has made already; PlanFailed when a run is missing."""
 
     def execute(plan: CampaignPlan, _text: str, _left: float) -> None:

@@ -23,7 +23,7 @@ class _Question(NamedTuple):
     answer: Future
 
 
-class Asking:
+class PendingCalls:
     """Waits for answers while the called nodes exist; call `look` now and then.
 
     A node that ends leaves the graph at once; a killed one when its lease expires (20 s with Fast
@@ -65,7 +65,7 @@ class Asking:
         return frozenset(bytes(info.endpoint_gid) for info in found)
 
 
-class Asked:
+class NodeParameters:
     """Parameters of all running nodes; `wake` is called at each answer."""
 
     def __init__(self, clients: dict[str, Client], wake: Callable[[], None]) -> None:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 from geometry_msgs.msg import WrenchStamped
 from rclpy.node import Node
@@ -72,7 +73,7 @@ class BenchSamples:
         """The latest samples; None until each source has one."""
         if len(self._raw) < len(SOURCES):
             return None
-        read = {
+        read: dict[str, Any] = {
             name: read(deserialize_message(self._raw[name], kind))
             for name, (kind, _, read) in SOURCES.items()
         }

@@ -27,7 +27,7 @@ WISHES = ("skip", "repeat", "discard")
 """requests of the operator about the present run, beside `enough`"""
 
 
-class Wished(Exception):
+class OperatorEnded(Exception):
     """The operator has ended the present run."""
 
 
@@ -65,7 +65,7 @@ class CampaignRunner:
             tell(f"{name}: attempt {job.attempt}" if job.attempt > 1 else name)
             try:
                 outcome = await self._make(job)
-            except Wished as wish:
+            except OperatorEnded as wish:
                 await self._apply_wish(str(wish), job)
                 continue
             outcome = self.conductor.finish(job, outcome)
@@ -114,7 +114,7 @@ class CampaignRunner:
         self._stop()
         if self.wish:
             wish, self.wish = self.wish, ""
-            raise Wished(wish)
+            raise OperatorEnded(wish)
 
     async def _make(self, job: Job) -> Outcome:
         before, after = Standstill("before the run"), Standstill("after the run")

@@ -35,7 +35,7 @@ class Interrupt:
 
     def __init__(self) -> None:
         self._depth = 0
-        self._asked = self._told = False
+        self._asked = self._reported = False
         self._ours = False
 
     def __enter__(self) -> Interrupt:
@@ -57,8 +57,8 @@ class Interrupt:
 
     def look(self) -> None:
         """Raise KeyboardInterrupt, once, when Ctrl-C was pressed."""
-        if self._asked and not self._told:
-            self._told = True
+        if self._asked and not self._reported:
+            self._reported = True
             raise KeyboardInterrupt
 
     @contextmanager
@@ -121,7 +121,7 @@ class BenchClient:
         rclpy.try_shutdown()
         self._interrupt.__exit__()
 
-    def call(self, kind: type, name: str, /, timeout: float = 10.0, **fields: Any) -> Any:
+    def call(self, kind: Any, name: str, /, timeout: float = 10.0, **fields: Any) -> Any:
         """Call a service; BenchError when it does not answer in time [s of wall clock]."""
         client = self._client(kind, name)
         if not client.wait_for_service(timeout_sec=timeout):
@@ -163,7 +163,7 @@ class BenchClient:
                 break
             if ours and (reason := ours.why_ended()):
                 raise BenchError(f"{reason}; {start}")
-            if reason := start.hopeless(ours.vitals() if ours else {}, time.monotonic()):
+            if reason := start.why_useless(ours.vitals() if ours else {}, time.monotonic()):
                 raise BenchError(reason)
             self.spin(LISTEN)
         return start.up_at

@@ -16,7 +16,7 @@ from std_srvs.srv import Trigger
 from flatplank_control.nodes.campaign_runner import WISHES, CampaignRunner
 from flatplank_control.nodes.ros_bench import RosBench, Seen
 from flatplank_control.runner.campaign import is_campaign
-from flatplank_control.runner.dry_run import Progress, on_paper
+from flatplank_control.runner.dry_run import Progress, dry_run_progress
 from flatplank_control.runner.plans import axes_of, mapping_of, measurement_of, plan_of
 from flatplank_control.runner.steps import PlanFailed
 from flatplank_data.params import Params, param
@@ -36,7 +36,7 @@ class Feedback:
         self.message = RunMeasurement.Feedback(measurements=1, measurement=1)
         self._goal = goal
         self._progress: Progress | None = None
-        self._step, self._told, self._share = 0, 0.0, 0.0
+        self._step, self._published_at, self._share = 0, 0.0, 0.0
 
     def say(self, text: str, prompt: str = "") -> None:
         """Send what is going on, and what the operator must do."""
@@ -60,9 +60,9 @@ class Feedback:
             return
         self.message.progress = progress.done(self._step, seconds)
         self.message.time_left = progress.left(self._step, seconds)
-        due = now - self._told >= OFTEN or self.message.progress - self._share >= SHARE
+        due = now - self._published_at >= OFTEN or self.message.progress - self._share >= SHARE
         if due and not self.message.prompt:
-            self._told, self._share = now, self.message.progress
+            self._published_at, self._share = now, self.message.progress
             self._goal.publish_feedback(self.message)
 
 
@@ -196,7 +196,7 @@ class MeasurementRunnerNode(BenchNode):
         wanted = measurement_of(data)
         bench.axes = axes_of(wanted)
         bench.passing = feedback.passing
-        feedback.follow(on_paper(plan_of(wanted)))
+        feedback.follow(dry_run_progress(plan_of(wanted)))
         for step in plan_of(wanted):
             look()
             await bench.do(step)

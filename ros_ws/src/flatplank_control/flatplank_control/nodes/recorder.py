@@ -17,10 +17,10 @@ from rclpy.task import Future
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from flatplank_control.calibration.book import Book
-from flatplank_control.nodes.asking import Asked, clients
+from flatplank_control.calibration.book import CalibrationBook
+from flatplank_control.nodes.asking import NodeParameters, clients
 from flatplank_control.recording.bus_cycles import Arrivals
-from flatplank_control.recording.filled import in_words, told
+from flatplank_control.recording.filled import in_words, requested_record
 from flatplank_control.recording.recovery import mend
 from flatplank_control.recording.session import RecordingSession, State
 from flatplank_control.recording.topics import RECORDED, at_every_cycle
@@ -75,7 +75,7 @@ class RecorderNode(BenchNode):
             self.troubles.happened("bag_mended", str(mended))
         self.session = RecordingSession(folder, RECORDED, pre_trigger=parameters.pre_trigger)
         self.arrivals = Arrivals()
-        self.told = told("")
+        self.requested = requested_record("")
         self.mode = ""
         software_version()  # git runs here: samples must not wait for it when a bag is opened
 
@@ -114,27 +114,27 @@ class RecorderNode(BenchNode):
         if self.changed_something is not None and not self.changed_something.done():
             self.changed_something.set_result(None)
 
-    async def something(self) -> None:
+    async def next_event(self) -> None:
         """Wait for the next message or timer tick; several coroutines may wait."""
         if self.changed_something is None or self.changed_something.done():
             self.changed_something = Future()
         await self.changed_something
 
-    async def hear(self, stamp: Time, patience: float, mode: str = "") -> list[str]:
-        """Wait for messages up to `stamp`, at most `patience` [s], on all topics with a publisher
+    async def hear(self, stamp: Time, timeout: float, mode: str = "") -> list[str]:
+        """Wait for messages up to `stamp`, at most `timeout` [s], on all topics with a publisher
         that this operation mode uses; returns the topics that lack them."""
         wanted = stamp.sec * 1_000_000_000 + stamp.nanosec
-        end = time.monotonic() + patience
+        end = time.monotonic() + timeout
         there = [t for t in at_every_cycle(mode) if self.count_publishers(t)]
         while (behind := self.arrivals.behind(wanted, there)) and time.monotonic() < end:
-            await self.something()
+            await self.next_event()
         return behind
 
-    async def answers(self, asked: Asked, end: float) -> InForce:
+    async def answers(self, asked: NodeParameters, end: float) -> InForce:
         """Wait for parameters of the nodes until `end` of the monotonic clock; warns of missing
         ones."""
         while asked.waiting() and time.monotonic() < end:
-            await self.something()
+            await self.next_event()
         for name in asked.waiting():
             self.get_logger().warning(f"{name} does not say its parameters: not in the run record")
         return asked.take()
@@ -164,7 +164,7 @@ class RecorderNode(BenchNode):
         self, request: StartRecording.Request, response: StartRecording.Response
     ) -> StartRecording.Response:
         end = time.monotonic() + INTRODUCTION
-        asked = Asked(self.parameters_of, self.tell_waiting)
+        asked = NodeParameters(self.parameters_of, self.tell_waiting)
         silent = await self.hear(request.after, INTRODUCTION)
         in_force = await self.answers(asked, end)
         if silent:
@@ -172,10 +172,10 @@ class RecorderNode(BenchNode):
             do = "start again in a moment, or start that node anew"
             return answer(response, False, f"{what}; {do}")
         try:
-            said = told(request.record, request.name)
-            record = said.record
+            requested = requested_record(request.record, request.name)
+            record = requested.record
             record = record.with_changes(started=record.started or utc_now())
-            book = Book(Path(self.parameters.calibration))
+            book = CalibrationBook(Path(self.parameters.calibration))
             record = complete(record, in_force, book, datetime.date.today())
             path = self.session.start(
                 record,
@@ -185,7 +185,7 @@ class RecorderNode(BenchNode):
             )
         except ValueError as error:
             return answer(response, False, str(error))
-        self.told = said
+        self.requested = requested
         self.say()
         return answer(response, True, "", path=str(path), uuid=record.uuid)
 
@@ -198,7 +198,7 @@ class RecorderNode(BenchNode):
             reason = f"{reason}; not heard to the end: {', '.join(silent)}".lstrip("; ")
         recording = self.session.state is State.RECORDING
         status = request.status or ("complete" if recording else "stopped")
-        fill = None if self.told.whole else self.told.filled_in
+        fill = None if self.requested.whole else self.requested.filled_in
         try:
             record = self.session.stop(status, reason=reason, ended=utc_now(), fill=fill)
         except RecordingError as error:

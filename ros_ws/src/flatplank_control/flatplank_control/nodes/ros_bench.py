@@ -16,7 +16,7 @@ from rclpy.parameter import Parameter
 from std_srvs.srv import SetBool, Trigger
 
 from flatplank_control.bench.setup import AXIS_NODES, DRIVEN
-from flatplank_control.nodes.asking import Asking
+from flatplank_control.nodes.asking import PendingCalls
 from flatplank_control.nodes.bench_samples import BenchSamples
 from flatplank_control.recording.session import NOTHING
 from flatplank_control.runner import conditions as when
@@ -29,8 +29,8 @@ from flatplank_control.runner.conditions import (
 )
 from flatplank_control.runner.measurement import TRIGGER_AT
 from flatplank_control.runner.moves import SPEED, by_drive
-from flatplank_control.runner.plans import let_go, safe_end
-from flatplank_control.runner.steps import CHUNK, Patience, StopWatch
+from flatplank_control.runner.plans import release_axes, safe_end
+from flatplank_control.runner.steps import CHUNK, StopWatch, WaitMonitor
 from flatplank_msgs.srv import (
     Advance,
     MoveTo,
@@ -113,7 +113,7 @@ class RosBench:
         self._stopped = False
         """true when the operator has turned the plank's switch to stop"""
         self._clients: dict[str, Any] = {}
-        self._asking = Asking(node)
+        self._asking = PendingCalls(node)
         self.samples = BenchSamples(node)
         self._ticking = node.create_timer(TICK, self._tick)
         call = self.call
@@ -127,9 +127,9 @@ class RosBench:
             S.Arm: lambda _s: call(Trigger, "/encoders/arm"),
             S.Record: self._record,
             S.StopRecord: self._stop_record,
-            S.Quick: self._quick,
+            S.FastCycles: self._quick,
             S.Wait: self._wait,
-            S.Say: self._on_say,
+            S.ShowProgress: self._on_say,
             S.Trigger: lambda s: call(SetValue, "/wheel_drive/set_trigger", value=s.distance),
             S.HoldLoad: self._hold_load,
             S.AxisProfile: self._profile,
@@ -156,7 +156,7 @@ class RosBench:
         refused = []
         prompt, interrupt = self.prompt, self.interrupt
         self.prompt, self.interrupt = self._tell, lambda: None
-        for step in (*safe_end(), *let_go(self.axes), S.StopRecord(status, why)):
+        for step in (*safe_end(), *release_axes(self.axes), S.StopRecord(status, why)):
             try:
                 await self.do(step)
             except S.PlanFailed as refusal:
@@ -203,7 +203,7 @@ class RosBench:
         )
 
     # services
-    async def call(self, kind: type, name: str, /, **fields: Any) -> Any:
+    async def call(self, kind: Any, name: str, /, **fields: Any) -> Any:
         """Call a service; PlanFailed when it is missing, refuses, or ends without an answer."""
         client = self._clients.get(name)
         if client is None:
@@ -261,9 +261,9 @@ class RosBench:
         self._stopped = not moves
         if not math.isnan(step.stop_at):
             at = step.stop_at - TRIGGER_AT
-            patience = 1.5 * step.stop_at / SPEED + 20.0
+            timeout = 1.5 * step.stop_at / SPEED + 20.0
             await self._wait(S.Wait("the plank moves", when.plank_moves(), 5.0))
-            await self._wait(S.Wait(f"the plank is at {at:g} m", when.plank_beyond(at), patience))
+            await self._wait(S.Wait(f"the plank is at {at:g} m", when.plank_beyond(at), timeout))
             await self._plank_by_hand(S.Plank(0))
 
     async def _mode(self, step: S.Mode) -> None:
@@ -331,7 +331,7 @@ class RosBench:
         asked = {"status": step.status, "notes": step.notes, "up_to": self._now()}
         await self.call(StopRecording, "/recorder/stop", **asked)
 
-    async def _quick(self, step: S.Quick) -> None:
+    async def _quick(self, step: S.FastCycles) -> None:
         if self.held:
             self.batch = step.fitting(await self._rate())
             await self.call(SetPace, f"{PLANT}/set_pace", pace="hold", batch=self.batch)
@@ -344,21 +344,19 @@ class RosBench:
         return self._rate_hz
 
     async def _wait(self, step: S.Wait) -> None:
-        if self.samples.snapshot() is None:
-            await self._look_again()
-        s = self.samples.snapshot()
-        patience = Patience(step, s.encoders.stamp_ns * 1e-9)
-        while not patience.over(s, now := s.encoders.stamp_ns * 1e-9):
+        s = self.samples.snapshot() or await self._look_again()
+        monitor = WaitMonitor(step, s.encoders.stamp_ns * 1e-9)
+        while not monitor.over(s, now := s.encoders.stamp_ns * 1e-9):
             self._stops.look(s.drive)
-            self.passing(now - patience.start)
+            self.passing(now - monitor.start)
             self.interrupt()
             if self.enough and step.may_end_early:
                 break
-            await self._look_again()
-            s = self.samples.snapshot()
+            s = await self._look_again()
         self.enough = False
 
-    async def _look_again(self) -> None:
+    async def _look_again(self) -> S.Snapshot:
+        """The samples of later cycles."""
         if self.held:
             await self.advance(CHUNK * self.batch)
         else:
@@ -368,6 +366,9 @@ class RosBench:
                 if time.monotonic() > end:
                     raise S.PlanFailed("the bench is silent: have its nodes ended?")
                 await self.samples.arrival()
+        found = self.samples.snapshot()
+        assert found is not None, "both branches have waited for samples"
+        return found
 
-    async def _on_say(self, step: S.Say) -> None:
+    async def _on_say(self, step: S.ShowProgress) -> None:
         self._say(step.text)

@@ -128,7 +128,7 @@ class CycleCount:
         self.last, self.stamp_ns = image.last, image.stamp_ns
         self.received += made
 
-    def told_in(self, record: RunRecord) -> RunRecord:
+    def with_bus_cycles(self, record: RunRecord) -> RunRecord:
         """The record with these numbers."""
         text = f"the bus restarted {self.restarts} times" if self.restarts else ""
         notes = record.notes

@@ -24,7 +24,7 @@ BY_HAND = "by_hand"
 
 
 @dataclass(frozen=True)
-class Told:
+class RequestedRecord:
     """A record, and the keys that the request has set."""
 
     record: RunRecord
@@ -51,17 +51,17 @@ class Told:
         return filled
 
 
-def told(text: str, name: str = "") -> Told:
+def requested_record(text: str, name: str = "") -> RequestedRecord:
     """Record of a start request; `text`: YAML, may be empty; `name`: name of the bag."""
     if not text.strip():
         record = record_from_dict({"tire": UNKNOWN, "name": name or BY_HAND})
-        return Told(record, {"name"} if name else ())
+        return RequestedRecord(record, {"name"} if name else ())
     _refuse_settings(text)
-    found = Told(record_from_yaml(text, "record"), set(data := yaml.safe_load(text)))
+    found = RequestedRecord(record_from_yaml(text, "record"), set(data := yaml.safe_load(text)))
     name = name or data.get("name", "")
     if not name and not found.whole:
         name = f"{found.record.tire}_{BY_HAND}"
-    return Told(found.record.with_changes(name=name), found.said) if name else found
+    return RequestedRecord(found.record.with_changes(name=name), found.said) if name else found
 
 
 def _refuse_settings(text: str) -> None:

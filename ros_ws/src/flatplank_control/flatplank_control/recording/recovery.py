@@ -33,7 +33,7 @@ _STATUS = re.compile(r"^status: (\w+)", re.MULTILINE)
 _REASON = "the recorder ended without closing the bag; mended at the next start"
 
 
-class Mended(NamedTuple):
+class RepairedBag(NamedTuple):
     """A bag that was repaired, or could not be."""
 
     path: Path
@@ -45,7 +45,7 @@ class Mended(NamedTuple):
         return f"{self.path.name}: {self.note}"
 
 
-def mend(folder: Path | str) -> list[Mended]:
+def mend(folder: Path | str) -> list[RepairedBag]:
     """Repair every bag of this recorder in the data folder, except those being written."""
     mended = []
     for path in sorted(path for path in Path(folder).iterdir() if path.is_dir()):
@@ -54,13 +54,13 @@ def mend(folder: Path | str) -> list[Mended]:
         try:
             result = mend_bag(path)
         except (RecordingError, OSError) as error:
-            result = Mended(path, 0, f"not mended: {error}")
+            result = RepairedBag(path, 0, f"not mended: {error}")
         if result is not None:
             mended.append(result)
     return mended
 
 
-def mend_bag(path: Path) -> Mended | None:
+def mend_bag(path: Path) -> RepairedBag | None:
     """Repair one bag; None when there is nothing to do."""
     if _is_whole(path):
         return None
@@ -79,7 +79,7 @@ def mend_bag(path: Path) -> Mended | None:
         record.save(path)
     status = record.status if record else "interrupted"
     messages = found.index.messages
-    return Mended(path, messages, f"closed as {status} with {messages} messages{trouble}")
+    return RepairedBag(path, messages, f"closed as {status} with {messages} messages{trouble}")
 
 
 def _finish(
@@ -143,7 +143,9 @@ def _record(path: Path, found: Scan) -> tuple[RunRecord | None, bool]:
         return None, False
     if record.status not in _OPEN_STATUSES:
         return record, True
-    return cycles.told_in(record).with_changes(status="interrupted", stop_reason=_REASON), False
+    return cycles.with_bus_cycles(record).with_changes(
+        status="interrupted", stop_reason=_REASON
+    ), False
 
 
 def _channel_of(found: Scan, topic: str) -> int | None:

@@ -306,5 +306,5 @@ class RecordingSession:
 
     def _closed(self, status: str, reason: str, ended: str) -> RunRecord:
         assert self.record is not None
-        record = self.cycles.told_in(self.record)
+        record = self.cycles.with_bus_cycles(self.record)
         return record.with_changes(status=status, stop_reason=reason, ended=ended)

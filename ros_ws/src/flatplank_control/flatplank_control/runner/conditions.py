@@ -53,7 +53,7 @@ def plank_beyond(position: float) -> Condition:
     return lambda s: s.encoders.plank_position >= position or not s.encoders.plank_moving
 
 
-class Remembered:
+class CachedCondition:
     """A condition that remembers its last result."""
 
     def __init__(self, condition: Condition) -> None:

@@ -16,7 +16,7 @@ from flatplank_control.runner.conditions import QUANTITIES, condition_of
 from flatplank_control.runner.measurement import TRIGGER_AT
 from flatplank_control.runner.moves import SLOW, SPEED
 from flatplank_control.runner.plans import plan_of
-from flatplank_control.runner.steps import Patience, PlanFailed
+from flatplank_control.runner.steps import PlanFailed, WaitMonitor
 from flatplank_data.machine import ROAD_LENGTH
 from flatplank_hw.cia402 import State
 from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Wrench
@@ -79,8 +79,8 @@ class DryBench:
         self._omega = 0.0
 
     def _wait(self, step: S.Wait) -> None:
-        patience = Patience(step, self.time)
-        while not patience.over(self.snapshot(), self.time):
+        monitor = WaitMonitor(step, self.time)
+        while not monitor.over(self.snapshot(), self.time):
             self._advance()
 
     def _advance(self) -> None:
@@ -148,7 +148,7 @@ class Progress:
         return 1.0 - self.left(step, seconds) / self.total if self.total else 1.0
 
 
-def on_paper(plan: Iterable[S.Step]) -> Progress:
+def dry_run_progress(plan: Iterable[S.Step]) -> Progress:
     """Dry-run a plan; a wait for something that the dry run does not simulate takes no time."""
     bench, ends = DryBench(), []
     for step in plan:

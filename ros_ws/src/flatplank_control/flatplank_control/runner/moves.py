@@ -38,7 +38,7 @@ def by_drive(step: S.Plank) -> Plan:
     yield S.Wait("the plank drive has answered", lambda _s: True, 2.0, 0.5)
     if math.isfinite(step.stop_at):
         # a position set-point is needed at every cycle, a speed may hold for a batch
-        yield S.Quick(1)
+        yield S.FastCycles(1)
         yield S.Mode("position", step.stop_at, "plank")
         return
     fast = step.fast or step.direction < 0
@@ -53,9 +53,9 @@ def to_rest() -> Plan:
 
 def back_unloaded(m: Measurement) -> Plan:
     """Unload, return the plank, set pressure and angles, turn the wheel to its start."""
-    yield S.Say("unload, return the plank, turn the wheel, load")
+    yield S.ShowProgress("unload, return the plank, turn the wheel, load")
     yield from mounted(m)
-    yield S.Quick(QUICK)
+    yield S.FastCycles(QUICK)
     yield from to_rest()
     yield S.Manual("unload", 0.0)
     yield S.Plank(-1)
@@ -87,7 +87,7 @@ def turn(angle_deg: float) -> Plan:
 def over_the_road(m: Measurement, at: float = math.nan, then: Sequence[S.Step] = ()) -> Plan:
     """Record while the plank moves from the trigger to the end position; at plank position `at`
     [m] do `then`."""
-    yield S.Quick(1)
+    yield S.FastCycles(1)
     if m.hold_load:
         yield S.HoldLoad(m.fz)
     if m.optical_trigger > 0.0:
@@ -97,12 +97,12 @@ def over_the_road(m: Measurement, at: float = math.nan, then: Sequence[S.Step] =
     yield S.Plank(1, fast=m.fast)
     yield S.Wait("the plank moves", when.plank_moves(), 5.0)
     if then:
-        patience = 1.5 * at / m.speed + 20.0
-        yield S.Wait(f"the plank is at {at:g} m", when.plank_beyond(at), patience)
+        timeout = 1.5 * at / m.speed + 20.0
+        yield S.Wait(f"the plank is at {at:g} m", when.plank_beyond(at), timeout)
         yield from then
-    at_the_end = when.Remembered(when.plank_beyond(m.end_position))
-    patience = 1.5 * m.end_position / m.speed + 20.0
-    yield S.Wait(f"the plank is at {m.end_position:g} m", at_the_end, patience, may_end_early=True)
+    at_the_end = when.CachedCondition(when.plank_beyond(m.end_position))
+    timeout = 1.5 * m.end_position / m.speed + 20.0
+    yield S.Wait(f"the plank is at {m.end_position:g} m", at_the_end, timeout, may_end_early=True)
     yield from to_rest()
     yield S.StopRecord("complete", "" if at_the_end.held else ENOUGH)
     if m.optical_trigger > 0.0:
@@ -117,4 +117,4 @@ def rolling_freely(m: Measurement) -> Plan:
     yield from at_speed(m)
     yield S.SlipWaveform("constant", {"kappa": 0.0}, at, m.effective_rolling_radius)
     yield S.Mode("slip")
-    yield S.Say(f"{m.measurement}: rolling without slip")
+    yield S.ShowProgress(f"{m.measurement}: rolling without slip")

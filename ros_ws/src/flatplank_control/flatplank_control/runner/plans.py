@@ -35,7 +35,7 @@ def slip(m: Measurement) -> Plan:
         m.waveform, m.slip_parameters(), m.step_position, m.effective_rolling_radius
     )
     yield S.Mode("slip")
-    yield S.Say(f"slip {100 * m.kappa:+g} % at {m.step_position:g} m")
+    yield S.ShowProgress(f"slip {100 * m.kappa:+g} % at {m.step_position:g} m")
     yield from moves.over_the_road(m)
 
 
@@ -45,14 +45,14 @@ def free_rolling(m: Measurement) -> Plan:
     if m.flexplates:
         yield from moves.go_back(m)
         yield S.Mode("free_rolling")
-        yield S.Say("free rolling")
+        yield S.ShowProgress("free rolling")
         yield from moves.over_the_road(m)
         return
     yield from moves.back_unloaded(m)
     yield S.Enable(False)
     yield S.Manual("flexplates", 0.0)
     yield S.Manual("load", m.fz)
-    yield S.Say("free rolling, flexplates off")
+    yield S.ShowProgress("free rolling, flexplates off")
     yield from moves.over_the_road(m)
     yield S.Manual("unload", 0.0)
     yield S.Manual("flexplates", 1.0)
@@ -65,7 +65,7 @@ def unloaded_turn(m: Measurement) -> Plan:
     yield S.Manual("unload", 0.0)
     yield from moves.turn(m.start_angle)
     yield S.Record(m.record(), at_once=True)
-    yield S.Say("three turns of the unloaded wheel")
+    yield S.ShowProgress("three turns of the unloaded wheel")
     end = m.start_angle + THREE_TURNS
     yield S.MoveTo(end)
     yield S.Wait("the wheel has made three turns", when.wheel_at(end), 400.0)
@@ -92,31 +92,31 @@ def vertical(m: Measurement) -> Plan:
     """Loading and unloading of the standing tire: C_z from Fz over the loaded radius (G.2)."""
     yield from _onto_the_road(m)
     yield S.Enable(False)
-    yield S.Quick(1)
+    yield S.FastCycles(1)
     yield S.Record(m.record(), at_once=True)
-    yield S.Say("vertical stiffness: load and unload")
+    yield S.ShowProgress("vertical stiffness: load and unload")
     yield S.Manual("load", m.fz)
     yield from _pause()
     yield S.Manual("unload", 0.0)
     yield S.StopRecord("complete")
 
 
-def dragged(usual: float, fast: bool) -> Callable[[Measurement], Plan]:
+def locked_wheel_plan(usual: float, fast: bool) -> Callable[[Measurement], Plan]:
     """The road moves under the held wheel, by `usual` [m] unless the plan says otherwise."""
 
     def plan(m: Measurement) -> Plan:
         way, distance = DIRECTIONS[m.direction], m.distance or usual
         yield from _onto_the_road(m, distance if way < 0 else 0.0)
         yield S.Manual("load", m.fz)
-        yield S.Quick(1)
+        yield S.FastCycles(1)
         yield S.Record(m.record(), at_once=True)
-        yield S.Say(f"{m.measurement}: the locked wheel over {1e3 * distance:g} mm")
+        yield S.ShowProgress(f"{m.measurement}: the locked wheel over {1e3 * distance:g} mm")
         yield from _pause()
         yield S.Plank(way, fast=fast)
         yield S.Wait("the plank moves", when.plank_moves(), 5.0)
-        patience = 2.0 * distance / (SPEED if fast else SLOW) + 10.0
+        timeout = 2.0 * distance / (SPEED if fast else SLOW) + 10.0
         dragged = when.travelled(distance)
-        yield S.Wait("the road was dragged", dragged, patience, may_end_early=True)
+        yield S.Wait("the road was dragged", dragged, timeout, may_end_early=True)
         yield from moves.to_rest()
         yield S.StopRecord("complete")
 
@@ -139,10 +139,10 @@ def parking(m: Measurement) -> Plan:
     yield from _onto_the_road(m)
     yield S.Manual("load", m.fz)
     yield S.Enable(False)
-    yield S.Quick(1)
+    yield S.FastCycles(1)
     yield S.AxisProfile("steer")
     yield S.Record(m.record(), at_once=True)
-    yield S.Say(f"{m.profile} on the steering axis")
+    yield S.ShowProgress(f"{m.profile} on the steering axis")
     yield from _pause()
     yield S.AxisProfile("steer", m.profile, dict(m.profile_parameters))
     time = m.profile_time
@@ -171,10 +171,10 @@ PLANS: dict[str, Callable[[Measurement], Plan]] = {
     "unloaded_turn": unloaded_turn,
     "stiffness_vertical": vertical,
     # C_x: Fx over the road's travel; C_y: Fy over the travel across the steered wheel
-    "stiffness_longitudinal": dragged(0.006, fast=False),
-    "stiffness_lateral": dragged(0.008, fast=False),
+    "stiffness_longitudinal": locked_wheel_plan(0.006, fast=False),
+    "stiffness_lateral": locked_wheel_plan(0.008, fast=False),
     # friction: the road moves until the locked wheel slides
-    "locked_wheel": dragged(0.3, fast=True),
+    "locked_wheel": locked_wheel_plan(0.3, fast=True),
     "cleat": cleat,
     "parking": parking,
     # profiles of the steering and of the road camber
@@ -202,7 +202,7 @@ def safe_end() -> Plan:
     yield S.Enable(False)
 
 
-def let_go(axes: Iterable[str]) -> Plan:
+def release_axes(axes: Iterable[str]) -> Plan:
     """Release further axes from their controllers."""
     for axis in axes:
         yield S.HoldLoad(math.nan) if axis == "vertical" else S.AxisProfile(axis, parameters=None)

@@ -12,7 +12,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from flatplank_control.calibration.book import CALIBRATED, Book
+from flatplank_control.calibration.book import CALIBRATED, CalibrationBook
 from flatplank_control.free_rolling import FreeRollingParameters
 from flatplank_control.runner.conditions import SET_UP
 from flatplank_control.sequencer import SequencerParameters
@@ -44,7 +44,9 @@ GIT_TIMEOUT_S = 5.0
 """time-out of git [s]"""
 
 
-def complete(record: RunRecord, in_force: InForce, book: Book, today: datetime.date) -> RunRecord:
+def complete(
+    record: RunRecord, in_force: InForce, book: CalibrationBook, today: datetime.date
+) -> RunRecord:
     """The record, completed from the parameters of the nodes and the calibration book.
 
     Raises ValueError when a file that the book names is missing.

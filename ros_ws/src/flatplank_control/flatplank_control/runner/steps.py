@@ -140,7 +140,7 @@ class AxisProfile:
 
 
 @dataclass(frozen=True)
-class Quick:
+class FastCycles:
     """Let the bus send batches of cycles while nothing is measured; simulated bench only."""
 
     batch: int
@@ -166,7 +166,7 @@ class Wait:
 
 
 @dataclass(frozen=True)
-class Say:
+class ShowProgress:
     """Show progress to the operator."""
 
     text: str
@@ -174,7 +174,7 @@ class Say:
 
 Step = (
     Manual | Plank | Enable | Mode | MoveTo | SlipWaveform | Arm | Record | StopRecord
-    | Quick | Wait | Say | Trigger | HoldLoad | AxisProfile | Constants
+    | FastCycles | Wait | ShowProgress | Trigger | HoldLoad | AxisProfile | Constants
 )  # fmt: skip
 
 
@@ -207,7 +207,7 @@ class StopWatch:
         raise PlanFailed(f"the wheel was stopped: {TROUBLES[STOPS[drive.stop_reason]].line()}")
 
 
-class Patience:
+class WaitMonitor:
     """Decides, sample by sample, whether a Wait is over. Bench time [s] is an argument."""
 
     def __init__(self, step: Wait, now: float) -> None:

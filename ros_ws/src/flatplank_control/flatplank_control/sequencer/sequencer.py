@@ -15,8 +15,8 @@ from typing import NamedTuple
 from flatplank_control.sequencer.params import FASTEST, JUMP, SETUP_CONSTANTS, SequencerParameters
 from flatplank_control.sequencer.waveforms import WAVEFORMS, Waveform
 from flatplank_data.limits import Limit
-from flatplank_data.params import ParameterError, from_mapping, nearest, only_these
-from flatplank_hw.answers import Agenda, Answer, refused
+from flatplank_data.params import ParameterError, from_mapping, nearest, require_changes_only
+from flatplank_hw.answers import ActionQueue, Answer, refused
 from flatplank_hw.samples import EncoderSample, Reference
 
 
@@ -113,7 +113,7 @@ class SlipSequencer:
 
     def __init__(self, p: SequencerParameters) -> None:
         self.parameters = p
-        self._agenda = Agenda()
+        self._agenda = ActionQueue()
         self._wave: Waveform | None = None
         self._start = self._radius = _NAN
         self._position: float | None = None
@@ -139,7 +139,7 @@ class SlipSequencer:
     # requests
     def set_constants(self, p: SequencerParameters) -> None:
         """Change the plank speed from the next cycle on; ValueError for any other change."""
-        only_these(self.parameters, p, SETUP_CONSTANTS, "slip sequencer")
+        require_changes_only(self.parameters, p, SETUP_CONSTANTS, "slip sequencer")
         self.parameters = p
         if self._follower is not None:
             self._follower.parameters = p

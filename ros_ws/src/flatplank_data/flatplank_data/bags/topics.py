@@ -87,7 +87,8 @@ OWN = TopicMap(
 
 def topic_map(mapping: Mapping[str, Any] | None) -> TopicMap:
     """Our own topics, or those of a mapping file."""
-    topics = (mapping or {}).get("topics")
+    mapping = mapping or {}
+    topics = mapping.get("topics")
     if not topics:
         return OWN
     sources = {

@@ -56,7 +56,7 @@ def read_bag(request: Request) -> Loaded:
 @describer(*_STORAGE)
 def describe_bag(store: Store, name: str) -> dict[str, Any]:
     """The run record beside the bag, else the last `/run` message, which has the final status."""
-    record = f"{name}/{RECORD_FILE}" if store.is_dir(name) else _beside(name)
+    record = f"{name}/{RECORD_FILE}" if store.is_dir(name) else _record_of_bag(name)
     if store.exists(record):
         with store.open(record) as stream:
             return _record({"record": stream.read().decode("utf-8")})
@@ -68,7 +68,7 @@ def describe_bag(store: Store, name: str) -> dict[str, Any]:
     return facts
 
 
-def _beside(name: str) -> str:
+def _record_of_bag(name: str) -> str:
     """The run record of a bag whose own folder was opened."""
     folder, _, _ = name.rpartition("/")
     return f"{folder}/{RECORD_FILE}" if folder else RECORD_FILE

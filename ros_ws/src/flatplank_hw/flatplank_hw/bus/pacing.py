@@ -8,7 +8,7 @@ PACES = ("realtime", "lockstep", "hold")
 CATCH_UP = 25
 """a late real-time bus makes up for at most this many batches at once"""
 
-IMPATIENT = 0.002
+ABSENT_TIMEOUT_S = 0.002
 """wait for each further answer after one has failed to come [s]"""
 
 
@@ -73,8 +73,8 @@ class Pacer:
         return self.pace == "lockstep" and not self.missing
 
     def _may_still_come(self, wall: float) -> bool:
-        patience = min(self.timeout, IMPATIENT) if self.absent else self.timeout
-        return wall - self._last < patience
+        timeout = min(self.timeout, ABSENT_TIMEOUT_S) if self.absent else self.timeout
+        return wall - self._last < timeout
 
     def given_up(self, wall: float) -> bool:
         """True, once, when a held bus stops waiting for the answers to its last cycle."""

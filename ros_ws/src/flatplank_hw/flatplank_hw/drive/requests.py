@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable
 
 from flatplank_data.params import nearest
-from flatplank_hw.answers import Agenda, Answer, refused
+from flatplank_hw.answers import ActionQueue, Answer, refused
 from flatplank_hw.cia402 import State, error_words
 from flatplank_hw.drive import safety
 from flatplank_hw.drive.modes import MODES, Homer, Mode, Position
@@ -31,7 +31,7 @@ class DriveRequests:
 
     def __init__(self, p: DriveParameters) -> None:
         self.parameters = p
-        self._agenda = Agenda()
+        self._agenda = ActionQueue()
         self._rules = tuple(RULES[name] for name in p.rules)
         self._latching = tuple(rule for rule in self._rules if rule.latching)
         self._lasting = tuple(rule for rule in self._rules if rule.name in LASTING)
@@ -192,7 +192,7 @@ class DriveRequests:
         """Release the claim; no client is in charge then."""
         return self._agenda.accept(self._watch.charge.release)
 
-    def hear_in_charge(self, client: str) -> Answer:
+    def adopt_claim(self, client: str) -> Answer:
         """Take over a claim that another drive has answered: `client` is in charge of this axis,
         too; empty: none."""
         if not client:

@@ -11,7 +11,7 @@ from flatplank_hw.drive.shaft import Shaft
 from flatplank_hw.samples import EncoderSample, HubSample, Reference
 
 
-class Charge:
+class ControlClaim:
     """The claim of one client. Times are bench times [ns]; a heartbeat gets the time of the next
     cycle."""
 
@@ -56,7 +56,7 @@ class Watch:
         self._since = 0
         self._minds_wheel, self._wheel_ran = "wheel_stopped" in p.rules, False
         self.situation = Situation()
-        self.charge = Charge()
+        self.charge = ControlClaim()
 
     def start(self, now: int) -> None:
         """Start at bench time `now` [ns], when the axis is enabled: references are due from then

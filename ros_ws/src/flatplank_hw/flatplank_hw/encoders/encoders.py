@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import math
 
-from flatplank_data.params import only_these
-from flatplank_hw.answers import Agenda, Answer
+from flatplank_data.params import require_changes_only
+from flatplank_hw.answers import ActionQueue, Answer
 from flatplank_hw.bus.image import BusInputs, Digital
 from flatplank_hw.cia402 import CiaMode
 from flatplank_hw.encoders.counter import SlopeCounter, turns_between
@@ -25,7 +25,7 @@ class Encoders:
 
     def __init__(self, p: EncoderParameters) -> None:
         self.parameters = p
-        self._agenda = Agenda()
+        self._agenda = ActionQueue()
 
         def samples(window: float) -> int:
             return max(round(window * p.rate_hz), 2)
@@ -55,7 +55,7 @@ class Encoders:
 
     def set_constants(self, p: EncoderParameters) -> None:
         """Change set-up constants from the next cycle on; ValueError for any other change."""
-        only_these(self.parameters, p, SETUP_CONSTANTS, "encoders")
+        require_changes_only(self.parameters, p, SETUP_CONSTANTS, "encoders")
         self.parameters = p
         self._steer_offset = math.radians(p.slip_angle_offset_deg)
 

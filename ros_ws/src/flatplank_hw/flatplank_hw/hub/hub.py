@@ -7,8 +7,8 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from flatplank_data.params import only_these
-from flatplank_hw.answers import Agenda, Answer, refused
+from flatplank_data.params import require_changes_only
+from flatplank_hw.answers import ActionQueue, Answer, refused
 from flatplank_hw.bus.image import BusInputs
 from flatplank_hw.encoders.counter import turns_between
 from flatplank_hw.hub import parasitic
@@ -62,7 +62,7 @@ class MeasurementHub:
     def __init__(self, p: HubParameters) -> None:
         self.parameters = p
         self._gains = gains(p)
-        self._agenda = Agenda()
+        self._agenda = ActionQueue()
         self._moment = SOURCES[p.drive_moment_source] if p.include_drive_moment else None
         self._wheel_scale = _TURN / p.wheel_counts_per_turn
         self._camber_scale = _TURN / p.camber_counts_per_turn
@@ -95,7 +95,7 @@ class MeasurementHub:
     # requests
     def set_constants(self, p: HubParameters) -> None:
         """Change set-up constants from the next cycle on; ValueError for any other change."""
-        only_these(self.parameters, p, SETUP_CONSTANTS, "measurement hub")
+        require_changes_only(self.parameters, p, SETUP_CONSTANTS, "measurement hub")
         self.parameters, self._gains = p, gains(p)
         self._camber_zero = math.radians(p.wheel_camber_deg + p.road_camber_offset_deg)
         self._camber_counts = None

@@ -68,7 +68,7 @@ class EthercatBus(BenchNode):
         # by the wall clock: the stamps of a restarted bus are later than those of the last one
         self.t0 = time.time_ns() // self.period_ns * self.period_ns
         # one request at a time, in a thread of its own: a command must not wait for an SDO
-        self.errands = ThreadPoolExecutor(1, thread_name_prefix="bus errand")
+        self.threads = ThreadPoolExecutor(1, thread_name_prefix="bus request")
         self.client.start()
 
     def client_for(self, p: BusParameters, path: Path) -> BusClient:
@@ -114,7 +114,7 @@ class EthercatBus(BenchNode):
     def ask_for_diagnosis(self) -> None:
         if self.listening and not self.asked:
             self.asked = True
-            self.errands.submit(self.diagnose).add_done_callback(self.on_diagnosed)
+            self.threads.submit(self.diagnose).add_done_callback(self.on_diagnosed)
 
     def diagnose(self) -> None:
         """Get diagnostics from the bus process and update the troubles."""
@@ -142,17 +142,17 @@ class EthercatBus(BenchNode):
     def numbers(self) -> dict[str, Any]:
         return {"bus file": self.parameters.bus_file, **self.found}
 
-    def aside(self, work: Callable[..., Any], *arguments: Any) -> Future:
+    def in_thread(self, work: Callable[..., Any], *arguments: Any) -> Future:
         """Do work that waits for the bus process in a separate thread."""
         done = Future()
 
-        def errand() -> None:
+        def work_in_thread() -> None:
             try:
                 done.set_result(work(*arguments))
             except LookupError as error:
                 done.set_exception(error)
 
-        self.errands.submit(errand)
+        self.threads.submit(work_in_thread)
         return done
 
     async def on_sdo_read(
@@ -160,7 +160,7 @@ class EthercatBus(BenchNode):
     ) -> SdoRead.Response:
         place = (request.slave, request.index, request.subindex)
         try:
-            data = await self.aside(self.client.sdo_read, *place)
+            data = await self.in_thread(self.client.sdo_read, *place)
         except LookupError as error:
             return answer(response, False, str(error))
         return answer(response, True, "", data=list(data))
@@ -170,20 +170,20 @@ class EthercatBus(BenchNode):
     ) -> SdoWrite.Response:
         place = (request.slave, request.index, request.subindex)
         try:
-            await self.aside(self.client.sdo_write, *place, bytes(request.data))
+            await self.in_thread(self.client.sdo_write, *place, bytes(request.data))
         except LookupError as error:
             return answer(response, False, str(error))
         return answer(response, True, "")
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        self.fall_silent()
+        self.stop_publishing()
         return super().on_deactivate(state)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
         self.finish()
         return super().on_cleanup(state)
 
-    def fall_silent(self) -> None:
+    def stop_publishing(self) -> None:
         """Stop publishing images."""
         if getattr(self, "listening", False):
             self.listening = False
@@ -191,9 +191,9 @@ class EthercatBus(BenchNode):
 
     def finish(self) -> None:
         """Stop the bus in order, whatever ends the node."""
-        self.fall_silent()
-        if hasattr(self, "errands"):
-            self.errands.shutdown(cancel_futures=True)
+        self.stop_publishing()
+        if hasattr(self, "threads"):
+            self.threads.shutdown(cancel_futures=True)
             self.client.stop()
 
 

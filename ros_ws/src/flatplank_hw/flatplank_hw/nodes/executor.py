@@ -82,7 +82,7 @@ class _Watch:
             waitable.add_to_wait_set(add)
         add.wait(nanoseconds)
 
-    def something_rare(self) -> bool:
+    def rare_entity_ready(self) -> bool:
         ready = self.set.get_ready_entities
         if any(not known.isdisjoint(ready(kind)) for kind, known in self.rare):
             return True
@@ -109,7 +109,7 @@ class StreamExecutor(SingleThreadedExecutor):
         except InvalidHandle:  # a callback has destroyed an entity: gather the entities again
             self.forget()
             return
-        if watch.something_rare():
+        if watch.rare_entity_ready():
             self.forget()
             self._spin_everything()
             return

@@ -28,7 +28,7 @@ class MeasurementHubNode(BenchNode):
             self.parameters = parameters
 
     def connect(self) -> None:
-        self.told = 0
+        self.reported = 0
         """channels whose saturation was reported, as bits"""
         self.told_of_tare = ""
         self.wheel, self.contact, self.state = WrenchStamped(), WrenchStamped(), HubState()
@@ -56,8 +56,8 @@ class MeasurementHubNode(BenchNode):
         self.publish_contact(self.contact)
         self.publish_state(self.state)
         self.publish_wheel(self.wheel)
-        if saturated != self.told:
-            self.told = saturated
+        if saturated != self.reported:
+            self.reported = saturated
             names = [f"C{i + 1}" for i in range(convert.CHANNELS) if saturated >> i & 1]
             self.troubles.now({"saturated": ", ".join(names)} if names else {}, ("saturated",))
         reason = self.hub.tare_status.reason

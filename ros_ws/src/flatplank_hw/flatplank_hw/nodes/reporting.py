@@ -88,12 +88,12 @@ class Reporter:
             self._present = {k: p for k, p in self._present.items() if p.until > now}
             present = sorted(self._present.values(), key=lambda p: -p.trouble.level)
         names = ", ".join(dict.fromkeys(p.trouble.name for p in present))
-        told = {"troubles": names, **values} if names else values
+        shown = {"troubles": names, **values} if names else values
         return DiagnosticStatus(
             level=bytes([max((p.trouble.level for p in present), default=Level.OK)]),
             name=self._name,
             message=" | ".join(p.line() for p in present) or "ok",
-            values=[KeyValue(key=str(k), value=str(v)) for k, v in told.items()],
+            values=[KeyValue(key=str(k), value=str(v)) for k, v in shown.items()],
         )
 
     def _log(self, trouble: Trouble, line: str) -> None:
@@ -142,20 +142,20 @@ class Collector:
             return [status for _, (status, _) in sorted(self._latest.items())]
 
 
-def telling(reporter: Reporter, name: str, callback: Callable) -> Callable:
+def reporting_refusals(reporter: Reporter, name: str, callback: Callable) -> Callable:
     """Wrap the callback of a service so that its refusals are reported."""
 
-    def told(response: Any) -> Any:
+    def checked(response: Any) -> Any:
         accepted = getattr(response, "accepted", getattr(response, "success", True))
         if not accepted:
             reason = getattr(response, "reason", "") or getattr(response, "message", "")
             reporter.happened("refused", f"{name}: {reason}")
         return response
 
-    async def asked_and_waited(request: Any, response: Any) -> Any:
-        return told(await callback(request, response))
+    async def reported(request: Any, response: Any) -> Any:
+        return checked(await callback(request, response))
 
     def asked(request: Any, response: Any) -> Any | Coroutine:
-        return told(callback(request, response))
+        return checked(callback(request, response))
 
-    return asked_and_waited if iscoroutinefunction(callback) else asked
+    return reported if iscoroutinefunction(callback) else asked

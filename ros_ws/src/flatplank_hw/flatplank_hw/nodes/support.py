@@ -28,7 +28,7 @@ from std_srvs.srv import Trigger
 from flatplank_data.params import SHELL_KEYS
 from flatplank_hw.nodes.executor import StreamExecutor
 from flatplank_hw.nodes.parameters import declare, read, refuse_unknown
-from flatplank_hw.nodes.reporting import OF_NODES, Collector, Reporter, telling
+from flatplank_hw.nodes.reporting import OF_NODES, Collector, Reporter, reporting_refusals
 from flatplank_hw.process import end_with_parent, end_within, prepare_threads, tell_started
 
 ENDING = (signal.SIGINT, signal.SIGTERM)
@@ -132,8 +132,8 @@ class BenchNode(LifecycleNode):
         # a waiting coroutine must not block other callbacks
         group = ReentrantCallbackGroup() if iscoroutinefunction(callback) else None
         full = name.replace("~", f"/{self.get_name()}", 1)
-        told = telling(self.troubles, full, callback)
-        service = self.create_service(srv_type, name, told, callback_group=group)
+        wrapped = reporting_refusals(self.troubles, full, callback)
+        service = self.create_service(srv_type, name, wrapped, callback_group=group)
         self._teardown.append(lambda: self.destroy_service(service))
 
     def add_request(
@@ -283,7 +283,7 @@ def run(make: Callable[[], Any], args: list[str] | None = None) -> int:
         print(f"not started: {' '.join(str(error).split())}", file=sys.stderr)
         return 1
     except Exception as error:
-        print(f"ended by {type(error).__name__}: {_told(error)}", file=sys.stderr)
+        print(f"ended by {type(error).__name__}: {_error_text(error)}", file=sys.stderr)
         end_within(TO_END, 70)
         return 70
     finally:
@@ -321,7 +321,7 @@ def _words(error: Exception) -> str:
     return " ".join(str(error).split())
 
 
-def _told(error: Exception) -> str:
+def _error_text(error: Exception) -> str:
     """The error on one line, with the path of the file that holds its traceback."""
     words = _words(error)
     try:

@@ -47,7 +47,7 @@ class DriveNode(BenchNode):
         self.joints.name = [axis]
         self.join = CycleJoin(("inputs", "encoders", "hub", "reference"), self.on_cycle)
         self.said = ""
-        self.told: tuple[int, int, bool] | None = None
+        self.reported: tuple[int, int, bool] | None = None
         self.publish = self.add_publisher(BusOutputs, "/bus/outputs", STREAM, needed=True)
         self.publish_status = self.add_publisher(DriveStatus, "~/status", STREAM)
         self.publish_joints = self.add_publisher(JointState, "~/joint_states", STREAM)
@@ -75,9 +75,9 @@ class DriveNode(BenchNode):
             self.add_service(Claim, "/operator/claim", self.on_claim)
             self.publish_in_charge = self.add_publisher(String, "/operator/in_charge", LATCHED)
         else:
-            hear = self.drive.hear_in_charge
+            adopt = self.drive.adopt_claim
             self.add_subscription(
-                String, "/operator/in_charge", lambda m: hear(m.data), LATCHED, needed=False
+                String, "/operator/in_charge", lambda m: adopt(m.data), LATCHED, needed=False
             )
         self.add_subscription(String, "/operator/heartbeat", self.on_heartbeat, 10, needed=False)
 
@@ -120,8 +120,8 @@ class DriveNode(BenchNode):
         if self.drive.mode != self.said:
             self.say_mode(self.drive.mode)
         seen = (sample.stop_reason, sample.error_code, self.drive.drags)
-        if seen != self.told:
-            self.told = seen
+        if seen != self.reported:
+            self.reported = seen
             self.troubles.now(self.drive.troubles, DRIVE)
 
     def say_mode(self, mode: str) -> None:

@@ -20,8 +20,8 @@ from flatplank_control.investigate.bench import Execute, batch_name
 from flatplank_control.investigate.opening import (
     NOTEBOOK,
     DiskLog,
+    batches_of_runner,
     keep,
-    made_elsewhere,
     on_twin,
     open_loop,
 )
@@ -40,13 +40,13 @@ _DIAGNOSED: dict[str, Any] = {}
 
 def investigation(progress: Progress, folder: str) -> dict[str, Any]:
     """State of the investigation in a folder."""
-    return _told(DiskLog(Path(folder)).events)
+    return _content(DiskLog(Path(folder)).events)
 
 
 def decide(progress: Progress, folder: str, minutes: float, tire: str) -> dict[str, Any]:
     """Start or continue, and choose the next batch unless one waits."""
     progress("choosing the next runs", 0.0)
-    loop = _loop(folder, minutes, made_elsewhere(Path(folder)), tire)
+    loop = _loop(folder, minutes, batches_of_runner(Path(folder)), tire)
     loop.begin()
     if not loop.waiting and not loop.ended:
         loop.decide()
@@ -65,7 +65,7 @@ def measure(
         progress(text, len(made) / max(len(loop.waiting["settings"]) if loop.waiting else 1, 1))
 
     execute = on_twin(where, twin["preset"], twin["plant"], twin["seed"], None, say) if twin else (
-        made_elsewhere(where)
+        batches_of_runner(where)
     )  # fmt: skip
     loop = _loop(folder, minutes, execute, tire)
     progress("measuring" if twin else "diagnosing", 0.0)
@@ -79,7 +79,7 @@ def measure(
 def refuse(progress: Progress, folder: str, minutes: float, tire: str) -> dict[str, Any]:
     """Refuse the waiting batch; ValueError when some of its runs exist already."""
     where = Path(folder)
-    loop = _loop(folder, minutes, made_elsewhere(where), tire)
+    loop = _loop(folder, minutes, batches_of_runner(where), tire)
     assert loop.waiting is not None
     name = batch_name(loop.waiting["number"])
     if (where / f"{name}{SUFFIX}").exists():
@@ -98,30 +98,30 @@ def _kept(loop: Loop, folder: str) -> dict[str, Any]:
     _DIAGNOSED.clear()
     _DIAGNOSED[folder] = loop.diagnosed
     keep(loop, Path(folder))
-    return _told(loop.log.events)
+    return _content(loop.log.events)
 
 
-def _told(events: list[dict[str, Any]]) -> dict[str, Any]:
+def _content(events: list[dict[str, Any]]) -> dict[str, Any]:
     """Content of a log for the page."""
     if not events:
         return {"entries": [], "waiting": None, "ended": "", "left": None}
-    told = summary(events)
+    log = summary(events)
     last = events[-1]
     waiting = last if last["event"] == "batch" else None
     return {
-        "entries": [{k: e.get(k) for k in SHOWN} for e in entries_of(told)],
+        "entries": [{k: e.get(k) for k in SHOWN} for e in entries_of(log)],
         "waiting": waiting and {k: waiting[k] for k in ("number", "what", "reason", "minutes")}
         | {"plan": waiting["plan"], "runs": len(yaml.safe_load(waiting["plan"])["runs"])},
-        "ended": told["ended"] or "", "reason": told["reason"], "minutes": told["minutes"],
-        "budget": told["budget"], "left": max(told["budget"] - told["minutes"], 0.0),
-        "runs": told["runs"], "evidence": times(told["log_e"]), "limit": 1.0 / told["alpha"],
-        "verdict": verdict_of(told),
+        "ended": log["ended"] or "", "reason": log["reason"], "minutes": log["minutes"],
+        "budget": log["budget"], "left": max(log["budget"] - log["minutes"], 0.0),
+        "runs": log["runs"], "evidence": times(log["log_e"]), "limit": 1.0 / log["alpha"],
+        "verdict": verdict_of(log),
         "effects": [
             {"title": e["title"], "size": sized(e["size"], e["interval"], e["unit"]),
              "advice": e["advice"]}
-            for e in (told["verdict"] or {}).get("effects", ())
+            for e in (log["verdict"] or {}).get("effects", ())
         ],
-        "decoys": decoy_words(told["batches"]),
-        "proposal": proposal_of(told["proposal"]) if told["proposal"] else "",
-        "code": code_of(told["proposal"]), "notebook": NOTEBOOK,
+        "decoys": decoy_words(log["batches"]),
+        "proposal": proposal_of(log["proposal"]) if log["proposal"] else "",
+        "code": code_of(log["proposal"]), "notebook": NOTEBOOK,
     }  # fmt: skip

@@ -173,7 +173,7 @@ class PanelNode:
         return await self._call(kind, name, fields, reply_of)
 
     async def _call(
-        self, kind: type, name: str, fields: Mapping[str, Any], read: Callable[[Any], Reply]
+        self, kind: Any, name: str, fields: Mapping[str, Any], read: Callable[[Any], Reply]
     ) -> Reply:
         client = self._services.get(name)
         if client is None:

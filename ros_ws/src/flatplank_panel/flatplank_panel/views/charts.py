@@ -203,14 +203,14 @@ def error_of_loop(entries: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     options = axes("bench time [min]", "RMS error of Fx [N]")
     options["xAxis"]["min"] = 0
     options["yAxis"] |= {"min": 0, "scale": False}
-    told = [e for e in entries if e["error"] is not None]
+    measured = [e for e in entries if e["error"] is not None]
     lines = (
         ("tire alone", "error_alone", COLORS[7], "dotted"),
         ("with what was found", "error", COLORS[0], "solid"),
         ("floor", "floor", COLORS[1], "dashed"),
     )
     options["series"] = [
-        line(name, [[e["until"], _round(e[key])] for e in told], color, type=dash)
+        line(name, [[e["until"], _round(e[key])] for e in measured], color, type=dash)
         | {"showSymbol": True, "symbol": "circle", "symbolSize": 6}
         for name, key, color, dash in lines
     ]
@@ -221,8 +221,8 @@ def error_of_loop(entries: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 def evidence_of_loop(entries: Sequence[Mapping[str, Any]], limit: float) -> dict[str, Any]:
     """E-value of an investigation over the minutes, and the limit for a decision."""
     options = axes("bench time [min]", "log10 of the e-value")
-    told = [[0.0, 0.0]] + [[e["until"], e["so_far"]] for e in entries if e["so_far"] is not None]
-    logs = [[m, round(min(max(v / math.log(10.0), -6.0), 30.0), 2)] for m, v in told]
+    points = [[0.0, 0.0]] + [[e["until"], e["so_far"]] for e in entries if e["so_far"] is not None]
+    logs = [[m, round(min(max(v / math.log(10.0), -6.0), 30.0), 2)] for m, v in points]
     enough = round(math.log10(limit), 2)
     options["series"] = [
         line("e-value", logs, COLORS[0], type="solid")

@@ -47,7 +47,7 @@ class _Discover:
                 self.build_ranking()
                 self.build_effect()
             self.proposal.build()
-        self.folder.on_value_change(self.put_away)
+        self.folder.on_value_change(self.close_campaign)
         self.page.client.on_delete(self.analysis.cancel)
         ui.timer(0.05, self.page.act(self.list), once=True)
         ui.timer(0.3, self.refresh)
@@ -118,7 +118,7 @@ class _Discover:
         await self.page.list_campaigns(self.folder)
 
     async def simulate(self, name: str, seed: Any) -> None:
-        self.put_away()
+        self.close_campaign()
         made = await self.analysis.simulate(name, seed)
         await self.list()
         self.folder.set_value(made)
@@ -127,7 +127,7 @@ class _Discover:
     async def open(self) -> None:
         if not self.folder.value:
             raise ValueError("choose a campaign first")
-        self.put_away()
+        self.close_campaign()
         folder, model = self.folder.value, str(self.model.value or "")
         await self.first_picture(folder)
         if self.folder.value != folder:
@@ -194,14 +194,14 @@ class _Discover:
         self.cancel_button.set_enabled(self.analysis.busy)
         self.status.set_text(f"{text} …" if text else self.said)
 
-    def put_away(self) -> None:
+    def close_campaign(self) -> None:
         """Close the campaign and clear all results."""
-        self.analysis.put_away()
+        self.analysis.close_campaign()
         self.picture, self.ranked, self.found = {}, [], {}
         for text in (self.next_text, self.effect_name, self.map_text, self.in_model):
             text.set_text("")
         self.verdict.set_text(ASK)
-        self.proposal.put_away()
+        self.proposal.close_campaign()
         self.say("Open the campaign.")
         self.next_button.set_visibility(False)
         self.list_box.clear()

@@ -130,52 +130,55 @@ class _Investigate:
         self.prompt.set_text(asked)
         self.prompt.set_visibility(bool(asked))
         self.done.set_visibility(bool(asked))
-        if of.told is not self.drawn:
-            self.drawn = of.told
-            self.draw(of.told)
+        if of.content is not self.drawn:
+            self.drawn = of.content
+            self.draw(of.content)
 
-    def draw(self, told: Mapping[str, Any]) -> None:
+    def draw(self, content: Mapping[str, Any]) -> None:
         """Show the content of the log."""
-        self.draw_next(told["waiting"], told["ended"], told)
-        self.draw_verdict(told)
+        self.draw_next(content["waiting"], content["ended"], content)
+        self.draw_verdict(content)
         self.queue.clear()
         with self.queue:
-            for entry in told["entries"]:
+            for entry in content["entries"]:
                 _draw_entry(entry)
-            if not told["entries"]:
+            if not content["entries"]:
                 ui.label(NOTHING).classes("fp-quiet")
-        notebook = told.get("notebook")
+        notebook = content.get("notebook")
         self.file.set_text(f"The same as a file of the folder: {notebook}" if notebook else "")
-        self.page.draw(self.error_chart, charts.error_of_loop(told["entries"]))
+        self.page.draw(self.error_chart, charts.error_of_loop(content["entries"]))
         self.page.draw(
-            self.evidence_chart, charts.evidence_of_loop(told["entries"], told.get("limit", 1.0))
+            self.evidence_chart,
+            charts.evidence_of_loop(content["entries"], content.get("limit", 1.0)),
         )
 
-    def draw_next(self, waiting: Any, ended: str, told: Mapping[str, Any]) -> None:
+    def draw_next(self, waiting: Any, ended: str, content: Mapping[str, Any]) -> None:
         if waiting:
             self.what.set_text(f"{waiting['number']}. {waiting['what']}")
-            minutes = f"{waiting['minutes']:.0f} of {told['left'] + waiting['minutes']:.0f}"
+            minutes = f"{waiting['minutes']:.0f} of {content['left'] + waiting['minutes']:.0f}"
             self.why.set_text(f"{waiting['reason']}; {minutes} min left")
         else:
             self.what.set_text(f"None: {ended}" if ended else NOTHING)
-            self.why.set_text(told["reason"] if ended else "")
+            self.why.set_text(content["reason"] if ended else "")
 
-    def draw_verdict(self, told: Mapping[str, Any]) -> None:
+    def draw_verdict(self, content: Mapping[str, Any]) -> None:
         self.found.clear()
-        known = any(e["answer"] for e in told["entries"])
-        self.verdict.set_text(told["verdict"] if told["ended"] else _last(told["entries"]))
-        self.sure.set_text(f"{told['evidence']} so far; {told['decoys']}" if known else "")
-        self.code.set_text(told.get("code", ""))
-        self.code.set_visibility(bool(told.get("code")))
+        known = any(e["answer"] for e in content["entries"])
+        self.verdict.set_text(
+            content["verdict"] if content["ended"] else _last(content["entries"])
+        )
+        self.sure.set_text(f"{content['evidence']} so far; {content['decoys']}" if known else "")
+        self.code.set_text(content.get("code", ""))
+        self.code.set_visibility(bool(content.get("code")))
         with self.found:
-            effects = told.get("effects", ())
-            self.found.set_visibility(bool(effects or told.get("proposal")))
+            effects = content.get("effects", ())
+            self.found.set_visibility(bool(effects or content.get("proposal")))
             for effect in effects:
                 ui.label(f"{effect['title']}: {effect['size']}").classes("fp-rank-title")
                 for a in effect["advice"]:
                     ui.label(f"{a['name']}, check: {a['check']}").classes("fp-quiet")
-            if told.get("proposal"):
-                ui.label(told["proposal"])
+            if content.get("proposal"):
+                ui.label(content["proposal"])
 
 
 def _last(entries: list[dict[str, Any]]) -> str:

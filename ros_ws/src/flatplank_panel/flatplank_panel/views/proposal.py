@@ -42,7 +42,7 @@ class ProposalCard:
         """Search for a proposal and show it."""
         found = await self.of.analysis.propose()
         if "name" not in found:
-            self.put_away()
+            self.close_campaign()
             self.say(f"Nothing to propose: {found['reason']}")
             return
         refit = found["refit"]
@@ -81,9 +81,9 @@ class ProposalCard:
         if not self.new.value:
             raise ValueError("choose the campaign of the new runs first")
         found = await self.of.analysis.confirm(self.known, str(self.new.value))
-        told = found["sets"][0]
-        why = "; ".join(told["reasons"]) or "size and error agree"
-        size = sized(told["size"], told["interval"], found["unit"])
+        first = found["sets"][0]
+        why = "; ".join(first["reasons"]) or "size and error agree"
+        size = sized(first["size"], first["interval"], found["unit"])
         self.say(f"{found['verdict']}: {size} in the new runs; {why}")
 
     def take(self, name: str, text: str) -> None:
@@ -98,7 +98,7 @@ class ProposalCard:
     def draw(self, options: dict[str, Any]) -> None:
         self.of.page.draw(self.chart, options)
 
-    def put_away(self) -> None:
+    def close_campaign(self) -> None:
         """Clear everything of the last campaign."""
         self.say(ASK)
         self.take("", "")

@@ -68,7 +68,7 @@ def _charge(page: Page) -> None:
 
     async def toggle() -> None:
         if page.in_charge:
-            await operator.give_back(page.id)
+            await operator.release_page(page.id)
         else:
             operator.take(page.id, f"page {page.id[:4]}")
         refresh()

@@ -36,7 +36,7 @@ from flatplank_sim.sealed.seal import unseal
 from flatplank_sim.twin.campaign import SLIPS, matrix, simulate_many
 
 
-class Teller:
+class StepPrinter:
     """Prints numbered steps, each with its progress and duration."""
 
     def __init__(self, steps: int) -> None:
@@ -106,7 +106,7 @@ SLIP_ON_GRAPH = (0.05, 1)
 STARTS = (1, 2, 3)
 
 
-def measure(folder: Path, seed: int, jobs: int | None, teller: Teller) -> float:
+def measure(folder: Path, seed: int, jobs: int | None, teller: StepPrinter) -> float:
     """Make one free-rolling run and 27 slip steps, a bag each; returns the effective rolling
     radius [m]."""
     from flatplank_control.nodes.client import BenchClient
@@ -136,7 +136,7 @@ def measure(folder: Path, seed: int, jobs: int | None, teller: Teller) -> float:
 
 
 def fit_and_report(
-    folder: Path, out: Path, jobs: int | None, teller: Teller
+    folder: Path, out: Path, jobs: int | None, teller: StepPrinter
 ) -> tuple[Path, list[str]]:
     """Write the report page; returns it and the results of the fits as text."""
     teller.step("models fitted to the bags, figures and report")
@@ -168,7 +168,7 @@ def _found(result: CampaignResult) -> list[str]:
     return lines
 
 
-def sealed_challenge(folder: Path, seed: int, teller: Teller) -> list[str]:
+def sealed_challenge(folder: Path, seed: int, teller: StepPrinter) -> list[str]:
     """Go once through the loop of diagnosis; returns the result as text."""
     teller.step("a sealed challenge: a campaign with something hidden")
     make_challenge(folder, seed, teller.count)
@@ -210,7 +210,7 @@ def main(argv: list[str]) -> int:
     """Exit code 0: everything was made; the last lines say what was found and where it is."""
     o = parser().parse_args(argv)
     out = o.out.resolve()
-    teller = Teller(steps=7)
+    teller = StepPrinter(steps=7)
     campaign = out / "campaign"
     radius = measure(campaign, o.seed, o.jobs, teller)
     page, found = fit_and_report(campaign, out / "report", o.jobs, teller)

@@ -11,9 +11,9 @@ from dataclasses import replace
 from flatplank_hw.ethercat.reader import read_bus_file
 from flatplank_sim.emulator.bench import EmulatedBench, make_plant
 from flatplank_sim.emulator.control import ControlServer
-from flatplank_sim.emulator.faults import Rig
+from flatplank_sim.emulator.faults import FaultTargets
 from flatplank_sim.emulator.runner import Port, Runner
-from flatplank_sim.emulator.vocabulary import Vocabulary
+from flatplank_sim.emulator.vocabulary import RequestHandler
 from flatplank_sim.emulator.wire import Wire
 
 WARM_UP = 5
@@ -38,7 +38,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--max-age-ms", type=float, default=5.0, help="older frames are dropped")
     parser.add_argument(
-        "--patience-ms", type=float, default=0.0, help="a master may be silent for so long"
+        "--master-timeout-ms", type=float, default=0.0, help="a master may be silent for so long"
     )
     parser.add_argument("--fifo", action="store_true", help="SCHED_FIFO when allowed")
     parser.add_argument(
@@ -58,10 +58,10 @@ def make(options: argparse.Namespace) -> Runner:
     bench = EmulatedBench(bus, plant)
     port = Port(options.interface)
     wire = Wire(max_age_ns=round(options.max_age_ms * 1e6), seed=options.seed)
-    runner = Runner(bench, wire, port, patience_ns=round(options.patience_ms * 1e6))
+    runner = Runner(bench, wire, port, master_timeout_ns=round(options.master_timeout_ms * 1e6))
     if options.control:
-        vocabulary = Vocabulary(
-            Rig(bench, wire, port.set_link),
+        vocabulary = RequestHandler(
+            FaultTargets(bench, wire, port.set_link),
             stop=lambda: setattr(runner, "running", False),
             facts=runner.facts,
         )

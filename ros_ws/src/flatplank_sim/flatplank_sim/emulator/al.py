@@ -20,7 +20,7 @@ class State(IntEnum):
     OP = 8
 
 
-class Code(IntEnum):
+class AlStatusCode(IntEnum):
     """AL status codes that the emulator sets without an injected fault."""
 
     NONE = 0x0000
@@ -71,7 +71,7 @@ class StateMachine:
         try:
             target = State(control & 0x0F)
         except ValueError:
-            self._fail(Code.UNKNOWN_STATE)
+            self._fail(AlStatusCode.UNKNOWN_STATE)
             return
         code = self._verdict(target)
         if code:
@@ -87,13 +87,13 @@ class StateMachine:
 
     def _verdict(self, target: State) -> int:
         if target == State.BOOT:
-            return Code.NO_BOOT
+            return AlStatusCode.NO_BOOT
         if target in self.refused:
             return self.refused[target]
         if target <= self.state:
-            return Code.NONE
+            return AlStatusCode.NONE
         if (self.state, target) not in _UP:
-            return Code.INVALID_CHANGE
+            return AlStatusCode.INVALID_CHANGE
         return self._check(target)
 
     def _go(self, target: State) -> None:

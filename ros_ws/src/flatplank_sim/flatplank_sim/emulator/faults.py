@@ -25,7 +25,7 @@ Undo = Callable[[], object]
 
 
 @dataclass
-class Rig:
+class FaultTargets:
     """Parts of the emulated bench in which faults can be injected."""
 
     bench: EmulatedBench
@@ -61,51 +61,51 @@ def _set(target: object, name: str, value: object, after: object) -> Undo:
     return lambda: setattr(target, name, after)
 
 
-def lose_frames(rig: Rig, frames: int = 1) -> Undo:
+def lose_frames(rig: FaultTargets, frames: int = 1) -> Undo:
     """So many process data frames never reach the slaves."""
     return _set(rig.wire, "lose_next", int(frames), 0)
 
 
-def lose_answers(rig: Rig, frames: int = 1) -> Undo:
+def lose_answers(rig: FaultTargets, frames: int = 1) -> Undo:
     """So many process data answers are lost on the way back."""
     return _set(rig.wire, "lose_answers", int(frames), 0)
 
 
-def lose_share(rig: Rig, share: float) -> Undo:
+def lose_share(rig: FaultTargets, share: float) -> Undo:
     """A share of all frames is lost, at random with a fixed seed."""
     if not 0.0 <= share <= 1.0:
         raise ValueError(f"share is {share}, must be within 0..1")
     return _set(rig.wire, "lose_share", float(share), 0.0)
 
 
-def delay(rig: Rig, ms: float) -> Undo:
+def delay(rig: FaultTargets, ms: float) -> Undo:
     """Process data answers come late."""
     return _set(rig.wire, "delay_ns", round(float(ms) * 1e6), 0)
 
 
-def hold(rig: Rig) -> Undo:
+def hold(rig: FaultTargets) -> Undo:
     """Process data answers pile up; they are released together when this is undone."""
     rig.wire.holding = True
     return rig.wire.release
 
 
-def wire_dead(rig: Rig) -> Undo:
+def wire_dead(rig: FaultTargets) -> Undo:
     """Nothing passes between master and slaves, the link stays up."""
     return _set(rig.wire, "down", True, False)
 
 
-def link_down(rig: Rig) -> Undo:
+def link_down(rig: FaultTargets) -> Undo:
     """The interface on this side goes down."""
     rig.set_link(False)
     return lambda: rig.set_link(True)
 
 
-def counter_offset(rig: Rig, offset: int) -> Undo:
+def counter_offset(rig: FaultTargets, offset: int) -> Undo:
     """The working counter of process data is wrong by so much."""
     return _set(rig.bench.segment, "counter_offset", int(offset), 0)
 
 
-def cable_cut(rig: Rig, behind: str) -> Undo:
+def cable_cut(rig: FaultTargets, behind: str) -> Undo:
     """The cable is cut behind a slave; 'master' cuts it in front of the first one."""
     segment = rig.bench.segment
     position = 0 if behind == "master" else rig.bench.slaves.index(rig.slave(behind)) + 1
@@ -119,19 +119,19 @@ def cable_cut(rig: Rig, behind: str) -> Undo:
     return mend
 
 
-def al_drop(rig: Rig, slave: str, state: str = "SAFEOP", code: int = 0x001B) -> None:
+def al_drop(rig: FaultTargets, slave: str, state: str = "SAFEOP", code: int = 0x001B) -> None:
     """A slave falls back by itself, with an AL status code."""
     rig.slave(slave).drop(State[state], int(code))
 
 
-def al_refuse(rig: Rig, slave: str, state: str = "OP", code: int = 0x0020) -> Undo:
+def al_refuse(rig: FaultTargets, slave: str, state: str = "OP", code: int = 0x0020) -> Undo:
     """A slave refuses to go to a state."""
     refused = rig.slave(slave).al.refused
     refused[State[state]] = int(code)
     return lambda: refused.pop(State[state], None)
 
 
-def power_off(rig: Rig, slave: str) -> Undo:
+def power_off(rig: FaultTargets, slave: str) -> Undo:
     """A slave and those behind it lose power; it comes back as from the factory."""
     broken, segment = rig.slave(slave), rig.bench.segment
     broken.absent = True
@@ -145,12 +145,14 @@ def power_off(rig: Rig, slave: str) -> Undo:
     return on
 
 
-def power_cycle(rig: Rig, slave: str) -> None:
+def power_cycle(rig: FaultTargets, slave: str) -> None:
     """A slave restarts within one cycle."""
     power_off(rig, slave)()
 
 
-def identity(rig: Rig, slave: str, vendor: int = 0, product: int = 0, revision: int = 0) -> Undo:
+def identity(
+    rig: FaultTargets, slave: str, vendor: int = 0, product: int = 0, revision: int = 0
+) -> Undo:
     """Another device in the place of a slave: another identity in its EEPROM (0: unchanged)."""
     changed = rig.slave(slave)
     before = bytes(changed.sii)
@@ -164,7 +166,7 @@ def identity(rig: Rig, slave: str, vendor: int = 0, product: int = 0, revision: 
     return mend
 
 
-def mailbox_hang(rig: Rig, slave: str) -> Undo:
+def mailbox_hang(rig: FaultTargets, slave: str) -> Undo:
     """Requests are never taken out of the mailbox."""
     box = rig.mailbox(slave)
     box.hang = True
@@ -176,31 +178,33 @@ def mailbox_hang(rig: Rig, slave: str) -> Undo:
     return mend
 
 
-def mailbox_abort(rig: Rig, slave: str, code: int = 0x08000000) -> Undo:
+def mailbox_abort(rig: FaultTargets, slave: str, code: int = 0x08000000) -> Undo:
     """Every SDO request is refused with an abort code."""
     box = rig.mailbox(slave)
     return _set(box.sdo, "abort_all", int(code), 0)
 
 
-def mailbox_late(rig: Rig, slave: str, ms: float) -> Undo:
+def mailbox_late(rig: FaultTargets, slave: str, ms: float) -> Undo:
     """SDO answers come late (bench time)."""
     box = rig.mailbox(slave)
     return _set(box, "late_ns", round(float(ms) * 1e6), 0)
 
 
-def emergency(rig: Rig, slave: str, code: int, register: int = 1) -> None:
+def emergency(rig: FaultTargets, slave: str, code: int, register: int = 1) -> None:
     """A slave sends an emergency message, nothing else happens."""
     rig.mailbox(slave).emergency(int(code), int(register))
 
 
-def drive_fault(rig: Rig, axis: str = "wheel", code: int = 0x2310, persists: bool = False) -> Undo:
+def drive_fault(
+    rig: FaultTargets, axis: str = "wheel", code: int = 0x2310, persists: bool = False
+) -> Undo:
     """A drive trips; a cause that persists cannot be reset before it is undone."""
     drive = rig.drive(axis)
     drive.trip(int(code), bool(persists))
     return lambda: setattr(drive, "cause_persists", False)
 
 
-def stuck_axis(rig: Rig, axis: str = "wheel") -> Undo:
+def stuck_axis(rig: FaultTargets, axis: str = "wheel") -> Undo:
     """The shaft is blocked while the drive wants it to turn, until it sees its following error."""
     drive = rig.drive(axis)
     stick = getattr(rig.bench.plant, "stick", None)
@@ -210,7 +214,7 @@ def stuck_axis(rig: Rig, axis: str = "wheel") -> Undo:
     return _set(drive, "stuck", True, False)
 
 
-def channel(rig: Rig, name: str, value: int) -> Undo:
+def channel(rig: FaultTargets, name: str, value: int) -> Undo:
     """An input shows a raw value: a broken wire, a limit switch, an open emergency stop."""
     if name not in busfile.INPUTS:
         raise ValueError(f"no input channel '{name}'{nearest(name, busfile.INPUTS)}")

@@ -97,9 +97,11 @@ SILENT_CYCLES = 5
 class Runner:
     """Runs the bench in one loop in one thread."""
 
-    def __init__(self, bench: EmulatedBench, wire: Wire, port: Port, patience_ns: int = 0) -> None:
-        """patience_ns: time without frames that is tolerated, for a master that waits for its
-        nodes."""
+    def __init__(
+        self, bench: EmulatedBench, wire: Wire, port: Port, master_timeout_ns: int = 0
+    ) -> None:
+        """master_timeout_ns: time without frames that is tolerated, for a master that waits for
+        its nodes."""
         self.bench = bench
         self.wire = wire
         self.port = port
@@ -111,7 +113,7 @@ class Runner:
         self._wall = 0
         """wall time that bench time has reached [ns]"""
         self._silent = True
-        self._silence_ns = max(SILENT_CYCLES * bench.bus.period_ns, patience_ns)
+        self._silence_ns = max(SILENT_CYCLES * bench.bus.period_ns, master_timeout_ns)
         self._parent = -1
         self.stalled_ns = 0
         """wall time for which this process was not scheduled [ns]"""

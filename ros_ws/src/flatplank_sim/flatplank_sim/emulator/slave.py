@@ -8,7 +8,7 @@ from functools import partial
 
 from flatplank_hw.ethercat.busfile import Slave
 from flatplank_sim.emulator import registers as reg
-from flatplank_sim.emulator.al import Code, State, StateMachine
+from flatplank_sim.emulator.al import AlStatusCode, State, StateMachine
 from flatplank_sim.emulator.dictionary import Dictionary, Variable, variable
 from flatplank_sim.emulator.esc import SlaveController
 from flatplank_sim.emulator.mailbox import Mailbox
@@ -74,7 +74,7 @@ class EmulatedSlave:
             self.esc.put(reg.WATCHDOG_STATUS, 0)
             count = self.esc.get(reg.WATCHDOG_COUNT, 1)
             self.esc.put(reg.WATCHDOG_COUNT, min(count + 1, 255), 1)
-            self.drop(State.SAFEOP, Code.WATCHDOG)
+            self.drop(State.SAFEOP, AlStatusCode.WATCHDOG)
 
     @property
     def watched(self) -> bool:
@@ -123,17 +123,17 @@ class EmulatedSlave:
         box, memory, esc = self.spec.mailbox, self.spec.memory, self.esc
         if target == State.PREOP and box is not None:
             out, back = esc.manager(0), esc.manager(1)
-            good = out and back and (out.start, out.length) == (box.out_start, box.out_size)
-            if not (good and (back.start, back.length) == (box.in_start, box.in_size)):
-                return Code.INVALID_MAILBOX
+            set_up = [(m.start, m.length) for m in (out, back) if m is not None]
+            if set_up != [(box.out_start, box.out_size), (box.in_start, box.in_size)]:
+                return AlStatusCode.INVALID_MAILBOX
         if target == State.SAFEOP:
             size = self.outputs.layout.size
             if not self._fits(output_manager(self.spec), memory.outputs_start, size):
-                return Code.INVALID_OUTPUTS
+                return AlStatusCode.INVALID_OUTPUTS
             size = self.inputs.layout.size
             if not self._fits(input_manager(self.spec), memory.inputs_start, size):
-                return Code.INVALID_INPUTS
-        return Code.NONE
+                return AlStatusCode.INVALID_INPUTS
+        return AlStatusCode.NONE
 
     def _fits(self, number: int, start: int, size: int) -> bool:
         manager = self.esc.manager(number)

@@ -10,15 +10,15 @@ from typing import Any
 from flatplank_data.params import nearest
 from flatplank_hw.bus.image import AXES
 from flatplank_sim.emulator import registers as reg
-from flatplank_sim.emulator.faults import FAULTS, Rig, Undo
+from flatplank_sim.emulator.faults import FAULTS, FaultTargets, Undo
 
 
-class Vocabulary:
+class RequestHandler:
     """Handler of requests. A request has `do`; faults take `at` (cycle) or `after`, and `cycles`
     (duration)."""
 
     def __init__(
-        self, rig: Rig, stop: Callable[[], None], facts: Callable[[], dict[str, Any]]
+        self, rig: FaultTargets, stop: Callable[[], None], facts: Callable[[], dict[str, Any]]
     ) -> None:
         self.rig = rig
         self._stop = stop

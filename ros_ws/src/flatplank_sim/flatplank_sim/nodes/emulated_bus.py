@@ -55,6 +55,8 @@ class EmulatedBusNode(EthercatBus):
     def operate(self, name: str, *values: Any) -> None:
         # JSON has no NaN: unset values are left out
         known = [v for v in values if not math.isnan(v)]
+        if self.emulated is None:
+            raise ValueError("the emulated bus has ended")
         try:
             self.emulated.operate(name, *known)
         except ControlError as error:
@@ -63,8 +65,9 @@ class EmulatedBusNode(EthercatBus):
     def finish(self) -> None:
         """The emulated bus ends after its master."""
         super().finish()
-        if getattr(self, "emulated", None) is not None:
-            self.emulated.close()
+        emulated = getattr(self, "emulated", None)
+        if emulated is not None:
+            emulated.close()
             self.emulated = None
 
 

@@ -3,6 +3,6 @@
 
 from flatplank_sim.plant.config import PlantConfig, tires
 from flatplank_sim.plant.operator import Operator, OperatorView
-from flatplank_sim.plant.plant import Plant, Truth
+from flatplank_sim.plant.plant import Plant
 
-__all__ = ["Operator", "OperatorView", "Plant", "PlantConfig", "Truth", "tires"]
+__all__ = ["Operator", "OperatorView", "Plant", "PlantConfig", "tires"]

@@ -70,7 +70,7 @@ def past_of_bridges(skew: float, dt: float) -> np.ndarray:
 
 
 @inner
-def sense(m, s, p, ts, mix, drift, work, history, noise, out):
+def read_bridges(m, s, p, ts, mix, drift, work, history, noise, out):
     """One sample of the six bridges and the LVDT into `out` [V]."""
     my = -p.rolling * s.fz * s.height
     fx = ts.fx + s.slope_force

@@ -23,9 +23,9 @@ from flatplank_sim.plant.yamlconfig import (
     PlantConfigError,
     build,
     merge,
+    nested,
     read_overlay,
     read_yaml,
-    undot,
 )
 
 
@@ -235,10 +235,10 @@ class PlantConfig:
             data = merge(data, _packaged(preset, "preset"))
             where += f" with preset {preset}"
         if file:
-            data = merge(data, undot(read_overlay(Path(file))))
+            data = merge(data, nested(read_overlay(Path(file))))
             where = str(file)
         if overrides:
-            data = merge(data, undot(overrides))
+            data = merge(data, nested(overrides))
         return PlantConfig.from_plain(data, where)
 
     @staticmethod

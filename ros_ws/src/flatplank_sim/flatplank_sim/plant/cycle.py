@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 
-from flatplank_sim.plant.bridges import sense
+from flatplank_sim.plant.bridges import read_bridges
 from flatplank_sim.plant.compiling import entry, inner
 from flatplank_sim.plant.drives import (
     ENABLED,
@@ -149,7 +149,7 @@ def encode(m, s, d, ds, digital, noise, out):
 
 @inner
 def tell(s, p, ts, out):
-    """The hidden truth of this cycle, in the order of layout.TRUTH."""
+    """The hidden truth of this cycle, in the order of layout.Truth."""
     values = (
         s.t, ts.fx + s.slope_force, ts.fy, s.fz, ts.uy * s.fz, -p.rolling * s.fz * s.height, ts.mz,
         s.road, s.road_velocity, s.plank, s.pinion,
@@ -193,7 +193,7 @@ def cycle(
             if d[a].fitted:
                 check_blocked(d[a], ds[a], m.dt)
     noise = noise_block[noise_row]
-    sense(m, s, p, ts, mix, drift, work, history, noise, out_volts)
+    read_bridges(m, s, p, ts, mix, drift, work, history, noise, out_volts)
     encode(m, s, d, ds, switches(m, s, op), noise, out_counts)
     tell(s, p, ts, out_truth)
     out_truth[17] = s.motor - m.gear * s.theta - s.offset

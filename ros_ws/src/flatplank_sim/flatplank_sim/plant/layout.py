@@ -7,6 +7,8 @@ run.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 
@@ -87,14 +89,70 @@ DRIVE_STATE = _record(
     "state mode kind error control control_before last_target homing_done reached stuck inject",
 )
 
-TRUTH = [
-    "t", "fx", "fy", "fz", "mx", "my", "mz", "road_position", "road_velocity", "plank_position",
-    "pinion_position", "wheel_angle", "wheel_velocity", "motor_angle", "motor_velocity",
-    "motor_torque", "gear_torque", "gear_gap", "kappa", "effective_rolling_radius",
-    "axle_height", "alpha", "gamma", "pressure", "carcass_x", "carcass_y", "contact_half_length",
-    "friction", "sliding_share", "road_gap", "rack_gap", "run",
-]  # fmt: skip
-"""fields of the hidden truth of one cycle"""
+
+class Truth(NamedTuple):
+    """What no node can read of one cycle, in the order in which the kernel writes it."""
+
+    t: float
+    """time [s]"""
+    fx: float
+    """forces of the road on the tire, ISO W [N]"""
+    fy: float
+    fz: float
+    mx: float
+    """moments at the contact, ISO W [N m]"""
+    my: float
+    mz: float
+    road_position: float
+    """of the plate under the tire [m]"""
+    road_velocity: float
+    """[m/s]"""
+    plank_position: float
+    """at its encoder [m]"""
+    pinion_position: float
+    """of the plank's drive [m]"""
+    wheel_angle: float
+    """[rad]"""
+    wheel_velocity: float
+    """[rad/s]"""
+    motor_angle: float
+    """of the wheel drive, at the motor [rad]"""
+    motor_velocity: float
+    """[rad/s]"""
+    motor_torque: float
+    """[N m]"""
+    gear_torque: float
+    """of the gear spring [N m]"""
+    gear_gap: float
+    """motor angle ahead of the geared wheel angle [rad]"""
+    kappa: float
+    """longitudinal slip [-]"""
+    effective_rolling_radius: float
+    """[m]"""
+    axle_height: float
+    """over the road [m]"""
+    alpha: float
+    """side slip angle [rad]"""
+    gamma: float
+    """camber angle [rad]"""
+    pressure: float
+    """inflation [bar]"""
+    carcass_x: float
+    """deflection of the carcass [m]"""
+    carcass_y: float
+    contact_half_length: float
+    """[m]"""
+    friction: float
+    """mu [-]"""
+    sliding_share: float
+    """of the contact length [-]"""
+    road_gap: float
+    """plate ahead of the plank, in its play [m]"""
+    rack_gap: float
+    """plank ahead of the pinion, in the backlash of the rack [m]"""
+    run: float
+    """runs made on this road before [-]"""
+
 
 COMMAND_FIELDS = 5
 """control word, mode, position, velocity, torque of one axis"""

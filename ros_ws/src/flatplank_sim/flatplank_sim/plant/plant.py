@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from flatplank_sim.plant import layout
 from flatplank_sim.plant.bridges import past_of_bridges
 from flatplank_sim.plant.config import PlantConfig
 from flatplank_sim.plant.cycle import cycle as run_cycle
+from flatplank_sim.plant.layout import Truth
 from flatplank_sim.plant.operator import Operator
 from flatplank_sim.plant.records import build_records, initial_state
 
@@ -21,9 +21,6 @@ NOISE_ROWS = 2048
 NOISE_CHANNELS = 8
 _OK = int(Health.OK)
 _ABSENT = AxisInputs(0, 0, 0, 0, 0, 0)
-
-Truth = NamedTuple("Truth", [(name, float) for name in layout.TRUTH])  # type: ignore[misc]
-Truth.__doc__ = "What no node can read: forces and motion at the contact, SI units (layout.TRUTH)."
 
 
 class Plant:
@@ -44,7 +41,7 @@ class Plant:
         self._tire_state, self._bristles = state["tire_state"], state["bristles"]
         self._commands = np.zeros((len(AXES), layout.COMMAND_FIELDS + 1), np.int64)
         self._volts, self._counts = np.zeros(7), np.zeros(36, np.int64)
-        self._truth = np.zeros(len(layout.TRUTH))
+        self._truth = np.zeros(len(Truth._fields))
         self._random = np.random.default_rng(seed)
         self._noise = np.empty((NOISE_ROWS, NOISE_CHANNELS))
         self._noisy = any(

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from flatplank_sim.plant.bridges import read, sense
+from flatplank_sim.plant.bridges import read, read_bridges
 from flatplank_sim.plant.compiling import entry, inner
 from flatplank_sim.plant.drivetrain import friction_torque, interpolate
 from flatplank_sim.plant.road import TURN, plank_speed, ride, rolling_radius, shear, vertical_load
@@ -48,7 +48,7 @@ def tire_step(m, s, p, ts, bristles, op, road_map, omega, dt):
 
 
 @inner
-def touch(m, s, p, ts, bristles, road_map):
+def press_standing_tire(m, s, p, ts, bristles, road_map):
     """Press the standing tire onto the road."""
     for _ in range(5):
         s.fz = vertical_load(m, s, p, ts, road_map)
@@ -97,7 +97,7 @@ def roll(
     cos = math.cos(s.steer)
     zero = math.nan
     rows = out.shape[0]
-    touch(m, s, p, ts, bristles, road_map)
+    press_standing_tire(m, s, p, ts, bristles, road_map)
     for n in range(rows):
         s.cycle = n
         s.t = n * m.dt
@@ -112,7 +112,7 @@ def roll(
         trigger = s.plank >= m.trigger_at
         if trigger and math.isnan(zero):
             zero = x
-        sense(m, s, p, ts, mix, drift, work[:10], history, noise[n], work[10:17])
+        read_bridges(m, s, p, ts, mix, drift, work[:10], history, noise[n], work[10:17])
         write_row(m, s, p, ts, curve, work, x, trigger, out[n])
         if s.plank >= m.road_length:
             rows = n + 1

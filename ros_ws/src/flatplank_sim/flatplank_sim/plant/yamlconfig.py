@@ -70,11 +70,11 @@ def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     return result
 
 
-def undot(mapping: Mapping[str, Any]) -> dict[str, Any]:
+def nested(mapping: Mapping[str, Any]) -> dict[str, Any]:
     """Convert {'a.b': 1} to {'a': {'b': 1}}."""
     result: dict[str, Any] = {}
     for key, value in mapping.items():
-        inner = undot(value) if isinstance(value, Mapping) else value
+        inner = nested(value) if isinstance(value, Mapping) else value
         for part in reversed(str(key).split(".")[1:]):
             inner = {part: inner}
         result = merge(result, {str(key).split(".")[0]: inner})

@@ -45,8 +45,8 @@ def score(diagnosis: Entry, answer: Entry) -> dict[str, Any]:
     verdict = str(diagnosis.get("verdict"))
 
     def strict(h: Entry, n: Entry) -> bool:
-        told = _class(n) if verdict == GROUP else _class(n) & {str(n["name"])}
-        return h["name"] in told
+        claimed = _class(n) if verdict == GROUP else _class(n) & {str(n["name"])}
+        return h["name"] in claimed
 
     pairs, kin_pairs = _assign(hidden, named, strict), _assign(hidden, named, _kin)
     false = _rest(named, pairs)

@@ -79,7 +79,7 @@ def _wrench(samples: list) -> dict[str, Any]:
     return {name: rows[:, k] for k, name in enumerate(names)}
 
 
-def _fields(cls: type, leave: tuple[str, ...] = ("stamp_ns",)) -> Callable[[list], dict[str, Any]]:
+def _fields(cls: Any, leave: tuple[str, ...] = ("stamp_ns",)) -> Callable[[list], dict[str, Any]]:
     names = [n for n in cls._fields if n not in leave]
     return lambda samples: {n: np.array([getattr(s, n) for s in samples]) for n in names}
 

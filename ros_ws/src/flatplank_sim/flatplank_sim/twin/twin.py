@@ -115,16 +115,20 @@ class Twin:
         self.latest: Cycle | None = None
         self._commands: tuple[AxisCommand, ...] = ()
 
-    def in_force(self) -> dict[str, dict[str, Any]]:
-        """node -> present parameters."""
-        cores = {
+    @property
+    def cores(self) -> dict[str, Any]:
+        """Node -> what it runs on the graph."""
+        return {
             "measurement_hub": self.hub,
             "encoders": self.encoders,
             "wheel_drive": self.drive,
             "free_rolling_controller": self.controller,
             "slip_sequencer": self.sequencer,
         }
-        found = {name: to_mapping(core.parameters) for name, core in cores.items()}
+
+    def in_force(self) -> dict[str, dict[str, Any]]:
+        """node -> present parameters."""
+        found = {name: to_mapping(core.parameters) for name, core in self.cores.items()}
         bus = self.setup.nodes()[-1]
         return {**found, bus.name: self.setup.of(bus)}
 

@@ -10,13 +10,13 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
-from flatplank_control.calibration.book import Book
+from flatplank_control.calibration.book import CalibrationBook
 from flatplank_control.runner import steps as S
 from flatplank_control.runner.conditions import QUANTITIES, condition_of, prompt_of
 from flatplank_control.runner.moves import by_drive
-from flatplank_control.runner.plans import let_go, safe_end
+from flatplank_control.runner.plans import release_axes, safe_end
 from flatplank_control.runner.provenance import complete
-from flatplank_control.runner.steps import CHUNK, Patience, StopWatch
+from flatplank_control.runner.steps import CHUNK, StopWatch, WaitMonitor
 from flatplank_data.run_record import record_from_dict
 from flatplank_hw.drive import AxisDrive
 from flatplank_sim.twin.log import RunLog
@@ -53,9 +53,9 @@ class TwinBench:
             S.Arm: lambda _s: _need(twin.encoders.arm()),
             S.Record: self._record,
             S.StopRecord: self._stop_record,
-            S.Quick: self._quick,
+            S.FastCycles: self._quick,
             S.Wait: self._wait,
-            S.Say: lambda _s: None,
+            S.ShowProgress: lambda _s: None,
             S.Trigger: lambda s: _need(twin.drive.set_trigger(s.distance)),
             S.HoldLoad: self._hold_load,
             S.AxisProfile: self._profile,
@@ -68,7 +68,7 @@ class TwinBench:
             for step in plan:
                 self._do[type(step)](step)
         except BaseException as error:
-            for step in (*safe_end(), *let_go(self.twin.axes)):
+            for step in (*safe_end(), *release_axes(self.twin.axes)):
                 self._do[type(step)](step)
             if self._recording:
                 self._stop_record(S.StopRecord("stopped", str(error)))
@@ -124,7 +124,7 @@ class TwinBench:
 
     def _record(self, step: S.Record) -> None:
         s = self.snapshot()
-        book = Book(Path(self.twin.setup.calibration))
+        book = CalibrationBook(Path(self.twin.setup.calibration))
         record = record_from_dict(step.record)
         record = complete(record, self.twin.in_force(), book, date.today())
         self._log.start(record, s.encoders.stamp_ns if s else 0, step.at_once)
@@ -135,7 +135,7 @@ class TwinBench:
         self.kept.append(self._log.stop(step.status, step.notes))
 
     def _constants(self, step: S.Constants) -> None:
-        core = {"measurement_hub": self.twin.hub, "slip_sequencer": self.twin.sequencer}[step.node]
+        core = self.twin.cores[step.node]
         core.set_constants(replace(core.parameters, **step.values))
 
     def _hold_load(self, step: S.HoldLoad) -> None:
@@ -162,18 +162,22 @@ class TwinBench:
             raise S.PlanFailed(f"the {name} axis has no drive: start the bench with --axes {name}")
         return axis
 
-    def _quick(self, step: S.Quick) -> None:
+    def _quick(self, step: S.FastCycles) -> None:
         self.twin.batch = step.fitting(self.twin.rate_hz)
 
     def _wait(self, step: S.Wait) -> None:
-        first = self.snapshot()
-        if first is None:
-            self.advance(CHUNK)
-            first = self.snapshot()
-        patience = Patience(step, first.encoders.stamp_ns * 1e-9)
-        while not patience.over(s := self.snapshot(), s.encoders.stamp_ns * 1e-9):
+        s = self.snapshot() or self._look_again()
+        monitor = WaitMonitor(step, s.encoders.stamp_ns * 1e-9)
+        while not monitor.over(s, s.encoders.stamp_ns * 1e-9):
             self._stops.look(s.drive)
-            self.advance(CHUNK)
+            s = self._look_again()
+
+    def _look_again(self) -> S.Snapshot:
+        """The samples of later cycles."""
+        self.advance(CHUNK)
+        found = self.snapshot()
+        assert found is not None, "a cycle gives samples"
+        return found
 
 
 def _need(answer: Any) -> None:

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
@@ -16,7 +17,6 @@ from flatplank_analysis.discovery.fit import amplitude
 from flatplank_analysis.discovery.shortlist import negligible
 from flatplank_analysis.discovery.sources import source_of
 from flatplank_analysis.discovery.steps import Search, Step
-from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.discovery.where import Map
 from flatplank_data.wording import with_unit
 
@@ -24,7 +24,7 @@ BLUE, ORANGE, GREY, GREEN = "#2b6cb0", "#c05621", "#718096", "#2f855a"
 COLORS = {"machine": BLUE, "sensor": GREEN, "tire": ORANGE}
 
 
-class Drawn(Figure):
+class NotebookFigure(Figure):
     """A figure that a notebook displays; matplotlib's own is displayed only by pyplot."""
 
     def _repr_png_(self) -> bytes:
@@ -39,10 +39,10 @@ def png(figure: Figure) -> bytes:
 
 def figure_of(width: float, height: float) -> Figure:
     """A new figure of this size [inch]."""
-    return Drawn(figsize=(width, height), layout="constrained", dpi=110)
+    return NotebookFigure(figsize=(width, height), layout="constrained", dpi=110)
 
 
-def clean(axes) -> None:
+def clean(axes: Axes) -> None:
     axes.spines[["top", "right"]].set_visible(False)
     axes.tick_params(labelsize=8)
 
@@ -193,8 +193,7 @@ def residual(step: Step) -> Figure:
     return figure
 
 
-def steps_of(result: Diagnosis) -> list[dict[str, Any]]:
-    search = result.search
+def steps_of(search: Search) -> list[dict[str, Any]]:
     out = []
     for step in search.steps:
         rmse = search.model.runs.rmse(step.state.residual[0])

@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 
 from flatplank_analysis.discovery import where
 from flatplank_analysis.discovery.report import figures
+from flatplank_analysis.discovery.steps import AcceptedEffect, Search
 from flatplank_analysis.discovery.verdict import Diagnosis, effect_dict
 from flatplank_data.errors import FlatplankError
 from flatplank_data.files import write_atomic
@@ -25,7 +26,7 @@ from flatplank_data.wording import quantity, sized
 HERE = Path(__file__).parent
 
 
-class Book:
+class FigureWriter:
     """Saves figures beside the page and returns them as inline SVG."""
 
     def __init__(self, folder: Path) -> None:
@@ -54,8 +55,7 @@ def write_report(
     result: Diagnosis, folder: Path, campaign: str, history: Sequence[Mapping[str, Any]] = ()
 ) -> Path:
     """Write page, figures and JSON; returns the page."""
-    if result.search is None:
-        raise FlatplankError(result.reason, campaign, "there is nothing to draw")
+    search = result.drawable(campaign)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -63,18 +63,20 @@ def write_report(
             f"cannot be made ({error.strerror})", str(folder), "choose another place"
         ) from error
     write_atomic(folder / "diagnosis.json", json.dumps(result.to_dict(), indent=1) + "\n")
-    book = Book(folder)
+    book = FigureWriter(folder)
     page = folder / "index.html"
-    write_atomic(page, _render(result, book, campaign, history))
+    write_atomic(page, _render(result, search, book, campaign, history))
     return page
 
 
-def _render(result: Diagnosis, book: Book, campaign: str, history) -> str:
-    search = result.search
+def _render(
+    result: Diagnosis, search: Search, book: FigureWriter, campaign: str,
+    history: Sequence[Mapping[str, Any]],
+) -> str:  # fmt: skip
     first = search.steps[0]
     runs = search.model.runs
     maps = where.make_maps(runs, first.state.residual[0], first.state.floors[0].floor)
-    steps = waterfall_steps(result, history)
+    steps = waterfall_steps(search, history)
     svg = {
         "conditions": book.add("conditions", figures.conditions(search.steps)),
         "ranking": book.add("ranking", figures.ranking(search)),
@@ -92,30 +94,31 @@ def _render(result: Diagnosis, book: Book, campaign: str, history) -> str:
             }
             for i, m in enumerate(maps[:4])
         ],
-        effects=[_effect(result, book, i) for i in range(len(result.found))],
-        refused=_refused(result),
+        effects=[_effect(search, book, i, found) for i, found in enumerate(result.found)],
+        refused=_refused(result, search),
         events=result.events[:8],
         detectable=[(k, quantity(*v, 2)) for k, v in sorted(result.detectable.items())],
     )
 
 
-def _effect(result: Diagnosis, book: Book, number: int) -> dict[str, Any]:
-    found = result.found[number]
+def _effect(
+    search: Search, book: FigureWriter, number: int, found: AcceptedEffect
+) -> dict[str, Any]:
     data = effect_dict(found)
     effect = found.decision.term.effect
     return data | {
         "text": sized(data["size"], data["interval"], data["unit"]),
-        "svg": book.add(f"collapse{number}", figures.collapse(result.search, number)),
+        "svg": book.add(f"collapse{number}", figures.collapse(search, number)),
         "what": effect.what,
         "check": effect.check,
         "removes": effect.removes,
     }
 
 
-def _refused(result: Diagnosis) -> list[dict[str, str]]:
+def _refused(result: Diagnosis, search: Search) -> list[dict[str, str]]:
     taken = {f.decision.term.effect.identifier for f in result.found}
     out: dict[str, dict[str, str]] = {}
-    for step in result.search.steps:
+    for step in search.steps:
         for d in step.refits:
             name = d.term.effect.identifier
             if d.reasons and name not in taken:
@@ -125,17 +128,15 @@ def _refused(result: Diagnosis) -> list[dict[str, str]]:
     return list(out.values())
 
 
-def waterfall_steps(
-    result: Diagnosis, history: Sequence[Mapping[str, Any]]
-) -> list[dict[str, Any]]:
+def waterfall_steps(search: Search, history: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """Waterfall steps (name, `rmse`, `held_out`) of a model file and of the effects found next."""
     steps = history_steps(history)
     if not steps:
-        return figures.steps_of(result)
-    began = [t.effect.identifier for t in result.search.steps[0].state.fit.terms]
+        return figures.steps_of(search)
+    began = [t.effect.identifier for t in search.steps[0].state.fit.terms]
     ended = [e["name"] for e in history[-1].get("effects") or ()]
     # a search that began before the file's last step found effects that are in the file already
-    return steps + (figures.steps_of(result)[1:] if began == ended else [])
+    return steps + (figures.steps_of(search)[1:] if began == ended else [])
 
 
 def history_steps(history: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:

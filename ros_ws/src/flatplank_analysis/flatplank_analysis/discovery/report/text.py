@@ -27,9 +27,11 @@ def text_of(result: Diagnosis) -> str:
             f"  check: {effect.check}",
         ]
         lines += [f"  removed by: {effect.removes}"] if effect.removes else []
-        if found.told:
-            lines.append(f"  cannot be told apart here: {', '.join(r.name for r in found.told)}")
-        for rival in found.told:
+        if found.reported:
+            lines.append(
+                f"  cannot be told apart here: {', '.join(r.name for r in found.reported)}"
+            )
+        for rival in found.reported:
             other = rival.term.effect
             size = quantity(rival.term.size, other.main_parameter().unit)
             lines += [
@@ -59,13 +61,13 @@ def _errors(result: Diagnosis, runs: RunSet) -> Iterator[str]:
     """Errors of the first channel in its unit, and the sizes of consequence."""
     unit, digits = _unit(result), 1 if result.floor >= 1.0 else 3
 
-    def told(value: float) -> str:
+    def with_unit(value: float) -> str:
         return f"{brief(value) if result.floor < 0.1 else f'{value:.{digits}f}'} {unit}"
 
     yield (
         f"error of {NAMES.get(runs.channels[0], runs.channels[0])}: "
-        f"{told(result.rmse_before)} before, {told(result.rmse_after)} after, "
-        f"floor {told(result.floor)}; held out {told(result.held_out_after)}"
+        f"{with_unit(result.rmse_before)} before, {with_unit(result.rmse_after)} after, "
+        f"floor {with_unit(result.floor)}; held out {with_unit(result.held_out_after)}"
     )
     yield f"the floor is by {result.source.words()}"
     limits = result.limits
@@ -79,8 +81,8 @@ def _errors(result: Diagnosis, runs: RunSet) -> Iterator[str]:
             f"{limits.wave:.0f} {unit}"
         )
     yield (
-        f"what counts: a mean rest of more than {told(limits.rest)}{stretch}; "
-        f"to be found, an error up to {told(limits.error)}"
+        f"what counts: a mean rest of more than {with_unit(limits.rest)}{stretch}; "
+        f"to be found, an error up to {with_unit(limits.error)}"
     )
 
 

@@ -21,7 +21,7 @@ from .information import describe_levels, levels_of
 from .points import SteadyPoints
 from .problem import OutputProblem, Prior
 from .stages import COEFFICIENTS, SMALL_PRESSURE, STAGES, Coefficient, Stage
-from .statement import Held, better_twin, report
+from .statement import FittedOutput, better_twin, report
 
 JOINT_ORDER = ("rho", "a", "b", "cx", "cy", "re", "fx", "fy", "mz")
 
@@ -136,7 +136,7 @@ def fit_magic_formula(
             free = _free(names.split(), output, settings, touched)
             data = chosen.with_output(output)
             if len(data):
-                free, open_ones = _told(stage, free, data)
+                free, open_ones = _determined(stage, free, data)
                 skipped += [f"{name}: {text}" for text in open_ones]
             reason = _obstacle(stage, output, free, data)
             if reason:
@@ -150,7 +150,7 @@ def fit_magic_formula(
     if settings.joint:
         base, solved = _jointly(points, touched, base, settings)
     fits: dict[str, Fit] = {}
-    earlier: list[Held] = []
+    earlier: list[FittedOutput] = []
     for output in (k for k in JOINT_ORDER if k in solved):
         fits[output], own = report(output, *solved[output], earlier)
         earlier.append(own)
@@ -160,8 +160,8 @@ def fit_magic_formula(
         k: relative_error(p.points.measured[k], p.predict(s.x[None])[0])
         for k, (p, s) in solved.items()
     }
-    told = cx_source if "cx" in fits else _start_cx(tir)
-    return MFFit(tir.replaced(changed), fits, errors, tuple(skipped), points.ranges(), told)
+    described = cx_source if "cx" in fits else _start_cx(tir)
+    return MFFit(tir.replaced(changed), fits, errors, tuple(skipped), points.ranges(), described)
 
 
 def _start_cx(tir: TirFile) -> str:
@@ -183,13 +183,17 @@ def _refuse_without_force(
     bars = sorted({round(float(p) * 1e-5, 2) for part in have for p in part.pressure})
     what, remedy = "no steady Fx or Fy to fit", "give slip-step runs"
     if bars and not any(abs(1e5 * bar / base.NOMPRES - 1.0) < SMALL_PRESSURE for bar in bars):
-        told = ", ".join(f"{bar:g}" for bar in bars)
-        what += f" at the nominal pressure of {1e-5 * base.NOMPRES:g} bar (runs are at {told} bar)"
+        shown = ", ".join(f"{bar:g}" for bar in bars)
+        what += (
+            f" at the nominal pressure of {1e-5 * base.NOMPRES:g} bar (runs are at {shown} bar)"
+        )
         remedy = "give the record of the tire that was measured (--tire FILE)"
     raise FlatplankError(what, "Magic Formula", remedy)
 
 
-def _told(stage: Stage, free: Sequence[str], data: SteadyPoints) -> tuple[list[str], list[str]]:
+def _determined(
+    stage: Stage, free: Sequence[str], data: SteadyPoints
+) -> tuple[list[str], list[str]]:
     """Coefficients that the levels of these points determine, and a line on the others."""
     kept: list[str] = []
     left: dict[str, list[str]] = {}
@@ -214,8 +218,8 @@ def _obstacle(stage: Stage, output: str, free: Sequence[str], data: SteadyPoints
         return f"{'one' if len(data) else 'no'} measurement of {output}"
     for axis in (*stage.needs, *stage.each.get(output, ())):
         if len(levels_of(data, axis)) < 2:
-            told = describe_levels(data, axis)
-            return f"{', '.join(free)} not determined by {told}; measure a second one"
+            described = describe_levels(data, axis)
+            return f"{', '.join(free)} not determined by {described}; measure a second one"
     return ""
 
 

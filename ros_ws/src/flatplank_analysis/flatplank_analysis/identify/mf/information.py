@@ -223,8 +223,8 @@ def levels_of(points: SteadyPoints, axis: str) -> np.ndarray:
 def describe_levels(points: SteadyPoints, axis: str) -> str:
     """The levels of one axis in words: "2 pressures (2.0 bar, 2.5 bar)"."""
     levels = levels_of(points, axis)
-    name, told = LEVEL[axis]
-    shown = f" ({', '.join(told(v) for v in levels)})" if len(levels) <= 5 else ""
+    name, in_words = LEVEL[axis]
+    shown = f" ({', '.join(in_words(v) for v in levels)})" if len(levels) <= 5 else ""
     return f"{len(levels)} {name}{'s' * (len(levels) != 1)}{shown}"
 
 
@@ -233,14 +233,14 @@ def proposals(points: SteadyPoints, rows: Callable[[SteadyPoints], np.ndarray]) 
     base = _representative(points)
     found = []
     for axis, reach in REACH.items():
-        have, told = levels_of(points, axis), describe_levels(points, axis)
+        have, described = levels_of(points, axis), describe_levels(points, axis)
         for value in reach:
             if np.any(np.abs(have - value) < 2.0 * GRAIN[axis]):
                 continue
             moved = {name: getattr(base, name) for name in GRAIN}
             moved[axis] = np.full(len(base), value)
             new = SteadyPoints(**moved, run=base.run, measured={})
-            found.append(Candidate(SHOW[axis](value), told, rows(new)))
+            found.append(Candidate(SHOW[axis](value), described, rows(new)))
     return found
 
 

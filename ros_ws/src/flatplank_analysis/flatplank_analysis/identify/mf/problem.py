@@ -74,26 +74,26 @@ class OutputProblem:
             values.append(np.clip(given if usable else limit.start, limit.lower, limit.upper))
         return np.array(values)
 
-    def predict(self, lanes: np.ndarray, points: SteadyPoints | None = None) -> np.ndarray:
-        """Output (lanes, n) for free coefficients (lanes, p)."""
+    def predict(self, sets: np.ndarray, points: SteadyPoints | None = None) -> np.ndarray:
+        """Output (sets, n) for free coefficients (sets, p)."""
         points = self.points if points is None else points
-        c = self.base.replaced({n: lanes[:, i : i + 1] for i, n in enumerate(self.free)})
+        c = self.base.replaced({n: sets[:, i : i + 1] for i, n in enumerate(self.free)})
         o = operating_point(
             c, points.fz, points.kappa, points.alpha, points.gamma, points.pressure, 0.03
         )
         value = PREDICTIONS[self.output](c, o)
-        return np.broadcast_to(value, (len(lanes), len(points)))
+        return np.broadcast_to(value, (len(sets), len(points)))
 
     def error_scale(self, points: SteadyPoints | None = None) -> np.ndarray:
         """Assumed standard deviation of each point (n,)."""
         points = self.points if points is None else points
         return SCALE[self.output](points) * (self.scatter / self.weight)
 
-    def residuals(self, lanes: np.ndarray) -> np.ndarray:
-        """Measurements, penalties, priors: (lanes, n + penalties + p)."""
-        error = (self.predict(lanes) - self.points.measured[self.output]) / self.error_scale()
-        rows = [error, self._penalties(lanes), self._prior_rows(lanes)]
-        return np.hstack([np.broadcast_to(r, (len(lanes), r.shape[1])) for r in rows])
+    def residuals(self, sets: np.ndarray) -> np.ndarray:
+        """Measurements, penalties, priors: (sets, n + penalties + p)."""
+        error = (self.predict(sets) - self.points.measured[self.output]) / self.error_scale()
+        rows = [error, self._penalties(sets), self._prior_rows(sets)]
+        return np.hstack([np.broadcast_to(r, (len(sets), r.shape[1])) for r in rows])
 
     def solve(self, broadly: bool = False) -> Solution:
         """Search from the start values; `broadly`: from several shapes, keeping the best.
@@ -122,22 +122,22 @@ class OutputProblem:
         given = [1.0 / self.priors[n].std ** 2 if n in self.priors else 0.0 for n in names]
         return np.diag(given)
 
-    def _prior_rows(self, lanes: np.ndarray) -> np.ndarray:
+    def _prior_rows(self, sets: np.ndarray) -> np.ndarray:
         middle, width = self.start(), WEAK * self.sizes
         for i, name in enumerate(self.free):
             if name in self.priors:
                 middle[i], width[i] = self.priors[name].value, self.priors[name].std
-        return (lanes - middle) / width
+        return (sets - middle) / width
 
-    def _penalties(self, lanes: np.ndarray) -> np.ndarray:
-        c = self.base.replaced({n: lanes[:, i : i + 1] for i, n in enumerate(self.free)})
+    def _penalties(self, sets: np.ndarray) -> np.ndarray:
+        c = self.base.replaced({n: sets[:, i : i + 1] for i, n in enumerate(self.free)})
         if self.output not in _CURVATURES or not len(self.points):
-            return np.zeros((len(lanes), 0))
+            return np.zeros((len(sets), 0))
         dfz = np.array([self.points.fz.min(), self.points.fz.max()])
         dfz = (dfz - c.LFZO * c.FNOMIN) / (c.LFZO * c.FNOMIN)
         gamma = np.array([self.points.gamma.min(), self.points.gamma.max()])
         values = _CURVATURES[self.output](c, dfz, gamma)
-        flat = [np.broadcast_to(v, (len(lanes), 2)) for v in values]
+        flat = [np.broadcast_to(v, (len(sets), 2)) for v in values]
         return PENALTY * np.maximum(np.hstack(flat) - 1.0, 0.0)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..lateral import zero_warning
 from ..least_squares import Solution, linearise, solve
-from ..noise import Carried, Covariance, run_covariance
+from ..noise import Covariance, PropagatedErrors, run_covariance
 from ..results import Confusion, Estimate, Fit
 from .information import GRAIN, REACH, SHOW, confusions, describe_levels, levels_of, proposals
 from .points import SteadyPoints
@@ -25,7 +25,7 @@ SHIFTED = ("PKY1", "PHY1", "PVY1", "QHZ1")
 
 
 @dataclass(frozen=True)
-class Held:
+class FittedOutput:
     """A fitted output, whose coefficients are held in the later ones."""
 
     problem: OutputProblem
@@ -35,7 +35,9 @@ class Held:
     """Error of the coefficients by run (runs, p); 0 for those on a bound."""
 
 
-def _carried(problem: OutputProblem, x: np.ndarray, earlier: Sequence[Held]) -> Carried | None:
+def _propagated(
+    problem: OutputProblem, x: np.ndarray, earlier: Sequence[FittedOutput]
+) -> PropagatedErrors | None:
     """Effect of the errors of earlier outputs on the rows of this one."""
     base = problem.at(x)
     runs, parts = [], []
@@ -46,18 +48,18 @@ def _carried(problem: OutputProblem, x: np.ndarray, earlier: Sequence[Held]) -> 
         if np.any(rows):
             runs.append(held.runs)
             parts.append(held.brought @ rows.T)
-    return Carried(np.concatenate(runs), np.vstack(parts)) if parts else None
+    return PropagatedErrors(np.concatenate(runs), np.vstack(parts)) if parts else None
 
 
 def report(
-    output: str, problem: OutputProblem, solution: Solution, earlier: Sequence[Held]
-) -> tuple[Fit, Held]:
+    output: str, problem: OutputProblem, solution: Solution, earlier: Sequence[FittedOutput]
+) -> tuple[Fit, FittedOutput]:
     """Estimates with standard errors and bounds, and statements on what is undetermined."""
     n, names = len(problem.points), problem.free
     held = solution.at_bound
     jac, residual = solution.jacobian[:n], solution.residual[:n]
     weak = np.diag(1.0 / (WEAK * problem.sizes) ** 2)
-    carried = _carried(problem, solution.x, earlier)
+    carried = _propagated(problem, solution.x, earlier)
     prior = problem.prior_information(held) + weak[np.ix_(~held, ~held)]
     cover = run_covariance(jac[:, ~held], residual, problem.points.run, prior, carried)
 
@@ -69,10 +71,10 @@ def report(
     known = np.sqrt(problem.prior_information(np.zeros_like(held)))
     correlation = np.eye(len(names))
     correlation[np.ix_(~held, ~held)] = cover.correlation
-    told = np.vstack([jac, known])
+    stacked = np.vstack([jac, known])
     errors = np.zeros(len(names))
     errors[~held] = cover.std_error
-    found, open_mask = confusions(names, told, problem.sizes, correlation, offers, errors)
+    found, open_mask = confusions(names, stacked, problem.sizes, correlation, offers, errors)
     twin = twin_of(problem, solution)
     if twin is not None:
         found = [c for c in found if set(c.names) != set(twin.statement.names)]
@@ -97,7 +99,7 @@ def report(
     )
     brought = np.zeros((len(cover.runs), len(names)))
     brought[:, ~held] = cover.brought
-    return fit, Held(problem, solution.x, cover.runs, brought)
+    return fit, FittedOutput(problem, solution.x, cover.runs, brought)
 
 
 def _estimates(
@@ -124,8 +126,8 @@ def _estimates(
 def _rows(problem: OutputProblem, x: np.ndarray, points: SteadyPoints) -> np.ndarray:
     """Scaled Jacobian rows of points that were not measured (m, p)."""
 
-    def scaled(lanes: np.ndarray) -> np.ndarray:
-        return problem.predict(lanes, points) / problem.error_scale(points)
+    def scaled(sets: np.ndarray) -> np.ndarray:
+        return problem.predict(sets, points) / problem.error_scale(points)
 
     low, high = problem.bounds
     return linearise(scaled, x, low, high, problem.sizes)
@@ -163,7 +165,7 @@ def better_twin(problem: OutputProblem, found: Solution) -> Solution:
 def twin_of(problem: OutputProblem, found: Solution) -> Twin | None:
     """The second solution, unless these data surely exclude it, with the load that would."""
     other = _other(problem, found)
-    if other is None or _told_apart(problem, found, other):
+    if other is None or _distinguishable(problem, found, other):
         return None
     values = ", ".join(f"{name} = {other.x[problem.free.index(name)]:.3g}" for name in PAIR)
     have = describe_levels(problem.points, "fz")
@@ -175,14 +177,14 @@ def twin_of(problem: OutputProblem, found: Solution) -> Twin | None:
     return Twin(other, Confusion(PAIR, 1.0, text, remedy))
 
 
-def _told_apart(problem: OutputProblem, found: Solution, other: Solution) -> bool:
+def _distinguishable(problem: OutputProblem, found: Solution, other: Solution) -> bool:
     """Whether the other solution fits worse, here and in most repetitions of the campaign.
 
     With predictions D apart (in standard deviations of the scatter) the cost difference of the two
     solutions is D^2 +- 2 D.
     """
-    lanes = problem.residuals(np.array([found.x, other.x]))[:, : len(problem.points)]
-    apart = float(np.linalg.norm(lanes[1] - lanes[0]))
+    rows = problem.residuals(np.array([found.x, other.x]))[:, : len(problem.points)]
+    apart = float(np.linalg.norm(rows[1] - rows[0]))
     return other.cost - found.cost > AS_GOOD and apart**2 - 2.0 * SURELY * apart > AS_GOOD
 
 

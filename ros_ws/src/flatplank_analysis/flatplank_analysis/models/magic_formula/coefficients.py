@@ -156,7 +156,7 @@ def factor(key: str, units: Mapping[str, float]) -> float:
 
 
 class Coefficients:
-    """All coefficients as attributes; a value is a float or an array that broadcasts (lanes).
+    """All coefficients as attributes; a value is a float or an array that broadcasts (sets).
 
     SI units (N, m, Pa, rad). Names that the law does not know are ignored.
     """

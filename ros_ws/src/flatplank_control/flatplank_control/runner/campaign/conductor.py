@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from flatplank_control.runner.campaign.journal import Done, Journal
+from flatplank_control.runner.campaign.journal import Journal, RunEnd
 from flatplank_control.runner.campaign.order import PlannedRun
 from flatplank_control.runner.campaign.plan import CampaignPlan
 from flatplank_control.runner.campaign.quality import Verdict
@@ -103,7 +103,7 @@ class Conductor:
         warnings = (*outcome.facts.get("warnings", ()), text)
         return replace(outcome, facts={**outcome.facts, "warnings": warnings})
 
-    def kept(self) -> list[Done]:
+    def kept(self) -> list[RunEnd]:
         """Existing results of all runs that are not skipped, in the order of the plan."""
         known = (self.journal.done.get(run.key) for run in self.plan.runs)
         return [done for done in known if done and done.counts and not done.skipped]
@@ -176,8 +176,9 @@ class Conductor:
         found = []
         for other in self.plan.runs:
             done = self.journal.done.get(other.key)
-            good = done and done.facts.get("good") and "profile" in done.facts
-            if good and other.key != run.key and _sameness(other.measurement) == same:
+            if done is None or not done.facts.get("good") or "profile" not in done.facts:
+                continue
+            if other.key != run.key and _sameness(other.measurement) == same:
                 found.append(done.facts["profile"])
         return tuple(found)
 

@@ -20,7 +20,7 @@ GAUGE = (0.3, 6.0)
 
 
 @dataclass
-class Done:
+class RunEnd:
     """How a run of the plan ended."""
 
     files: list[str] = field(default_factory=list)
@@ -43,7 +43,7 @@ class Journal:
     def __init__(self, path: Path, name: str, digest: str) -> None:
         """Open or create a journal; ValueError when the file belongs to another plan."""
         self.path = path
-        self.done: dict[str, Done] = {}
+        self.done: dict[str, RunEnd] = {}
         self.interrupted: str = ""
         """key of a run that was begun and not ended"""
         self.travel = 0.0
@@ -81,7 +81,7 @@ class Journal:
         """Schedule a run once more; the existing result stays valid until then."""
         self._write({"event": "again", "run": key})
 
-    def doubtful(self, key: str) -> bool:
+    def needs_repeat(self, key: str) -> bool:
         """True when the run was skipped or all its attempts were flagged."""
         done = self.done.get(key)
         if done is None:
@@ -101,12 +101,12 @@ class Journal:
         if line["event"] == "begin":
             self.interrupted = key
         elif line["event"] == "skip":
-            self.done.setdefault(key, Done()).skipped = True
+            self.done.setdefault(key, RunEnd()).skipped = True
         elif line["event"] == "again":
             entry = self.done[key]
             entry.ok = entry.skipped = False
         elif line["event"] == "end":
-            entry = self.done.setdefault(key, Done())
+            entry = self.done.setdefault(key, RunEnd())
             entry.files.append(line["file"])
             entry.attempts += 1
             entry.ok = line["final"]

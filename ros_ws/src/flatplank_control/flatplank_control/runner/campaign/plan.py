@@ -14,7 +14,7 @@ from typing import Any
 from flatplank_control.runner.campaign.checks import STEER_LIMIT, SetUp, refuse
 from flatplank_control.runner.campaign.order import RADIUS, PlannedRun, with_radius, with_reference
 from flatplank_control.runner.campaign.quality import Limits
-from flatplank_control.runner.campaign.reading import Located, Reading, load, plain
+from flatplank_control.runner.campaign.reading import Located, PlanReader, load, plain
 from flatplank_control.runner.campaign.tires import TireEntry, known_tires
 from flatplank_control.runner.measurement import (
     ON_THE_ROAD,
@@ -113,7 +113,7 @@ class _Builder:
         if not isinstance(data, Located) or data.get("format") != FORMAT:
             raise PlanError([f"{where}: not a plan; expected 'format: {FORMAT}'"])
         self.data, self.where, self.digest = data, where, digest
-        self.read = Reading(where)
+        self.read = PlanReader(where)
 
     def build(self) -> CampaignPlan:
         data, read = self.data, self.read
@@ -225,8 +225,8 @@ class _Builder:
         except MeasurementError as error:
             self.read.say(lines.get(error.key, line), error.reason)
             return None
-        untold = m.measurement in ON_THE_ROAD and "effective_rolling_radius" not in values
-        if untold and self.data.get("r_e") == "given":
+        no_radius = m.measurement in ON_THE_ROAD and "effective_rolling_radius" not in values
+        if no_radius and self.data.get("r_e") == "given":
             self.read.say(line, "r_e is given: write effective_rolling_radius [m] here")
         return m
 

@@ -60,7 +60,7 @@ Hints = Mapping[str, str]
 _NONE: Hints = {}
 
 
-class Reading:
+class PlanReader:
     """Each method returns the value in the plan, or the default when the value is refused."""
 
     def __init__(self, where: str) -> None:

@@ -119,7 +119,7 @@ def supervised(
         turning = isinstance(step, S.MoveTo)
         if isinstance(step, S.Manual) and step.quantity == "load":
             yield from _look(before)
-            yield S.Quick(QUICK)
+            yield S.FastCycles(QUICK)
             # the spurious force of the preloaded shaft is known at this wheel angle
             step = replace(step, zero=before.zero[1])
         yield step
@@ -129,5 +129,5 @@ def supervised(
 
 
 def _look(standstill: Standstill) -> Plan:
-    yield S.Quick(1)
+    yield S.FastCycles(1)
     yield S.Wait(f"the hub is quiet {standstill.when}", standstill, LOOK, at_least=0.5)

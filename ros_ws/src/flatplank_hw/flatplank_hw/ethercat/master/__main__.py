@@ -32,7 +32,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--fifo", action="store_true")
     parser.add_argument("--slip", action="store_true")
     parser.add_argument("--reply-timeout-ms", type=float, default=0.0)
-    parser.add_argument("--patience-ms", type=float, default=0.0)
+    parser.add_argument("--node-timeout-ms", type=float, default=0.0)
     parser.add_argument("--batch", type=int, default=1)
     return parser.parse_args(arguments)
 
@@ -51,8 +51,8 @@ def make(options: argparse.Namespace, link: ParentLink, lock: InterfaceLock) -> 
         raise BusError(f"{error}; install it: pip install pysoem") from None
     soem = SoemBus(bus, options.interface)
     soem.open()
-    reply_timeout, patience = options.reply_timeout_ms * 1e-3, options.patience_ms * 1e-3
-    timing = Timing(options.slip, reply_timeout, patience, options.batch)
+    reply_timeout, node_timeout = options.reply_timeout_ms * 1e-3, options.node_timeout_ms * 1e-3
+    timing = Timing(options.slip, reply_timeout, node_timeout, options.batch)
     loop = BusLoop(bus, soem, link, prepare(options.fifo, priority=50), timing)
     try:
         loop.start()

@@ -45,7 +45,7 @@ class BusClient:
         fifo: bool = True,
         slip: bool = False,
         reply_timeout_ms: float = 0.0,
-        patience_ms: float = 0.0,
+        node_timeout_ms: float = 0.0,
         batch: int = 1,
         launch: Sequence[str] = (),
         on_event: Callable[[dict[str, Any]], None] | None = None,
@@ -56,9 +56,9 @@ class BusClient:
         slip: after a stall of this computer cycle numbers go on without a gap; for an emulated
             bus, which stalls with it.
         reply_timeout_ms: a later answer is lost; 0: 2 ms, at most 0.6 of the period.
-        patience_ms: a cycle waits at most so long for the answer to the last one; 0: never, as
+        node_timeout_ms: a cycle waits at most so long for the answer to the last one; 0: never, as
             on a real bus.
-        batch: with patience, the last of so many cycles is the one that is answered.
+        batch: where it waits, the last of so many cycles is the one that is answered.
         launch: words in front of the interpreter, for instance `BenchNamespace.enter`.
         on_event: told of emergencies and recoveries, in the thread that asks or polls.
         """
@@ -71,8 +71,8 @@ class BusClient:
         self._slip = slip
         self._flags = ["--fifo"] * fifo + ["--slip"] * slip
         self._flags += ["--reply-timeout-ms", str(reply_timeout_ms)]
-        self._flags += ["--patience-ms", str(patience_ms), "--batch", str(batch)]
-        self._silence_s = SILENCE_S + 1.5e-3 * patience_ms
+        self._flags += ["--node-timeout-ms", str(node_timeout_ms), "--batch", str(batch)]
+        self._silence_s = SILENCE_S + 1.5e-3 * node_timeout_ms
         self._launch = list(launch)
         self._on_event = on_event or (lambda _event: None)
         self._lock = threading.Lock()

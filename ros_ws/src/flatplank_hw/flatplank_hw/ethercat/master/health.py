@@ -18,7 +18,7 @@ TOLERATED = 2
 """bad cycles in a row that are only counted"""
 
 
-class Seen(NamedTuple):
+class CycleObservation(NamedTuple):
     """Observation of one cycle on the wire."""
 
     arrived: bool
@@ -58,7 +58,7 @@ class HealthMonitor:
     history: dict[str, int] = field(default_factory=dict)
     """health -> number of cycles"""
 
-    def observe(self, seen: Seen) -> Health:
+    def observe(self, seen: CycleObservation) -> Health:
         """Health after one more cycle."""
         self.sent += 1
         good = seen.arrived and seen.counter == self.expected
@@ -78,11 +78,11 @@ class HealthMonitor:
         self.faulty = tuple(s for s in states if s.state != OPERATIONAL)
 
     @property
-    def suspicious(self) -> bool:
+    def states_in_doubt(self) -> bool:
         """True when the AL states should be read now."""
         return self.in_a_row > 0
 
-    def _verdict(self, seen: Seen) -> Health:
+    def _verdict(self, seen: CycleObservation) -> Health:
         if seen.arrived and not seen.echo_ok:
             self.stale += 1
             self.reason = "answers belong to an older cycle"

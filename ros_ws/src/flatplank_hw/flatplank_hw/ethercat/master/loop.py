@@ -10,7 +10,12 @@ from flatplank_hw.bus.histogram import Histogram
 from flatplank_hw.bus.image import AXES, BusInputs, Health
 from flatplank_hw.ethercat.busfile import BusFile
 from flatplank_hw.ethercat.master.guard import Cause, Guard
-from flatplank_hw.ethercat.master.health import HealthMonitor, RecoveryPolicy, RecoveryStep, Seen
+from flatplank_hw.ethercat.master.health import (
+    CycleObservation,
+    HealthMonitor,
+    RecoveryPolicy,
+    RecoveryStep,
+)
 from flatplank_hw.ethercat.master.image import InputImage, OutputImage
 from flatplank_hw.ethercat.master.interface import BusError, link_trouble
 from flatplank_hw.ethercat.master.link import ParentLink
@@ -39,7 +44,7 @@ class Timing(NamedTuple):
     """after a stall the cycle numbers go on without a gap"""
     reply_timeout_s: float = 0.0
     """a later answer is lost; 0: 2 ms, at most 0.6 of the period [s]"""
-    patience_s: float = 0.0
+    node_timeout_s: float = 0.0
     """longest wait of a cycle for the nodes' answer to the last one; 0: no wait [s]"""
     batch: int = 1
     """the nodes answer the last of this many cycles"""
@@ -76,10 +81,10 @@ class BusLoop:
         self.health = Health.LOST
         self.inputs: BusInputs | None = None
         self.inbox = Inbox()
-        self.waiting = Waiting(timing.patience_s, timing.batch)
+        self.waiting = Waiting(timing.node_timeout_s, timing.batch)
         self.timing = timing
         self.clock = CycleClock(bus.period_ns, time.perf_counter_ns(), timing.slip)
-        self._patience = timing.reply_timeout_s or min(bus.period_ns * 0.6e-9, 0.002)
+        self._reply_timeout_s = timing.reply_timeout_s or min(bus.period_ns * 0.6e-9, 0.002)
         self._mailboxes = [i for i, s in enumerate(bus.slaves) if s.mailbox is not None]
         self._turn = 0
         self._mailbox_poll = max(round(MAILBOX_POLL_S * bus.rate_hz), 2)
@@ -113,7 +118,7 @@ class BusLoop:
             self.link.await_commands,
             lambda: self.running and not self.link.parent_gone,
         )
-        self.clock.excuse(self.waiting.waited_ns - waited)
+        self.clock.extend(self.waiting.waited_ns - waited)
         now = time.perf_counter_ns()
         if self._last_start:
             self.cycle_times.add(now - self._last_start)
@@ -130,14 +135,16 @@ class BusLoop:
         for command in asked:
             digital |= command.digital_outputs
         data = self.outputs.encode(asked, digital, cycle)
-        result = self.soem.exchange(data, self._patience)
+        result = self.soem.exchange(data, self._reply_timeout_s)
         echo_ok = True
         if result.arrived:
             self.round_trips.add(result.round_trip_ns)
             if self.outputs.echo is not None:
                 echo_ok = self.soem.output_byte(*self.outputs.echo) == cycle & 0xFF
         self._arrived = result.arrived
-        self.health = self.monitor.observe(Seen(result.arrived, result.counter, echo_ok))
+        self.health = self.monitor.observe(
+            CycleObservation(result.arrived, result.counter, echo_ok)
+        )
         good = self.health in (Health.OK, Health.DEGRADED) and result.arrived
         self._decode(cycle, self.soem.inputs() if good or self.inputs is None else None)
 
@@ -180,7 +187,7 @@ class BusLoop:
             self._missed = self.clock.missed
             return True
         if self._arrived:
-            return cycle % STATE_POLL == 0 or (self.monitor.suspicious and cycle % 2 == 0)
+            return cycle % STATE_POLL == 0 or (self.monitor.states_in_doubt and cycle % 2 == 0)
         return self.monitor.in_a_row > SILENT and cycle % SILENT == 0
 
     def _recover(self) -> None:

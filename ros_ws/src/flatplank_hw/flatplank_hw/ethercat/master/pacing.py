@@ -33,7 +33,7 @@ class CycleClock:
         """Wall time of the next cycle [ns]."""
         return self.start + (self.cycle + 1) * self.period
 
-    def excuse(self, waited_ns: int) -> None:
+    def extend(self, waited_ns: int) -> None:
         """Shift the schedule by the time that the bus has waited for its nodes."""
         self.start += waited_ns
 
@@ -67,16 +67,16 @@ class Waiting:
     recorder, panel and clients, which have lower priority, get computing time.
     """
 
-    def __init__(self, patience_s: float, batch: int = 1) -> None:
-        """patience_s: longest wait for a further answer, 0: none; batch: the nodes answer the last
-        of this many cycles."""
-        self.patience_s = patience_s
+    def __init__(self, node_timeout_s: float, batch: int = 1) -> None:
+        """node_timeout_s: longest wait for a further answer, 0: none; batch: the nodes answer the
+        last of this many cycles."""
+        self.node_timeout_s = node_timeout_s
         self.batch = batch
         self.waited_ns = 0
         """wall time that late answers have added to the cycles [ns]"""
         self.given_up = 0
         """waits that ended without an answer"""
-        self._limit_ns = self._longest_ns = round(patience_s * 1e9)
+        self._limit_ns = self._longest_ns = round(node_timeout_s * 1e9)
         self._answered: dict[int, int] = {}
 
     def note(self, commands: Iterable[AxisCommand]) -> None:
@@ -108,7 +108,7 @@ class Waiting:
         Returns:
             The commands that came, oldest first.
         """
-        if not self.patience_s:
+        if not self.node_timeout_s:
             _sleep_until(due_ns)
             return take(0.0)
         found: list[AxisCommand] = []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Lanes of coefficients: any one but the switches may differ, and each lane is its own tire."""
+"""Sets of coefficients: any one but the switches may differ, and each is a tire of its own."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ def test_any_coefficient_may_differ_between_lanes(law, turn_slip):
     for name in names:
         first = base.get(name, DEFAULTS[name])
         pair = [first, 1.1 * first + 0.01]
-        lanes = Coefficients(base | {name: np.array([[v] for v in pair])}, law)
-        o = operating_point(lanes, *AT)
-        both, radius = steady(lanes, o, turn_slip), shape.effective_radius(lanes, o, 0.0)
+        sets = Coefficients(base | {name: np.array([[v] for v in pair])}, law)
+        o = operating_point(sets, *AT)
+        both, radius = steady(sets, o, turn_slip), shape.effective_radius(sets, o, 0.0)
         for i, value in enumerate(pair):
             c = Coefficients(base | {name: value}, law)
             own = operating_point(c, *AT)
