@@ -16,7 +16,10 @@ from steptable import step_table
 from flatplank_data.bags.cdr import decode_one, parse_definition
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError
+from flatplank_data.readers import cache
+from flatplank_data.readers.base import Loaded, Request
 from flatplank_data.readers.cache import FOLDER
+from flatplank_data.store import LocalStore
 
 NAME = "TOY_REL_LNG_5perc_T_p25_Fz3700_1"
 RECORD = "kappa: 0.05\nfz: 3700.0\nstep_position: 1.5\neffective_rolling_radius: 0.31\n"
@@ -70,6 +73,16 @@ def test_the_second_reading_comes_from_the_cache(tmp_path, bag, source):
     mcap.write_bytes(mcap.read_bytes() + b" ")
     Campaign.load(folder).runs[0].table()
     assert [p.name for p in (folder / FOLDER).glob("*.parquet")] != [p.name for p in kept]
+
+
+def test_the_cache_of_a_run_with_a_longer_name_stays(tmp_path):
+    loaded = Loaded({"fx": np.zeros(3)})
+    longer, run = (Request(LocalStore(str(tmp_path)), name) for name in ("A-1", "A"))
+    cache.save(longer, "0" * 16, loaded)
+    for key in ("1" * 16, "2" * 16):
+        cache.save(run, key, loaded)
+    names = sorted(p.name for p in (tmp_path / FOLDER).iterdir())
+    assert names == [f"A-1-{'0' * 16}.parquet", f"A-{'2' * 16}.parquet"]
 
 
 @pytest.mark.parametrize("share", [0.5, 0.97])

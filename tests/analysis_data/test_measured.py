@@ -87,7 +87,7 @@ def test_a_report_of_a_run_that_nobody_described_is_right(tmp_path, capsys):
     out = json.loads(capsys.readouterr().out)
     (told,) = out["problems"]
     assert told.startswith(
-        "mine: tire and pressure unknown: nobody said; write tire: and pressure:"
+        "mine: tire and pressure unknown: not stated; write tire: and pressure:"
     )
     found = json.loads(Path(out["data"]).read_text())
     (point,) = found["points"]
@@ -169,7 +169,7 @@ def test_a_table_without_a_slip_control_shows_its_step_too(tmp_path, kappa):
         del entry[key]
     entry["kappa"] = 0.0
     path.write_text(yaml.safe_dump(content))
-    words = f"no step is said, but the slip changes by {100 * kappa:+.1f} %"
+    words = f"no step is stated, but the slip changes by {100 * kappa:+.1f} %"
     with pytest.raises(FlatplankError, match=re.escape(words)):
         Campaign.load(folder).runs[0].table()
 

@@ -25,10 +25,12 @@ from flatplank_analysis.models.tire_record import (
 )
 from flatplank_analysis.report.analysis import analyse
 from flatplank_analysis.report.tables import all_tables
-from flatplank_analysis.report.tire import made_from
+from flatplank_analysis.report.tire import geometry_of_campaigns, made_from
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError
 from flatplank_data.exporters import export_campaign
+from flatplank_data.run_record import RunRecord
+from flatplank_data.table import MeasurementTable
 
 SLIPS = (-0.05, -0.02, 0.0, 0.02, 0.05)
 LOAD, BAR = 3250.0, 2.8
@@ -125,6 +127,44 @@ def test_free_radius_from_the_loaded_radii(loads, words, close, tmp_path):
     assert found.free_radius == pytest.approx(0.350, rel=close)
     assert (found.nominal_load, found.nominal_pressure) == (LOAD, BAR)
     assert words in found.origin
+
+
+def test_free_radius_from_the_rolling_radius(tmp_path):
+    table = step_table(0.0, 1)
+    bare = MeasurementTable(
+        {k: table[k] for k in table.columns if k != "loaded_radius"}, table.info
+    )
+    found = made_from([Campaign.load(export_campaign([bare], tmp_path))])
+    assert found.free_radius == pytest.approx(
+        table.info.effective_rolling_radius * 318 / 310.8, abs=1e-5
+    )
+    assert "R0 by the rolling radius, 2.3 % more as usual" in found.origin
+
+
+def test_the_geometry_is_of_all_folders(tmp_path):
+    """Stiffness runs at two pressures, a folder each; footprints in two, one of them alone."""
+    down = np.linspace(0.35, 0.31, 300)
+    radius = np.concatenate([down, down[::-1]])
+    campaigns = []
+    for bar, fz in ((2.5, 1850.0), (2.8, 5550.0), (None, 3700.0)):
+        about = {"tire": "CON", "pressure": bar or 2.5}
+        spring = 2.0e5 * (1.0 + 0.8 * (about["pressure"] / 2.5 - 1.0))
+        share = fz / (spring * 0.35)
+        half = 0.35 * (0.1 * share + 0.7 * np.sqrt(share))
+        prints = {"fz": np.array([fz]), "half_length": np.array([half])}
+        record = RunRecord(file="print.parquet", measurement="footprint", **about)
+        tables = [MeasurementTable(prints, record)]
+        if bar:
+            columns = {"loaded_radius": radius, "fz": spring * (0.35 - radius)}
+            record = RunRecord(file="press.parquet", measurement="stiffness", **about)
+            tables.append(MeasurementTable(columns, record))
+        campaigns.append(Campaign.load(export_campaign(tables, tmp_path / f"{fz:g}")))
+    toyo = dataclasses.replace(shipped_record("toyo"), free_radius=0.35)
+    for order in (campaigns, campaigns[::-1]):
+        found = geometry_of_campaigns(order, toyo).contact
+        assert found.vertical_stiffness == pytest.approx(2.0e5, rel=1e-3)
+        assert found.pressure_effect == pytest.approx(0.8, rel=1e-2)
+        assert (found.q_ra2, found.q_ra1) == pytest.approx((0.1, 0.7), rel=1e-2)
 
 
 @pytest.mark.parametrize("name", ["toyo", "continental", "michelin", "racing"])

@@ -65,8 +65,8 @@ def test_a_fit_file_says_what_it_does_not_understand():
 def test_a_fit_file_that_cannot_be_read_is_one_line(tmp_path):
     path = tmp_path / "fit.yaml"
     for content, words in (
-        (b"format: flatplank-fit/1\njoint: [\n", "fit.yaml line 3: not YAML; mend"),
-        (b"a: \x00\n", "fit.yaml: not YAML; mend"),
+        (b"format: flatplank-fit/1\njoint: [\n", "fit.yaml line 3: not YAML; correct"),
+        (b"a: \x00\n", "fit.yaml: not YAML; correct"),
         (b"a: \xff\n", "fit.yaml: is no text; give a fit file"),
         (b"format: flatplank-fit/1\nstages: [1]\n", "stages: unknown name 1; did you mean "),
         (b"format: flatplank-fit/1\n5: 1\n", "unknown key 5; did you mean "),

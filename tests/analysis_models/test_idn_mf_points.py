@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from idn_points import points
 
+from flatplank_analysis.identify.carcass import CarcassFit
 from flatplank_analysis.identify.mf import information as candidates
 from flatplank_analysis.identify.mf.points import (
     _tail,
@@ -91,13 +92,14 @@ def test_points_axes_outputs_and_runs():
 
 
 def carcass(alpha: float = 0.0, gamma: float = 0.0, known: bool = True):
-    number = SimpleNamespace(determined=known)
     at = SimpleNamespace(alpha=alpha, gamma=gamma)
     at._asdict = lambda: dict(fz=3e3, pressure=2.5e5, alpha=alpha, gamma=gamma)
-    return SimpleNamespace(
+    fit = SimpleNamespace(
         at=at, sigma_x=SimpleNamespace(value=0.5, determined=known),
-        slip_stiffness=SimpleNamespace(value=1e5, determined=number.determined),
+        slip_stiffness=SimpleNamespace(value=1e5, determined=known),
     )  # fmt: skip
+    fit.rolling_stiffness = CarcassFit.rolling_stiffness.fget(fit)
+    return fit
 
 
 def test_stiffness_of_the_rolling_tire_goes_before_that_at_rest():

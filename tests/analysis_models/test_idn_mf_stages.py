@@ -132,7 +132,7 @@ def test_a_fit_without_its_points_is_refused():
         fit_magic_formula(near, TIR, FitFile(stages=("pure_x",)))
     assert "no steady Fx or Fy to fit" in str(error.value) and "(runs" not in str(error.value)
     bare = replace(p, pressure=np.full(4, np.nan))
-    with pytest.raises(FlatplankError, match="pressure not said"):
+    with pytest.raises(FlatplankError, match="pressure not stated"):
         fit_magic_formula(bare, TIR)
     radius = steady_points({"re": 0.3 + 1e-6 * LOADS}, fz=LOADS, pressure=2.5e5)
     found = fit_magic_formula(radius, TIR, FitFile(stages=("radius",)))

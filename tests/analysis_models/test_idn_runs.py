@@ -34,7 +34,7 @@ def test_inputs_of_the_model_from_a_run():
     np.testing.assert_allclose(np.cumsum(bare.inputs(0.01).travel[0]), centres * np.cos(alpha))
     assert centres[0] == pytest.approx(0.005)
     np.testing.assert_allclose(means, np.interp(centres, bare.distance, bare.fx), atol=1.0)
-    with pytest.raises(FlatplankError, match="pressure not said"):
+    with pytest.raises(FlatplankError, match="pressure not stated"):
         replace(bare, pressure=np.nan).inputs_at(x)
     fz = np.where(X < 0.0, 9e3, 3000.0)
     assert run(fz=fz).mean_load == 3000.0

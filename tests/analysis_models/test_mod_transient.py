@@ -14,7 +14,7 @@ from flatplank_analysis.models.base import (
     slip_inputs,
     stack_runs,
 )
-from flatplank_analysis.models.linear import LinearX, LinearY
+from flatplank_analysis.models.linear import LinearX
 from flatplank_analysis.models.magic_formula import Coefficients
 from flatplank_analysis.models.mf_tyre import ContactPointMF, MFTyre
 from flatplank_analysis.models.nonlinear import (
@@ -37,7 +37,6 @@ def law_of(stiffness: float = 9e4, peak: float = 3700.0) -> TableLaw:
 
 MODELS: dict[str, tuple[TransientModel, np.ndarray]] = {
     "linear": (LinearX(), np.array([[0.45, 9e4], [0.5, 9.9e4]])),
-    "linear-y": (LinearY(), np.array([[0.45, 5e4], [0.5, 5.5e4]])),
     "nonlinear": (NonlinearX(lambda _: law_of()), np.array([[2e5], [2.2e5]])),
     "nonlinear-y": (NonlinearY(lambda _: law_of()), np.array([[1e5], [2e5]])),
     "mf": (MFTyre(shipped_tir().coefficients), np.zeros((1, 0))),
@@ -81,12 +80,6 @@ def test_linear_starts_at_the_start_force_and_forgets_it() -> None:
     run = slip_inputs(X, 0.0, 3700.0, start_fx=-150.0)
     force = LinearX().simulate(np.array([[0.45, 9e4]]), run)[0, 0]
     np.testing.assert_allclose(force, -150.0 * np.exp(-X / 0.45), rtol=1e-12)
-
-
-def test_linear_side_force_is_negative_for_a_positive_slip_angle() -> None:
-    run = slip_inputs(X, 0.0, 3700.0, alpha=0.02)
-    force = LinearY().simulate(np.array([[0.5, 5e4]]), run)[0, 0]
-    np.testing.assert_allclose(force, -5e4 * np.tan(0.02) * -np.expm1(-X / 0.5), rtol=1e-12)
 
 
 def test_nonlinear_side_force_ends_at_its_law_and_begins_where_it_is_told() -> None:

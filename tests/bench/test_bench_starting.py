@@ -35,7 +35,7 @@ def test_a_node_that_waits_for_processor_or_disk_gets_on(state: str) -> None:
 @pytest.mark.parametrize(
     ("seen", "words"),
     [
-        (LOADING, "recorder hangs before it is made"),
+        (LOADING, "recorder hangs before the node is created"),
         (ProcessState("T", 0.1, False), "recorder is stopped"),
         (ProcessState("S", 50.0, True), "recorder runs, but its services are not heard"),
         (None, "recorder does not answer; is the bench running?"),
@@ -54,10 +54,10 @@ def test_a_node_that_hangs_is_named_with_what_it_hangs_on(seen: ProcessState, wo
 
 def test_what_a_node_waits_for_is_told() -> None:
     start = Start(NAMES, 0.0, stall_s=30.0)
-    start.heard("recorder", "nobody on /bus/inputs", 5.0)
-    start.heard("recorder", "nobody on /bus/inputs", 20.0)
+    start.heard("recorder", "no partner on /bus/inputs", 5.0)
+    start.heard("recorder", "no partner on /bus/inputs", 20.0)
     told = start.why_useless({"recorder": ProcessState("S", 9.0, True)}, 36.0)
-    assert "recorder waits: nobody on /bus/inputs" in told
+    assert "recorder waits: no partner on /bus/inputs" in told
 
 
 def test_a_node_that_works_for_ever_does_not_come_up() -> None:

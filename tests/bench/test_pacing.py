@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """When the simulated bus makes a cycle: wall time is an argument."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from flatplank_hw.bus.histogram import percentile
 from flatplank_hw.bus.pacing import ABSENT_TIMEOUT_S, CATCH_UP, Pacer
+from flatplank_msgs.msg import BusOutputs
+from flatplank_sim.nodes.simulated_plant import SimulatedPlant
 
 RATE = 250.0
 
@@ -25,6 +29,16 @@ def test_an_answer_to_an_older_cycle_does_not_count():
     pacer.made(2, wall=0.0)
     assert not pacer.answered(0, 1)
     assert pacer.missing == {0}
+
+
+def test_a_command_of_the_bus_before_a_clean_up_is_dropped():
+    """Configured again, the plant has made no cycle yet; it would wait for cycle 500."""
+    plant = SimpleNamespace(
+        commands={}, ages=[0] * 64, cycle=-1, pacer=lockstep(), release=lambda: None
+    )
+    SimulatedPlant.on_command(plant, BusOutputs(axis=0, cycle=500))
+    SimulatedPlant.on_command(plant, BusOutputs(axis=0, cycle=5))
+    assert not plant.commands and not any(plant.ages)
 
 
 def test_without_an_answer_lockstep_waits_once_and_then_hurries():

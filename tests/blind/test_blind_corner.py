@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.discovery.search import run_search
@@ -27,6 +29,7 @@ def test_a_gap_that_a_strange_tire_imitates_is_found(monkeypatch):
     assert 2.4e-4 < first["size"] < 3.6e-4
 
 
+@pytest.mark.long
 def test_a_search_does_not_end_in_the_corner_that_its_first_effect_left_behind(monkeypatch):
     monkeypatch.setattr(cases, "size_of", lambda _case, _name: 4e-3)
     # a steering angle that is off drives the tire to strange numbers, which stayed beside it

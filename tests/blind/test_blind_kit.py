@@ -266,6 +266,7 @@ def test_a_force_counts_from_a_size_that_goes_with_the_floor():
     assert 2.0 * sizes[0] < loud < 4.0 * sizes[0]
 
 
+@pytest.mark.long
 def test_small_kit_from_end_to_end(tmp_path, capsys):
     """The command, its journal, and that it goes on where it stopped."""
     path, written = tmp_path / "kit.jsonl", tmp_path / "page.md"

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from flatplank_sim.sealed.score import score
 from flatplank_validation.blind import journal
 from flatplank_validation.blind.cases import Case, make
@@ -26,6 +28,7 @@ def test_a_number_of_the_effect_itself_does_not_hide_its_size():
     assert len(diagnosis["effects"]) == 1 and score(diagnosis, answer)["right"]
 
 
+@pytest.mark.long
 def test_a_fault_of_nearly_the_right_form_is_named_though_something_is_left():
     diagnosis, _ = diagnosed(
         Case("pair", "forms", ("runout_2", "drive_backlash"), 3.0, "trending", 0.01, "plain", 0)

@@ -28,7 +28,7 @@ def test_what_is_in_no_library_is_said(tmp_path, capsys):
     assert reveal.main([str(tmp_path)]) == 0
     out = capsys.readouterr().out
     assert "outside the library: over plank position 2 to 2.8" in out
-    assert "its place was found" in out and "is right" in out
+    assert "its location was found" in out and "is right" in out
     _write(tmp_path, verdict="none of these", unexplained={"where": []})
     assert reveal.main([str(tmp_path)]) == 1
     out = capsys.readouterr().out
@@ -51,7 +51,7 @@ def test_a_relative_is_told_and_is_not_right(tmp_path, capsys):
     assert reveal.main([str(tmp_path)]) == 1
     out = capsys.readouterr().out
     assert "hidden: crosstalk_fz, 0.015\n" in out
-    assert "not found: crosstalk_fz; runout_2 was named, which is like it but not it" in out
+    assert "not found: crosstalk_fz; runout_2 was named, a similar effect" in out
     assert "named without cause: runout_2" in out and "is not right" in out
 
 

@@ -89,6 +89,16 @@ def test_what_is_in_no_library_is_found_at_its_place():
     assert not score(said("found", unexplained=rest), outside)["right"]
 
 
+def test_any_of_several_places_may_be_the_right_one():
+    where = {"coordinate": "plank position", "range": [2.0, 2.8]}
+    elsewhere, there = ({"coordinate": "plank position", "range": r} for r in ([3, 4], [2.1, 2.6]))
+    for places, right in (([elsewhere, there], True), ([elsewhere], False)):
+        found = score(
+            said("partly", unexplained={"where": places}), {"effects": [], "outside": where}
+        )
+        assert found["outside_found"] is right
+
+
 def test_no_seal_is_one_line():
     with pytest.raises(FlatplankError, match="sealed"):
         unseal("/nonexistent")

@@ -12,6 +12,12 @@ GOOD = {
     "runs": 27, "first_ranking": 4.0, "screening": 2.0, "seconds": 5.5, "memory": 700.0,
     "verdict": "at floor", "named": [],
 }  # fmt: skip
+PROPOSED = {"runs": 27, "seconds": 41.0, "memory": 900.0, "verdict": "proposed"}
+
+
+def measured(monkeypatch, search=GOOD, proposal=PROPOSED) -> None:
+    found = {bench.diagnose: search, bench.proposal: proposal}
+    monkeypatch.setattr(bench, "measure", lambda work, *_: found[work])
 
 
 def test_each_campaign_hides_one_more():
@@ -29,19 +35,27 @@ def test_each_campaign_hides_one_more():
 )
 def test_what_is_not_as_wanted_ends_with_one(monkeypatch, capsys, worse):
     monkeypatch.setattr(bench, "WANTED", {0: 6.0})
-    monkeypatch.setattr(bench, "measure", lambda _: GOOD)
+    measured(monkeypatch)
     assert bench.main([]) == 0
     said = capsys.readouterr().out
     assert (
         "first ranking  4.0 s (<= 5), screening 2.0 base fits (<= 3), all   5.5 s (<= 6)" in said
     )
-    monkeypatch.setattr(bench, "measure", lambda _: GOOD | worse)
+    assert "propose, 27 runs: 41.0 s (<= 60), memory  900 MiB (<= 1536); proposed" in said
+    measured(monkeypatch, search=GOOD | worse)
+    assert bench.main([]) == 1
+
+
+@pytest.mark.parametrize("worse", [{"seconds": 61.0}, {"memory": 1537.0}])
+def test_a_slow_proposal_ends_with_one(monkeypatch, worse):
+    monkeypatch.setattr(bench, "WANTED", {0: 6.0})
+    measured(monkeypatch, proposal=PROPOSED | worse)
     assert bench.main([]) == 1
 
 
 @pytest.mark.long
 def test_times_and_memory_are_those_of_a_search():
-    found = bench.measure(1, "small")
+    found = bench.measure(bench.diagnose, 1, "small")
     assert 0.0 < found["first_ranking"] < found["seconds"]
     assert 0.0 < found["screening"] < 20.0
     assert 100.0 < found["memory"] < 2048.0

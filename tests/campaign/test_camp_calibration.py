@@ -148,7 +148,7 @@ WRONG = {
     "entries": ("format: flatplank-calibration/1\nentries: 3", "no 'entries:'"),
     "unknown": (HEAD + "  hub_fq: {date: 2026-01-01, parameters: {}, residual: 0}", "nearest"),
     "missing": (HEAD + "  motor: {date: 2026-01-01}", "motor: missing"),
-    "date": (HEAD + "  motor: {date: today, parameters: {}, residual: 0}", "date 'today' is none"),
+    "date": (HEAD + "  motor: {date: today, parameters: {}, residual: 0}", "'today' is no date"),
     "text": (
         HEAD + "  motor: {date: 2026-01-01, parameters: {gear_ratio: x}, residual: 0}",
         "gear_ratio is 'x'; calibrate it again",

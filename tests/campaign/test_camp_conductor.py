@@ -73,7 +73,7 @@ def test_kept_is_the_last_attempt_of_what_is_done(tmp_path):
     conductor.finish(left := conductor.take(), outcome(left, BAD))
     conductor.skip(left.run.key, "by the operator")
     again = Conductor(plan, journal(tmp_path, plan))
-    assert [(done.record, done.counts) for done in again.kept()] == [
+    assert [(done.record, done.valid_file) for done in again.kept()] == [
         (radius.measurement.record(), radius.measurement.name),
         (job.measurement.record(), job.measurement.name),
     ]

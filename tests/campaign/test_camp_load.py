@@ -41,7 +41,7 @@ class LoadBench(StartBench):
         inputs = self.plant.step(self._commands)
         hub, encoders = self.hub.step(inputs), self.encoders.step(inputs)
         self.hub_sample, self.encoder_sample = hub, encoders
-        listens = self.drive.listens_to == "slip"
+        listens = self.drive.reference_source == "slip"
         reference = self.sequencer.step(encoders) if listens else None
         command, self.sample = self.drive.step(inputs, encoders, hub, reference)
         if self.steered:

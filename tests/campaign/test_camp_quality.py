@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every question of the verdict finds its own fault and only that."""
+"""Every criterion of the verdict finds its own fault and only that."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from flatplank_control.runner.dry_run import DryBench
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.moves import ENOUGH, SLOW, SPEED
 from flatplank_control.runner.plans import plan_of
-from flatplank_control.runner.steps import StopRecord, Wait
+from flatplank_control.runner.steps import Manual, Plank, StopRecord, Wait
 
 
 def run(**change) -> dict[str, np.ndarray]:
@@ -81,7 +81,9 @@ def until(end: float, columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 def test_a_slip_run_that_the_operator_ended_is_judged_up_to_there():
     stopped = judge(until(2.5, run()), M, Limits(), enough=True)
-    assert stopped.text() == "good; ended at 2.50 m; not asked: once_per_turn"
+    assert (
+        stopped.text() == "good; ended at 2.50 m; not evaluated: road too short for once_per_turn"
+    )
     assert stopped.ok and stopped.plain()["ended"] == 2.5
     for name in ("settling", "load_error", "speed_error", "plateau"):
         bad = judge(until(2.5, run(**FAULTS[name])), M, Limits(), enough=True)
@@ -118,6 +120,18 @@ def test_the_operators_wish_is_in_the_record():
                 assert (step.status, step.notes) == ("complete", said)
 
 
+def test_a_dry_run_knows_the_slow_speed_and_that_flexplates_are_no_angle():
+    bench = DryBench()
+    bench.perform([Plank(1, fast=False)])
+    assert bench.snapshot().encoders.plank_velocity == SLOW
+    times = []
+    for quantity in ("flexplates", "pressure_bar"):
+        bench = DryBench()
+        bench.perform([Manual(quantity, 1.0)])
+        times.append(bench.time)
+    assert times[0] == times[1]
+
+
 def test_the_travel_is_that_of_the_loaded_tire():
     columns = run()
     assert travel(columns) == pytest.approx(4.1, abs=0.01)
@@ -126,10 +140,12 @@ def test_the_travel_is_that_of_the_loaded_tire():
     assert travel({**columns, "fz": np.zeros_like(columns["fz"])}) == 0.0
 
 
-def test_free_rolling_must_hold_its_50_n():
+def test_free_rolling_must_hold_the_reference_of_its_controller():
     columns = run()
     free = Measurement(measurement="free_rolling")
     columns["fx"] = np.full_like(columns["fx"], 50.0)
     assert judge(columns, free, Limits()).ok
     columns["fx"] += 10.0
     assert "force_error" in judge(columns, free, Limits()).text()
+    assert judge(columns, free, Limits(), reference=60.0).ok
+    assert "force_error" in judge(columns, free, Limits(), reference=0.0).text()

@@ -10,7 +10,7 @@ import pytest
 
 from flatplank_analysis.models.tire_record import FILE, read_record
 from flatplank_data.campaign import Campaign
-from flatplank_sim.cli.simulate import main, mounted, parser
+from flatplank_sim.cli.simulate import main, parser, tire_and_radius
 from flatplank_sim.plant.config import PlantConfig
 from flatplank_sim.plant.truth import truth_row
 
@@ -37,7 +37,7 @@ def test_every_tire_has_its_own_name_and_numbers(plant, tmp_path, capsys):
 
 def test_a_known_radius_is_taken_at_the_nominal_condition_only(tmp_path):
     def asked(*words: str) -> tuple[str, float]:
-        record, radius = mounted(parser().parse_args([str(tmp_path), *words]))
+        record, radius = tire_and_radius(parser().parse_args([str(tmp_path), *words]))
         return record.name, radius
 
     assert asked() == ("TOY", 0.3108)

@@ -12,7 +12,7 @@ from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.runner import steps as S
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of
-from flatplank_control.runner.steps import StopWatch
+from flatplank_control.runner.steps import StopDetector
 from flatplank_data.run_record import load_record
 from flatplank_hw.drive.safety import LEFT_OPERATION, QUICK_STOP, RULES
 from flatplank_hw.samples import DriveSample
@@ -29,7 +29,7 @@ def sample(reason: int) -> DriveSample:
 
 
 def test_a_new_stop_ends_the_plan_and_an_old_one_does_not():
-    watch = StopWatch()
+    watch = StopDetector()
     for reason in (QUICK_STOP, QUICK_STOP, 0, RULES["plank_stands"].code, 0):
         watch.look(sample(reason))
     with pytest.raises(S.PlanFailed, match=TROUBLES["left_operation"].text):
@@ -41,7 +41,7 @@ def test_a_new_stop_ends_the_plan_and_an_old_one_does_not():
     ("step", "ends"), [(S.Plank(1), True), (S.Plank(0), False), (S.Plank(1, stop_at=2.0), False)]
 )
 def test_a_plank_that_stands_ends_a_plan_that_did_not_stop_it(step: S.Plank, ends: bool):
-    watch = StopWatch()
+    watch = StopDetector()
     watch.asked(step)
     watch.look(sample(0))
     stands = sample(RULES["plank_stopped"].code)

@@ -77,7 +77,7 @@ def test_flagged_and_skipped_runs_are_made_once_more(tmp_path, capsys):
     assert capsys.readouterr().out == "2 flagged or skipped runs are made once more\n"
     _, journal = three_runs(tmp_path)
     conductor = Conductor(plan, journal)
-    assert [done.counts for done in conductor.kept()] == ["a", "b"], "until there is a new one"
+    assert [done.valid_file for done in conductor.kept()] == ["a", "b"], "until there is a new one"
     again = conductor.take()
     assert (again.run.key, again.attempt) == (flagged.run.key, 2)
     assert again.measurement.name == f"{flagged.measurement.name}_r02"
@@ -86,7 +86,7 @@ def test_flagged_and_skipped_runs_are_made_once_more(tmp_path, capsys):
     assert (last.run.key, last.measurement.name) == (skipped.run.key, skipped.measurement.name)
     conductor.finish(last, Outcome("c", BAD))
     assert conductor.over
-    assert [done.counts for done in conductor.kept()] == ["a", "b_r02", "c"]
+    assert [done.valid_file for done in conductor.kept()] == ["a", "b_r02", "c"]
     assert conclude(plan, three_runs(tmp_path)[1]) == NOT_ALL_GOOD
     assert "1 flagged, 0 skipped: " in capsys.readouterr().out
 

@@ -54,9 +54,9 @@ class LoopBench:
         self.hub_sample = self.hub.step(inputs)
         self.encoder_sample = self.encoders.step(inputs)
         reference = None
-        if self.drive.listens_to == "free_rolling":
+        if self.drive.reference_source == "free_rolling":
             reference = self.controller.step(self.hub_sample, self.encoder_sample)
-        elif self.drive.listens_to == "slip":
+        elif self.drive.reference_source == "slip":
             reference = self.sequencer.step(self.encoder_sample)
         command, self.drive_sample = self.drive.step(
             inputs, self.encoder_sample, self.hub_sample, reference

@@ -3,12 +3,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from math import nan
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from bristles import Truth, campaign
 
 from flatplank_analysis.contact_patch import data as tiredata
 from flatplank_analysis.contact_patch import grid, kernel
+from flatplank_data.run_record import RunRecord
 
 STIFF, CARCASS, HALF, LOAD = 9.0e4, 2.3e5, 0.07, 3700.0
 
@@ -121,6 +126,31 @@ def test_a_recording_that_begins_with_the_motion_gets_a_standstill():
     np.testing.assert_allclose(found.travel, expected.travel, atol=1e-6)
     np.testing.assert_allclose(found.step_time, expected.step_time, atol=1e-4)
     np.testing.assert_allclose(found.runs.measured, expected.runs.measured, atol=0.5)
+
+
+def _named_conditions(*changes):
+    usual = RunRecord(
+        measurement="slip", fz=3700.0, pressure=2.5, kappa=0.05, step_position=1.5, speed=0.03
+    )
+    return tiredata._conditions([SimpleNamespace(info=replace(usual, **c)) for c in changes])
+
+
+def test_conditions_are_named_by_what_differs():
+    label = "κ +5 %, Fz 3700 N, 2.5 bar"
+    assert _named_conditions({}, {})[1] == (label,)
+    groups, names = _named_conditions({}, {"step_position": 0.9}, {}, {"kappa": -0.05})
+    assert names == (label.replace("+", "-"), f"{label}, step at 0.9 m", f"{label}, step at 1.5 m")
+    assert groups.tolist() == [2, 1, 2, 0]
+
+
+def test_no_two_conditions_have_the_same_name():
+    changes = (
+        {}, {"step_position": nan}, {"direction": -1.0}, {"waveform": {"name": "sine"}},
+        {"waveform": {"name": "sine", "amplitude": 0.02}}, {"speed": nan}, {"tire": "another"},
+    )  # fmt: skip
+    groups, names = _named_conditions(*changes)
+    assert sorted(groups) == [*range(len(changes))] and len({*names}) == len(changes)
+    assert not any(word in " ".join(names) for word in ("None", "nan", "{"))
 
 
 def test_base_fits_bristles_to_half_the_floor():

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from ball import Drag, throw
+from ball import Drag, Shake, Wind, throw
 
 from flatplank_analysis.discovery.determined import PRIOR, numbers_of
 from flatplank_analysis.discovery.fit import Fitter, Term
@@ -18,12 +18,12 @@ CAMPAIGNS = 120
 DRAG = Term(Drag, np.array([0.01]))
 
 
-def _numbers(ball, *terms):
+def _numbers(ball, *terms, **how):
     fitter = Fitter(ball, np.ones((1, 1, 1)))
-    fit = fitter.fit(np.array([9.0, 0.0, 1.0][: len(ball.parameters)]), terms)
+    fit = fitter.fit(np.array([9.0, 0.0, 1.0][: len(ball.parameters)]), terms, **how)
     residual = fit.residual(ball.runs.measured)
     state = SimpleNamespace(fit=fit, runs=ball.runs, fitter=fitter, model=ball, residual=residual)
-    return {n.name: n for n in numbers_of(state)}
+    return {n.name if n.owner in ("", "drag") else n.owner: n for n in numbers_of(state)}
 
 
 def test_nine_of_ten_intervals_hold_the_truth():
@@ -42,6 +42,14 @@ def test_the_runs_that_show_a_number_determine_it():
     assert sum(share for _, share in number.shares) == pytest.approx(1.0)
     assert all(share >= 0.0 for _, share in number.shares)
     assert number.owner == "drag" and number.unit == "1/m" and "m/s" in number.words()
+
+
+def test_an_end_of_a_range_is_that_of_one_effect():
+    """Another effect has a parameter of the same name, inside its range."""
+    terms = Term(Wind, np.array([2.0])), Term(Shake, np.array([0.1]))
+    numbers = _numbers(throw(5, 0.0), *terms, iterations=0)
+    assert (numbers["wind"].name, numbers["wind"].at_bound) == ("a", True)
+    assert (numbers["shake"].name, numbers["shake"].at_bound) == ("a", False)
 
 
 def test_what_no_run_shows_is_known_beforehand_or_not_at_all():

@@ -374,7 +374,7 @@ def test_numbers_of_a_block_have_names():
     block.c = block.a + 1.0
     np.testing.assert_allclose(block.c, [[1.0, 4.0]])
     for act in (lambda: block.d, lambda: setattr(block, "d", 1.0)):
-        with pytest.raises(AttributeError, match="no number 'd'"):
+        with pytest.raises(AttributeError, match="no parameter 'd'"):
             act()
 
 

@@ -12,11 +12,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from ball import Drag, Wind, throw
+from matplotlib.text import Text
 
 from flatplank_analysis.discovery.decide import CONDITIONS, _reasons
 from flatplank_analysis.discovery.descent import bounded_step
+from flatplank_analysis.discovery.report import figures, page
 from flatplank_analysis.discovery.search import Options, run_search
 from flatplank_analysis.discovery.verdict import AT_FLOOR, FOUND, diagnose, undecidable
+from flatplank_analysis.discovery.where import make_maps
 from flatplank_data.errors import FlatplankError
 
 
@@ -30,6 +33,27 @@ def test_drag_is_found_with_its_size(seed):
     assert result.found[0].decision.term.size == pytest.approx(0.02, rel=0.1)
     assert low < 0.0215 and high > 0.0185
     assert result.rmse_after < 0.5 * result.rmse_before
+
+
+def test_page_and_figures_have_the_channel_and_unit_of_the_runs(tmp_path):
+    ball = throw(1, 0.02)
+    ball.runs = replace(ball.runs, units=("m",))
+    result = diagnose(run_search(ball, [Drag, Wind], Options()))
+    search, runs = result.search, ball.runs
+    written = page.write_report(result, tmp_path, "throws").read_text(encoding="utf-8")
+    assert f"Error of z {result.rmse_before:.2f} m with the base alone" in written
+    (table,) = make_maps(runs, search.steps[0].state.residual[0], result.floor)
+    drawn = {
+        "RMSE of z [m]": figures.conditions(search.steps),
+        "measured - model [m]": figures.map_of(table, runs),
+        "z: left without it (dots), effect (line) [m]": figures.collapse(search, 0),
+        "RMSE of z [m] ": figures.waterfall(figures.steps_of(search), result.floor, runs),
+        " m between the lines": figures.residual(search.last),
+    }
+    for label, figure in drawn.items():
+        words = [text.get_text() for text in figure.findobj(Text)]
+        assert any(label.rstrip() in w for w in words), words
+        assert not any(re.search(r"Fx|\bN\b", w) for w in words)
 
 
 @pytest.mark.parametrize(("step", "told"), [(np.nan, False), (1.5, True)])

@@ -175,13 +175,13 @@ def test_sites_are_what_the_runs_can_show():
     assert "plank position" in names and "slip level" not in names
     assert set(names[1:]) <= set(coordinates_of(data))
     sites = sites_of(data, places)
-    assert len({s.name for s in sites}) == len(sites)
+    keys = {s.key for s in sites}
+    assert len(keys) == len(sites)
     # a constant is the base's own, unless something turns it on and off
-    constant = {s.name for s in sites if not s.place.name}
-    assert {"friction, constant, driving", "gain, constant, braking"} <= constant
-    assert "fx, constant" not in constant
+    assert {("friction", "", "driving"), ("gain", "", "braking")} <= keys
+    assert ("fx", "", "") not in keys
     # a load over itself is a power of it
-    assert "fx, over load, load" not in {s.name for s in sites}
+    assert ("fx", "load", "load") not in keys
 
 
 def test_conditions_one_after_the_other_are_no_run_order():

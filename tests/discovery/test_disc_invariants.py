@@ -25,6 +25,7 @@ from flatplank_analysis.discovery import invariants, verdict
 from flatplank_analysis.discovery.fit import Fitter, Term
 from flatplank_analysis.discovery.model import Form
 from flatplank_analysis.discovery.modelfile import ModelFile
+from flatplank_analysis.discovery.patterns import Pattern
 from flatplank_analysis.discovery.search import run_search
 from flatplank_analysis.discovery.state import channel_weights, start_base
 from flatplank_analysis.effects.registry import library
@@ -131,6 +132,15 @@ def test_what_is_significant_and_of_no_consequence_is_not_left():
     assert invariants.rest(state_of((0.0, 7.0), (12.8, 2.3), 3700.0, form, 0.1), False) == ""
     # a model of no other form: a share of the floor
     assert invariants.rest(state_of((0.0, 0.7), (12.8, 2.3), 3700.0, Form()), False) != ""
+
+
+def test_a_small_pattern_is_told_with_its_digits():
+    """An angle in rad: a tenth of the unit is large."""
+    state = state_of((0.0, 0.0), (0.001, 0.001), 0.1, Form())
+    bump = Pattern("plank position", "m", 1.0, 2.0, -0.0043, float("nan"), "", 1e-9)
+    state.patterns.strongest = lambda _bump, _wave: bump
+    told = "0.0043 is left in fx: a bump over plank position within 1 to 2 m"
+    assert invariants.rest(state, False) == told
 
 
 def test_what_acts_across_the_wheel_alone_leaves_the_first_channel_as_it_is():

@@ -11,6 +11,7 @@ from promises import broken
 from scipy.signal import lfilter
 from shapes import CONDITIONS, LONG, NOISE, OTHER, REPEATS, TIME, Sum, measured
 
+from flatplank_analysis.discovery.report.text import text_of
 from flatplank_analysis.discovery.runs import Coordinate
 from flatplank_analysis.discovery.search import Options, run_search
 from flatplank_analysis.discovery.verdict import AT_FLOOR, NONE, diagnose
@@ -60,6 +61,7 @@ def test_a_bump_of_some_conditions_is_told_with_its_place(size):
     pattern = result.search.last.state.patterns.strongest(result.limits.bump, result.limits.wave)
     assert (low, high) == pytest.approx((pattern.start, pattern.end), rel=1e-5)
     assert pattern.size == pytest.approx(size * NOISE, rel=0.35)
+    assert " of 0.0" in text_of(result) and " of 0," not in text_of(result)
 
 
 def test_a_wave_of_some_conditions_is_told_with_its_period():

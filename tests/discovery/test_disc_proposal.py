@@ -316,17 +316,16 @@ def test_a_tie_goes_to_what_a_person_would_look_for_first():
     """What the runs cannot tell: a signal may follow the cause, the pressure acts in the tire, and
     channels of their own would show a load or a motion."""
     data = from_tables(campaign(Truth(seed=74, slips=FEW)))
-    sites = {s.name: s for s in sites_of(data, places_of(data))}
-    assert reasons_against(sites["travel, over wheel angle"]) < reasons_against(
-        sites["slip, over load"]
-    )
-    assert reasons_against(sites["fx, over plank position"]) < reasons_against(
-        sites["slip, over plank position"]
-    )
-    level = replace(sites["gain, over run order"].place, name="pressure")
-    gain, tire = (replace(sites[f"{h}, over run order"], place=level) for h in ("gain", "carcass"))
+    every = sites_of(data, places_of(data))
+    sites = {s.key[:2]: s for s in every if not s.modulator.name}
+    travel, slip = sites["travel", "wheel angle"], sites["slip", "load"]
+    assert reasons_against(travel) < reasons_against(slip)
+    force, slip = (sites[h, "plank position"] for h in ("fx", "slip"))
+    assert reasons_against(force) < reasons_against(slip)
+    level = replace(sites["gain", "run order"].place, name="pressure")
+    gain, tire = (replace(sites[h, "run order"], place=level) for h in ("gain", "carcass"))
     assert reasons_against(tire) < reasons_against(gain)
-    friction, load = (sites[f"{h}, over plank position"] for h in ("friction", "load"))
+    friction, load = (sites[h, "plank position"] for h in ("friction", "load"))
     assert reasons_against(friction) < reasons_against(load)
     assert is_sibling(friction, load) and not is_sibling(load, friction)
     measured = replace(friction.place, name="mz", span=replace(friction.place.span, kind=SIGNAL))

@@ -73,13 +73,17 @@ def test_a_free_form_may_have_no_sign():
 def test_what_is_explained_already_asks_for_more():
     judge = Judge(None, 0.0, None, explained=1000.0 / SHARE * 1.01)
     assert list(judge._reasons(decision())) == [
-        "brings less than 0.3 % of what is explained already"
+        f"its drop is below {100 * SHARE:g} % of what is explained already"
     ]
     judge = Judge(None, 0.0, None, explained=1000.0 / SHARE * 0.99, residue=999.0)
     assert not list(judge._reasons(decision()))
     judge = replace(judge, residue=1001.0)
     assert list(judge._reasons(decision())) == [
-        "brings less than the form of another effect leaves"
+        "its drop is below what the wrong form of another effect leaves"
+    ]
+    judge = replace(judge, residue=0.0, alike={LONG.identifier: 1001.0})
+    assert list(judge._reasons(decision())) == [
+        "its drop does not distinguish it from a found effect"
     ]
 
 
@@ -476,8 +480,8 @@ def test_verdicts(monkeypatch):
     assert told(left="5 N")[0] == verdict.NONE and "5 N" in told(left="5 N")[1]
     assert told(left="5 N", lawful="4 N")[0] == verdict.NONE
     assert told(left="5 N", lawful="")[0] == verdict.LAW
-    assert "machine is fine" in told(left="5 N", lawful="")[1]
-    assert "machine is fine" not in told(left="5 N", lawful="", unseen=["slow"])[1]
+    assert "machine is in order" in told(left="5 N", lawful="")[1]
+    assert "machine is in order" not in told(left="5 N", lawful="", unseen=["slow"])[1]
     assert told(free)[0] == told(free, left="5 N", lawful="")[0] == verdict.LAW
     assert told(free, left="5 N")[0] == verdict.PARTLY
     assert told(one, left="5 N") == (verdict.PARTLY, "5 N")

@@ -170,7 +170,7 @@ def test_what_is_small_beside_the_rest_is_the_form_of_the_rest():
     search = searched(measured(8, (1.0, LONG.form), (0.03, OTHER.form)), LONG, OTHER)
     assert names(search.last.found) == {"long"}
     (refused,) = search.last.refits
-    assert refused.reasons == ("brings less than 0.3 % of what is explained already",)
+    assert refused.reasons == ("its drop is below 0.3 % of what is explained already",)
     alone = measured(8, (0.03, OTHER.form))
     assert names(searched(alone, LONG, OTHER).last.found) == {"other"}
 

@@ -89,7 +89,7 @@ def test_slip_starts_by_itself_with_the_plank_and_listens_only_to_its_source():
     rig.load()
     rig.source, rig.reference = "free_rolling", 5.0
     rig.run(50)
-    assert rig.drive.listens_to == "slip"
+    assert rig.drive.reference_source == "slip"
     rig.source, rig.reference = "slip", 0.1
     rig.run(50)
     assert rig.velocity == 0.0

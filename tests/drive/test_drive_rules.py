@@ -23,7 +23,7 @@ MS = 1_000_000
 NAN = math.nan
 
 CALM = Situation(
-    state=State.OPERATION_ENABLED, follows_plank=True, turning=True, moving=True,
+    state=State.OPERATION_ENABLED, follows_reference=True, turning=True, moving=True,
     plank_velocity=0.03, plank_position=1.0, steer_angle=0.1, loaded_radius=0.3, fz=3700.0,
     speed=0.1, claimed=True, heartbeat_age_ns=400 * MS, sample_age_ns=40 * MS, gap_ns=40 * MS,
     reference_age_ns=40 * MS, fz_high_ns=40 * MS, torque_high_ns=40 * MS,
@@ -47,12 +47,12 @@ STOPS: dict[str, list[dict]] = {
         # free, but it waits for the plank
         {"moving": False, "turning": False, "loaded_radius": 0.325, "fz": 0.0},
         # no plank to wait for, but not known to be free
-        {"moving": False, "turning": False, "follows_plank": False},
-        {"moving": False, "turning": False, "follows_plank": False, "fz": 0.0},
-        {"moving": False, "turning": False, "follows_plank": False, "loaded_radius": 0.325},
-        {"moving": False, "turning": False, "follows_plank": False, "loaded_radius": 0.325,
+        {"moving": False, "turning": False, "follows_reference": False},
+        {"moving": False, "turning": False, "follows_reference": False, "fz": 0.0},
+        {"moving": False, "turning": False, "follows_reference": False, "loaded_radius": 0.325},
+        {"moving": False, "turning": False, "follows_reference": False, "loaded_radius": 0.325,
          "fz": NAN},
-        {"moving": False, "turning": False, "follows_plank": False, "loaded_radius": NAN,
+        {"moving": False, "turning": False, "follows_reference": False, "loaded_radius": NAN,
          "fz": 0.0},
     ],
     "plank_reverses": [{"plank_velocity": -0.001}, {"plank_velocity": NAN}],
@@ -71,18 +71,20 @@ PASSES: dict[str, list[dict]] = {
     "road_end": [{"plank_position": 4.21, "loaded_radius": 0.325, "fz": 0.0}],
     "plank_stopped": [
         {"moving": False, "turning": False},
-        {"moving": False, "follows_plank": False, "loaded_radius": 0.325, "fz": 0.0},
+        {"moving": False, "follows_reference": False, "loaded_radius": 0.325, "fz": 0.0},
     ],
-    "plank_stands": [{"moving": False, "follows_plank": False, "loaded_radius": 0.325, "fz": 0.0}],
+    "plank_stands": [
+        {"moving": False, "follows_reference": False, "loaded_radius": 0.325, "fz": 0.0}
+    ],
     "plank_reverses": [
         {"plank_velocity": -0.0004},
-        {"plank_velocity": -0.03, "follows_plank": False},
+        {"plank_velocity": -0.03, "follows_reference": False},
     ],
     "reference": [
         {"reference_age_ns": 43 * MS, "moving": False},
-        {"reference_age_ns": 43 * MS, "follows_plank": False},
+        {"reference_age_ns": 43 * MS, "follows_reference": False},
     ],
-    "reference_gone": [{"reference_age_ns": 43 * MS, "follows_plank": False}],
+    "reference_gone": [{"reference_age_ns": 43 * MS, "follows_reference": False}],
     "wheel_stopped": [{"wheel_left": True, "loaded_radius": 0.325, "fz": 0.0}],
 }
 """rule -> what it lets pass, although it looks like a cause"""
@@ -146,7 +148,7 @@ def test_torque_counts_as_high_in_both_senses_and_when_it_is_no_number(torque, h
     watch = Watch(DriveParameters())
     inputs = SimpleNamespace(health=0, digital=2, stamp_ns=0)
     shaft = SimpleNamespace(velocity=0.0, torque=torque)
-    watch.look(inputs, State.OPERATION_ENABLED, shaft, 4 * MS)
+    watch.update_from_bus(inputs, State.OPERATION_ENABLED, shaft, 4 * MS)
     assert watch.situation.torque_high_ns == high * MS
 
 
@@ -154,5 +156,5 @@ def test_torque_counts_as_high_in_both_senses_and_when_it_is_no_number(torque, h
 def test_fz_counts_as_high_when_it_is_no_number(fz, high):
     watch = Watch(DriveParameters())
     hub = SimpleNamespace(loaded_radius=0.3, fz_filtered=fz, stamp_ns=0)
-    watch.listen(0, 4 * MS, None, hub)
+    watch.update_from_samples(0, 4 * MS, None, hub)
     assert watch.situation.fz_high_ns == high * MS

@@ -69,10 +69,9 @@ def test_every_rule_has_a_scenario_or_is_the_waiting_one():
 def test_an_axis_without_a_road_stops_when_its_controller_falls_silent():
     p = DriveParameters(rules=("reference_gone",))
     rule = RULES["reference_gone"]
-    assert (
-        first_stop((rule,), Situation(follows_plank=True, reference_age_ns=40_000_000), p) is None
-    )
-    late = Situation(follows_plank=True, reference_age_ns=60_000_000)
+    in_time = Situation(follows_reference=True, reference_age_ns=40_000_000)
+    assert first_stop((rule,), in_time, p) is None
+    late = Situation(follows_reference=True, reference_age_ns=60_000_000)
     assert first_stop((rule,), late, p) is rule
 
 

@@ -191,6 +191,16 @@ def test_homing_of_the_motor_is_no_motion():
     assert sample.motor_angle - before.motor_angle == pytest.approx(30_000 * 2 * math.pi / 2**23)
 
 
+def test_homing_in_lost_cycles_is_no_motion():
+    e = Encoders(P)
+    for n in range(50):
+        before = e.step(image(n, motor=3_000_000))
+    for n in range(55, 60):
+        sample = e.step(image(n, motor=0, mode=6))
+        assert sample.motor_velocity == 0.0
+    assert sample.motor_angle == before.motor_angle
+
+
 def test_mismatch_shows_a_gear_that_slips():
     e = Encoders(P)
     for n in range(100):

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flatplank_hw.encoders.counter import SlopeCounter, turns_between, wrapped
+from flatplank_hw.encoders.counter import SlopeCounter, counts_between, wrapped
 
 
 @pytest.mark.parametrize("start", [0, 2**31 - 5, -(2**31), 2**40 + 17])
@@ -17,7 +17,7 @@ def test_unwrapping_over_the_end_of_the_32_bits(start, step):
     for k in range(50):
         counter.update(wrapped(start + k * step))
         assert counter.counts - first == k * step
-    assert turns_between(wrapped(start), wrapped(start + step)) == step
+    assert counts_between(wrapped(start), wrapped(start + step)) == step
     assert counter.slope == step
 
 

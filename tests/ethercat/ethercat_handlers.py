@@ -91,7 +91,7 @@ MUTATIONS = (
     Mutation(
         "AL states are not read",
         "master/loop.py",
-        "self.monitor.states(self.soem.states())\n        elif",
+        "self.monitor.register_states(self.soem.states())\n        elif",
         "pass\n        elif",
         "(fault and SAFEOP) or refused_until",
     ),

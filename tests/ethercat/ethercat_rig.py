@@ -238,7 +238,7 @@ class Bench:
         node.spin_up(self.stalls)
         node.cycles(5)
         node.seen.clear()
-        self.client.events()
+        self.client.diagnostics()  # takes the events that came before
         self.events.clear()
 
     def meanwhile(self, process: subprocess.Popen[bytes]) -> bytes:

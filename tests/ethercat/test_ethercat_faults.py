@@ -39,7 +39,6 @@ def break_it(bench: Bench, scenario: Scenario, contract: Contract) -> dict[str, 
     during, axis = told(bench, scenario.reason), node.last.axes[0]
     contract.recovers()
     contract.rests()
-    client.events()
     return {
         "before": before,
         "during": during,

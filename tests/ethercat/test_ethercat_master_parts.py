@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import pytest
 from ethercat_rig import BUS_FILES, command, image
 
@@ -26,6 +29,7 @@ from flatplank_hw.ethercat.master.image import (
     expected_counter,
     place_bits,
 )
+from flatplank_hw.ethercat.master.loop import BusLoop, Timing
 from flatplank_hw.ethercat.master.pacing import CATCH_UP, CycleClock, Inbox
 from flatplank_hw.ethercat.reader import BusFileError, read_bus_file
 
@@ -139,10 +143,10 @@ def test_wrong_counter_and_echo() -> None:
 
 def test_a_full_counter_does_not_prove_op() -> None:
     monitor = HealthMonitor(11)
-    monitor.states((SlaveState("drive", 8, 0, ""), FALLEN))
+    monitor.register_states((SlaveState("drive", 8, 0, ""), FALLEN))
     assert monitor.observe(GOOD) == Health.SLAVE_FAULT
     assert monitor.reason == "bridges_a: SAFEOP with error 0x001B (Sync manager watchdog)"
-    monitor.states((SlaveState("drive", 8, 0, ""),))
+    monitor.register_states((SlaveState("drive", 8, 0, ""),))
     assert monitor.observe(GOOD) == Health.OK and monitor.reason == ""
 
 
@@ -247,6 +251,18 @@ def test_time_waited_for_the_nodes_is_not_made_up_for() -> None:
     clock.extend(100_000_000)
     assert clock.advance(108_000_000) == 2
     assert clock.due() == 112_000_000 and clock.missed == 0
+
+
+def test_only_the_reported_emergencies_are_kept() -> None:
+    told: list[dict[str, Any]] = []
+    soem: Any = SimpleNamespace(expected=0)
+    parent: Any = SimpleNamespace(tell=told.append, unread=0)
+    loop = BusLoop(BENCH, soem, parent, "", Timing())
+    for code in range(100):
+        soem.emergency("wheel_drive", code, 1)
+    reported = [e["code"] for e in loop.report()["emergencies"]]
+    assert reported == list(range(80, 100)) and len(loop.emergencies) == 20
+    assert [e["code"] for e in told] == list(range(100))
 
 
 def test_histogram() -> None:

@@ -51,7 +51,7 @@ def test_prompts_are_answered_at_a_terminal_and_ctrl_c_ends_safely(tmp_path, mon
     assert process.returncode == 130, said
     assert any("keys: c confirm what was asked for" in line for line in said)
     assert any(line == "confirm what was asked for" for line in said)
-    assert "the same command goes on where it ended" in said[-1]
+    assert "the same command continues it" in said[-1]
     assert "batch 1: six runs to begin with" in told
     assert (folder / "batch_01.journal.jsonl").exists()
     assert json.loads((folder / NAME).read_text().splitlines()[-1])["event"] == "batch"

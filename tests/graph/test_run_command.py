@@ -41,7 +41,7 @@ def test_ctrl_c_cancels_and_waits_for_the_safe_end(tmp_path, monkeypatch):
         with running(tmp_path) as (process, _line):
             process.send_signal(signal.SIGINT)
             _, errors = process.communicate(timeout=60.0)
-        assert "stopped (cancelled); the same command goes on where it ended" in errors
+        assert "stopped (cancelled); the same command continues it" in errors
         assert process.returncode == 130
         with pytest.raises(BenchError, match="kapa"):  # not busy
             bench.client.measure({"kapa": 1}, simulated=False)

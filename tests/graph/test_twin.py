@@ -11,9 +11,9 @@ from rosbags.highlevel import AnyReader
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.recording.topics import RECORDED, at_every_cycle
 from flatplank_control.recording.typestore import typestore
+from flatplank_control.road_map import RoadMap, with_road
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of
-from flatplank_control.speed_map import RoadMap, with_road
 from flatplank_data.run_record import load_record
 from flatplank_sim.twin.log import BagLog
 from flatplank_sim.twin.twin import Twin

@@ -142,6 +142,13 @@ def test_another_place_decides_only_at_a_slip_that_has_the_residual():
         assert (place.gain(tuple(there)) > 0.0) is not answered
 
 
+def test_another_place_is_asked_for_where_no_slip_has_the_residual():
+    """It is at zero slip alone, or a pattern, and no mean of a condition."""
+    made = [*SIX, replace(RUN, kappa=0.0)]
+    place = _of_place(made, _side(made, [0.0] * len(SIX) + [5.0]))
+    assert place.gain(FAR.settings) >= place.open > 0.0
+
+
 def test_slips_are_asked_for_on_the_side_where_something_is_left():
     for sign in (1.0, -1.0):
         left = [10.0 * (s.kappa * sign > 0.0) for s in SIX]

@@ -166,6 +166,27 @@ def test_on_the_bench_the_runner_makes_them_for_the_page_in_charge(tmp_path):
     finished(scene())
 
 
+def test_on_the_bench_a_page_that_watches_approves_nothing(tmp_path):
+    async def scene() -> None:
+        of, _, bench = _investigation(tmp_path)
+        bench.charge.take("page", "me", 0.0)
+        of.begin("page", {**WISH, "place": "bench"}, each=True)
+        await _until(lambda: of.asking)
+        for act in (of.approve, of.refuse, of.run_all):
+            with pytest.raises(ValueError, match="this page only watches: me is in charge"):
+                act("other")
+        await asyncio.sleep(0)  # nothing was let go
+        assert of.asking and of.each and bench.plans == []
+        bench.charge.release_page("page")
+        bench.charge.take("other", "you", 0.0)
+        of.approve("other")  # who approves makes the batch
+        await _until(lambda: bench.plans == ["batch 1"])
+        await of.stop("other")
+        await _until(lambda: not of.busy)
+
+    finished(scene())
+
+
 @pytest.mark.parametrize(
     ("wish", "said"),
     [

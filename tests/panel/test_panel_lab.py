@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A bench without the simulated operator's hands, started elsewhere: people are asked."""
+"""A bench without settings made by the simulated operator, started elsewhere: people are asked."""
 
 from __future__ import annotations
 

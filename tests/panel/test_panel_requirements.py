@@ -18,6 +18,7 @@ def test_requirement(name, request, observer, data):
     check.run(request.getfixturevalue(check.fixture), observer, data)
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("operator")
 @pytest.mark.parametrize("name", CHECKS)
 def test_requirement_is_not_met_by_a_panel_that_accepts_and_does_nothing(

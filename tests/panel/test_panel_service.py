@@ -202,6 +202,13 @@ PLAN = (
 )
 
 
+def test_campaigns_are_folders_with_any_file_that_can_be_read(tmp_path):
+    for name in ("x/a.mat", "x/b.TDX", "y/notes.txt", "open/run/run_0.mcap"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).touch()
+    assert browse_jobs.campaigns(quiet, str(tmp_path)) == [{"folder": "x", "runs": 2}]
+
+
 def test_runs_have_the_verdicts_of_their_campaign(tmp_path):
     folder = campaign(tmp_path / "x")
     files = [row["file"] for row in browse_jobs.runs(quiet, str(folder))["rows"]]

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 from rosbags.highlevel import AnyReader
 
-from flatplank_control.recording.cdr_layout import CdrLayout, set_stamps, to_bytes
+from flatplank_control.recording.blocks import TopicBlock, unroll
+from flatplank_control.recording.cdr_layout import CdrLayout, set_stamps
 from flatplank_control.recording.topics import LATCHED, TopicSpec
 from flatplank_control.recording.typestore import typestore
 from flatplank_data.run_record import RunRecord, record_from_dict
@@ -56,14 +57,19 @@ def bus_messages(
     return messages
 
 
+def one_by_one(messages: np.ndarray) -> list[bytes]:
+    block = TopicBlock("", np.arange(len(messages)), messages)
+    return [data for _, data, _ in unroll([block])]
+
+
 def bus_bytes(cycle: int, trigger: bool = False, batch: int = 1, since_ns: int = 0) -> bytes:
-    return to_bytes(bus_messages([cycle], cycle if trigger else None, batch, since_ns))[0]
+    return bus_messages([cycle], cycle if trigger else None, batch, since_ns).tobytes()
 
 
 def wrench_bytes(fx: float) -> bytes:
     message = wrench_layout().new(1)
     message["wrench.force.x"] = fx
-    return to_bytes(message)[0]
+    return message.tobytes()
 
 
 def mode_bytes(mode: str) -> bytes:

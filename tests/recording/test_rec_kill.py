@@ -15,7 +15,7 @@ from mcap.reader import make_reader
 
 from flatplank_control.recording.bag_writer import bag_file_name
 from flatplank_control.recording.bus_cycles import read_bus_image
-from flatplank_control.recording.recovery import mend
+from flatplank_control.recording.recovery import repair
 from flatplank_data.run_record import load_record
 
 COUNT = 20
@@ -44,8 +44,8 @@ def kill_all(folder: Path) -> dict[int, list[int]]:
 def test_twenty_kills_lose_at_most_the_last_second(tmp_path):
     told = kill_all(tmp_path)
     assert len(told) == COUNT
-    mended = mend(tmp_path)
-    assert len(mended) == COUNT
+    repaired = repair(tmp_path)
+    assert len(repaired) == COUNT
     for number, written in told.items():
         name = samples.toyo(fz=float(number)).name
         path = tmp_path / name
@@ -59,4 +59,4 @@ def test_twenty_kills_lose_at_most_the_last_second(tmp_path):
         record = load_record(path)
         assert record.status == "interrupted"
         assert (record.cycles_received, record.cycles_lost) == (len(cycles), 0)
-    assert mend(tmp_path) == []
+    assert repair(tmp_path) == []

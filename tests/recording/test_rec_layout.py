@@ -11,9 +11,10 @@ import warnings
 
 import numpy as np
 import pytest
+from rec_samples import one_by_one
 from rosbags.interfaces import Nodetype
 
-from flatplank_control.recording.cdr_layout import CdrLayout, to_bytes
+from flatplank_control.recording.cdr_layout import CdrLayout
 from flatplank_control.recording.typestore import message_folder, type_hash, typestore
 from flatplank_data.errors import RecordingError
 
@@ -70,7 +71,7 @@ def test_same_bytes_as_rosbags(msgtype):
     store = typestore()
     for seed in range(10):
         layout = CdrLayout(msgtype, random_fixed(msgtype, random.Random(seed)))
-        for data in to_bytes(random_rows(layout, np.random.default_rng(seed))):
+        for data in one_by_one(random_rows(layout, np.random.default_rng(seed))):
             message = store.deserialize_cdr(data, msgtype)
             assert bytes(store.serialize_cdr(message, msgtype, little_endian=True)) == data
 
@@ -106,7 +107,7 @@ def test_same_bytes_as_rclpy():
         for seed in range(10):
             layout = CdrLayout(msgtype, random_fixed(msgtype, random.Random(seed)))
             used = used_bytes(layout)
-            for data in to_bytes(random_rows(layout, np.random.default_rng(seed))):
+            for data in one_by_one(random_rows(layout, np.random.default_rng(seed))):
                 message = serialization.deserialize_message(data, kind)
                 theirs = serialization.serialize_message(message)
                 assert len(data) <= len(theirs)

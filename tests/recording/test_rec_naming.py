@@ -30,6 +30,23 @@ def test_every_kind_comes_back(kind, number):
     assert facts["repeat"] == number
 
 
+@pytest.mark.parametrize(
+    "measurement",
+    [
+        "slip", "free_rolling", "stiffness", "stiffness_longitudinal", "stiffness_lateral",
+        "cleat", "parking", "turning", "camber_sweep", "locked_wheel", "unloaded_turn",
+    ],
+)  # fmt: skip
+def test_every_measurement_comes_back(measurement):
+    record = samples.toyo(measurement=measurement)
+    assert facts_of_name(record.name)["measurement"] == measurement
+
+
+@pytest.mark.parametrize("words", ["", "_5perc", "_rel_lng_5perc", "_REP_REL_5perc"])
+def test_other_names_are_of_slip_steps(words):
+    assert facts_of_name(f"TOY{words}_T_p25_Fz3700_1")["measurement"] == "slip"
+
+
 UNUSUAL = {
     "TOY_REL_LNG_5perc_T_p5_Fz3700_1": {"pressure": 0.5},
     "TOY_REL_LNG_5perc_T_p0.5_Fz3700_1": {"pressure": 0.05},

@@ -10,7 +10,6 @@ import yaml
 
 from flatplank_control.recording.bag_writer import BagWriter
 from flatplank_control.recording.bus_cycles import BusImage, CycleCount, read_bus_image
-from flatplank_control.recording.cdr_layout import to_bytes
 from flatplank_control.recording.session import RecordingSession, State
 from flatplank_control.recording.topics import RUN_TOPIC
 from flatplank_control.recording.typestore import typestore
@@ -135,7 +134,7 @@ def test_a_pause_of_the_bus_is_counted_by_the_stamps(batch):
     cycles = batch * np.arange(1, 6) - 1
     messages = [samples.bus_messages(cycles, batch=batch, since_ns=t) for t in (0, pause)]
     one, many = CycleCount(), CycleCount()
-    for message in (m for part in messages for m in to_bytes(part)):
+    for message in (m for part in messages for m in samples.one_by_one(part)):
         one.add(read_bus_image(message))
     whole = np.concatenate(messages)
     last = whole["cycle"].astype(np.int64)

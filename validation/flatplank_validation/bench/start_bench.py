@@ -60,9 +60,9 @@ class StartBench:
         hub, encoders = self.hub.step(inputs), self.encoders.step(inputs)
         self.hub_sample, self.encoder_sample = hub, encoders
         reference = None
-        if self.drive.listens_to == "free_rolling":
+        if self.drive.reference_source == "free_rolling":
             reference = self.controller.step(hub, encoders)
-        elif self.drive.listens_to == "slip":
+        elif self.drive.reference_source == "slip":
             reference = self.sequencer.step(encoders)
         command, self.sample = self.drive.step(inputs, encoders, hub, reference)
         self._commands = (command, *self.more(inputs, encoders, hub))

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from flatplank_sim.sealed.score import QUIET, score
+from flatplank_sim.sealed.score import NOTHING_VERDICTS, score
 
 
 def points_of(entry: Mapping[str, Any]) -> dict[str, Any]:
@@ -34,7 +34,7 @@ def points_of(entry: Mapping[str, Any]) -> dict[str, Any]:
         "held_out": None,
         "right": found["right"],
         "kin_right": found["kin_right"],
-        "silent": diagnosis["verdict"] in QUIET and not found["false"],
+        "silent": diagnosis["verdict"] in NOTHING_VERDICTS and not found["false"],
     }
     floor = diagnosis["floor_rmse"]
     if out["all"] and hidden and floor:

@@ -8,7 +8,7 @@ from functools import partial
 from statistics import mean
 from typing import Any
 
-from flatplank_sim.sealed.score import LAW, SILENT
+from flatplank_sim.sealed.score import LAW, UNEXPLAINED_VERDICTS
 from flatplank_validation.blind.markdown import table
 from flatplank_validation.blind.points import points_of, share
 
@@ -34,7 +34,7 @@ def rival_scores(entries: Sequence[Mapping[str, Any]]) -> str:
     rows += [
         row(
             "outside the library: `none of these` or `partly`",
-            lambda w: share(p["verdict"] in SILENT for p in of(w, "outside")),
+            lambda w: share(p["verdict"] in UNEXPLAINED_VERDICTS for p in of(w, "outside")),
         ),
         row("hidden effects all named", lambda w: share(p["all"] for p in hidden[w])),
         row("false terms per campaign", lambda w: f"{mean(p['false'] for p in points[w]):.2f}"),

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from flatplank_sim.sealed.score import QUIET, SILENT
+from flatplank_sim.sealed.score import NOTHING_VERDICTS, UNEXPLAINED_VERDICTS
 from flatplank_validation.blind.markdown import table
 from flatplank_validation.blind.points import Share, confusion, points_of, share
 
@@ -127,13 +127,13 @@ def beside(points: Points) -> str:
             p["right"] or p["silent"] for p in slight
         ),
         "outside the library, of consequence: `none of these` or `partly`, place aside": share(
-            p["verdict"] in SILENT for p in outside
+            p["verdict"] in UNEXPLAINED_VERDICTS for p in outside
         ),
         "outside the library, too small to be of consequence: said so, or nothing named": share(
             p["right"] or not p["false"] for p in faint
         ),
         "nothing hidden: verdict `at floor` or `tire law only`": share(
-            p["verdict"] in QUIET for p in nothing
+            p["verdict"] in NOTHING_VERDICTS for p in nothing
         ),
     }
     return table(["what", "campaigns"], [[text, str(value)] for text, value in rows.items()])
@@ -221,7 +221,7 @@ def reached(shares: Sequence[Share]) -> int | None:
 
 def matrix(points: Points) -> str:
     """Table of the effect named first, by truth."""
-    verdicts = {*QUIET, *SILENT, "not decidable"}
+    verdicts = {*NOTHING_VERDICTS, *UNEXPLAINED_VERDICTS, "not decidable"}
     rows = []
     for truth, row in sorted(confusion(points).items()):
         ordered = sorted(row.items(), key=lambda item: -item[1])

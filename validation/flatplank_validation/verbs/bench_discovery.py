@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Speed and memory of the search for the missing effect, beside what is wanted."""
+"""Speed and memory of the search and of a proposal, beside what is wanted."""
 
 from __future__ import annotations
 
 import json
 import resource
+import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -16,6 +18,7 @@ from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_analysis.discovery.state import start_base
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.parallel import worker_pool
+from flatplank_analysis.proposal.propose import propose
 from flatplank_data.arguments import Parser
 from flatplank_data.campaign import Campaign
 from flatplank_data.run_record import RunRecord
@@ -25,6 +28,7 @@ from flatplank_validation.blind.noise import NOISES, RELATIVE, noise
 from flatplank_validation.blind.nulls import lines_of_form, lines_of_nulls, lines_of_unrepeated
 from flatplank_validation.blind.plan import runs_of
 from flatplank_validation.blind.worlds import Scatter, SecondWorld
+from flatplank_validation.proposed.cases import Case, make
 
 SIZES = {"drive_backlash": 8e-4, "parasitic_force": 80.0, "wear": 0.2}
 """hidden effect -> size, in this order, in the second tire of the blind kit; far above the
@@ -34,6 +38,8 @@ WANTED = {0: 6.0, 1: 15.0, 2: None, 3: 40.0}
 RANKING, SCREENING, MEMORY = 5.0, 3.0, 1024.0
 """limits: time until the first ranking [s]; screening of all effects, over the time of a base fit;
 memory [MiB]"""
+PROPOSAL, PROPOSAL_MEMORY = 60.0, 1536.0
+"""limits of a proposal, with the diagnosis that comes first: time [s]; memory [MiB]"""
 SEED, SCATTER = 5, 0.01
 
 
@@ -59,7 +65,7 @@ def tables_of(count: int, design: str = "plain") -> list[MeasurementTable]:
     return out
 
 
-def diagnose(count: int, design: str) -> dict[str, Any]:
+def diagnose(count: int, design: str = "plain") -> dict[str, Any]:
     """Times [s] and peak memory [MiB] of one search, with kernels compiled before."""
     data = from_tables(tables_of(count, design))
     model = TireModel(data)
@@ -77,10 +83,28 @@ def diagnose(count: int, design: str) -> dict[str, Any]:
     }
 
 
-def measure(count: int, design: str = "plain") -> dict[str, Any]:
-    """Measure one search in a separate process, for its memory alone."""
+def proposal() -> dict[str, Any]:
+    """Time [s] and peak memory [MiB] of a proposal for a force that is in no library, with kernels
+    compiled before."""
+    made = make(Case("force", "second", "bump", design="plain"), SEED)
+    assert made is not None  # these runs show a bump
+    tables, _ = made
+    session = Session.of_tables(tables, library())
+    session.model.predict([ParameterSet(start_base(session.model))])
+    began = time.perf_counter()
+    found = propose(session)
+    return {
+        "runs": len(tables),
+        "seconds": time.perf_counter() - began,
+        "memory": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
+        "verdict": found.verdict,
+    }
+
+
+def measure(work: Callable[..., dict[str, Any]], *given: Any) -> dict[str, Any]:
+    """Measure in a separate process, for its memory alone."""
     with worker_pool(1) as pool:
-        return pool.submit(diagnose, count, design).result()
+        return pool.submit(work, *given).result()
 
 
 def line_of(count: int, found: dict[str, Any]) -> str:
@@ -92,6 +116,14 @@ def line_of(count: int, found: dict[str, Any]) -> str:
         f"(<= {RANKING:.0f}), screening {found['screening']:.1f} base fits (<= {SCREENING:.0f}), "
         f"all {whole}, memory {found['memory']:4.0f} MiB (<= {MEMORY:.0f}); "
         f"{found['verdict']}: {', '.join(found['named']) or '-'}"
+    )
+
+
+def line_of_proposal(found: dict[str, Any]) -> str:
+    """The last row, each number with its limit."""
+    return (
+        f"propose, {found['runs']} runs: {found['seconds']:4.1f} s (<= {PROPOSAL:.0f}), "
+        f"memory {found['memory']:4.0f} MiB (<= {PROPOSAL_MEMORY:.0f}); {found['verdict']}"
     )
 
 
@@ -141,9 +173,14 @@ def main(argv: list[str]) -> int:
             return 0
     found = {}
     for count in WANTED:
-        found[count] = measure(count)
+        found[count] = measure(diagnose, count)
         if not o.json:
             print(line_of(count, found[count]), flush=True)
+    last = measure(proposal)
     if o.json:
-        print(json.dumps({"format": "flatplank-bench-discovery/1", "hidden": found}, indent=1))
-    return 0 if all(kept(count, one) for count, one in found.items()) else 1
+        every = {"hidden": found, "proposal": last}
+        print(json.dumps({"format": "flatplank-bench-discovery/1"} | every, indent=1))
+    else:
+        print(line_of_proposal(last))
+    within = last["seconds"] <= PROPOSAL and last["memory"] <= PROPOSAL_MEMORY
+    return 0 if within and all(kept(count, one) for count, one in found.items()) else 1

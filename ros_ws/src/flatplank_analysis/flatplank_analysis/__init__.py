@@ -2,8 +2,8 @@
 """Analysis of flat plank measurements: bags -> tables -> models -> comparison -> report.
 
 For notebooks and scripts: `load`, `fit`, `diagnose`, `write_report`, `sweeps`, and `Motion` with
-`explain` for machines that are no tires (docs/python.md).
-They are imported on first use: nodes import this package, too, and need none of them.
+`explain` for machines that are not tires (docs/python.md).
+They are imported on first use, because ROS nodes import this package, too, and use none of them.
 """
 
 from __future__ import annotations

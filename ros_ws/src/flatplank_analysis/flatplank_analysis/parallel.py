@@ -17,7 +17,7 @@ from flatplank_data.errors import FlatplankError
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 RETRIES = 3
-"""number of retries of a job whose worker has died"""
+"""number of times that work is repeated after a worker has died"""
 
 
 class Executor(Protocol):
@@ -44,7 +44,7 @@ def worker_pool(
 
 
 def _end_with_parent() -> None:
-    """End a worker with its parent: it holds its own pipe open, and would wait for ever."""
+    """End this worker with its parent: it keeps its own pipe open, and so would wait for ever."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         Thread(target=_wait_for, args=(parent,), daemon=True).start()
@@ -56,7 +56,7 @@ def _wait_for(parent: multiprocessing.process.BaseProcess) -> None:
 
 
 class Processes:
-    """Execution in `jobs` processes; jobs of a process that died are repeated."""
+    """Execution in `jobs` processes; what a process that died had not finished is repeated."""
 
     def __init__(self, jobs: int) -> None:
         self.jobs = jobs
@@ -84,7 +84,7 @@ class Processes:
 
 
 def _context(function: Callable) -> multiprocessing.context.BaseContext:
-    """Workers that share one import of their modules, where the system supports it."""
+    """Start method of workers: they share one import of their modules, where possible."""
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
     context = multiprocessing.get_context("forkserver")

@@ -11,34 +11,34 @@ from dataclasses import dataclass
 
 from flatplank_data.limits import LIMITS, Limit
 from flatplank_data.params import Params, param
-from flatplank_hw.samples import EncoderSample, HubSample, Reference
-
-SOURCE = "follow"
+from flatplank_hw.samples import FOLLOW, EncoderSample, HubSample, Reference
 
 
 @dataclass(frozen=True)
 class LoadParameters(Params):
-    """Parameters of the load controller; the crossover replaces the gain, since C_z is a
-    parameter."""
+    """Parameters of the load controller. The gain is the crossover over C_z."""
 
     enabled: bool = param(False, "hold Fz instead of the axle's height")
     rate_hz: float = param(250.0, "bus rate", unit="Hz", bounds=(10.0, 4000.0))
     vertical_stiffness: float = param(
         2.0e5, "C_z of the tire", unit="N/m", bounds=(1e4, 1e7), placeholder=True
     )
-    crossover: float = param(10.0, "of the loop", unit="rad/s", bounds=(0.1, 100.0))
+    crossover: float = param(10.0, "crossover of the loop", unit="rad/s", bounds=(0.1, 100.0))
     integral_share: float = param(0.15, "zero of the PI over the crossover", bounds=(0.0, 1.0))
-    speed_limit: float = param(0.005, "of the axle", unit="m/s", bounds=(1e-5, 0.1))
+    speed_limit: float = param(0.005, "largest speed of the axle", unit="m/s", bounds=(1e-5, 0.1))
     filter_time: float = param(
         0.01, "low-pass of the measured force", unit="s", bounds=(0.001, 1.0)
     )
-    ramp: float = param(2000.0, "of a new set-point", unit="N/s", bounds=(1.0, 1e5))
+    ramp: float = param(2000.0, "rate of change to a new set-point", unit="N/s", bounds=(1.0, 1e5))
     fz_limit: float = param(LIMITS["fz"].high, "largest set-point", unit="N", bounds=(0.0, 1e5))
 
 
 class LoadController:
-    """`step` returns the speed of the axle [m/s], positive upwards. A ramp, and no integration
-    while the speed is limited, avoid overshoot."""
+    """PI controller of Fz; `step` returns the speed of the axle [m/s], positive upwards.
+
+    Two measures avoid overshoot: a ramp of the set-point, and no integration on the ramp and while
+    the speed is limited.
+    """
 
     def __init__(self, p: LoadParameters) -> None:
         self.parameters = p
@@ -50,13 +50,13 @@ class LoadController:
         self._integral = 0.0
 
     def set_load(self, fz: float) -> None:
-        """Set a new load [N]; ValueError above the limit of the machine."""
+        """Set a new load [N]; ValueError outside 0 .. `fz_limit`."""
         if reason := Limit(0.0, self.parameters.fz_limit, "N").refusal("fz", fz):
             raise ValueError(reason)
         self.set_point = fz
 
     def reset(self) -> None:
-        """Restart from the present load."""
+        """Restart the ramp at the present load."""
         self._ramp = self._force = math.nan
         self._integral = 0.0
 
@@ -64,7 +64,7 @@ class LoadController:
         """Set-point of the vertical axis in mode `follow`; not valid while it is off."""
         on = self.parameters.enabled
         speed = self.step(hub)
-        return Reference(hub.cycle, hub.stamp_ns, SOURCE, speed, on and math.isfinite(speed))
+        return Reference(hub.cycle, hub.stamp_ns, FOLLOW, speed, on and math.isfinite(speed))
 
     def step(self, hub: HubSample) -> float:
         """Axle speed of this cycle [m/s]; 0 when the controller is off."""

@@ -3,8 +3,8 @@
 
 The hold keeps the hub's angle in spite of the play in its worm drive. An encoder on the hub
 measures the play. An encoder on the worm, as in the thesis (3.1, issue 10), does not; then the
-sign of the tire's moment about z tells on which side of the play the hub rests. The size of the
-play is on the pre-flight sheet."""
+sign of the tire's moment about z shows on which side of the play the hub rests. The pre-flight
+sheet (`flatplank calibrate sheet`) has the size of the play."""
 
 from __future__ import annotations
 
@@ -13,9 +13,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from flatplank_control.sequencer.waveforms import triangle
 from flatplank_data.params import ParameterError, Params, describe, from_mapping, nearest, param
 from flatplank_hw.answers import Answer, refused
-from flatplank_hw.samples import EncoderSample, HubSample, Reference
+from flatplank_hw.samples import FOLLOW, EncoderSample, HubSample, Reference
 
 ANGLE = (-math.pi, math.pi)
 TIME = (1e-3, 1e4)
@@ -40,17 +41,12 @@ class Profile(Params):
         raise TypeError(f"{type(self).__name__} must define shown_after")
 
 
-def _triangle(turns: float) -> float:
-    """Triangle of period 1 between -1 and 1 that starts upwards from 0."""
-    return 1.0 - 4.0 * abs((turns + 0.25) % 1.0 - 0.5)
-
-
 @dataclass(frozen=True)
 class Wave(Profile):
     """Periodic angle without end."""
 
-    amplitude: float = param(0.0, "of the angle", unit="rad", bounds=ANGLE)
-    period: float = param(10.0, "of the wave", unit="s", bounds=TIME)
+    amplitude: float = param(0.0, "amplitude of the angle", unit="rad", bounds=ANGLE)
+    period: float = param(10.0, "period of the wave", unit="s", bounds=TIME)
     offset: float = param(0.0, "mean angle", unit="rad", bounds=ANGLE)
 
     def largest(self) -> float:
@@ -77,22 +73,22 @@ class Triangle(Wave):
     name = "triangle"
 
     def angle(self, t: float) -> float:
-        return self.offset + self.amplitude * _triangle(t / self.period)
+        return self.offset + self.amplitude * triangle(t / self.period)
 
 
 @dataclass(frozen=True)
 class Parking(Profile):
-    """`cycles` turns back and forth at a constant rate, on a standing tire, then back to zero."""
+    """`cycles` triangles of the angle at a constant rate, then 0; for a standing tire."""
 
     name = "parking"
     amplitude: float = param(0.3, "largest angle", unit="rad", bounds=ANGLE)
-    rate: float = param(0.017, "1 deg/s", unit="rad/s", bounds=(1e-4, 1.0))
-    cycles: int = param(1, "to both sides", bounds=(1, 100))
+    rate: float = param(0.017, "rate of the angle: 1 deg/s", unit="rad/s", bounds=(1e-4, 1.0))
+    cycles: int = param(1, "number of triangles, to both sides", bounds=(1, 100))
 
     def angle(self, t: float) -> float:
         if t >= self.shown_after():
             return 0.0
-        return self.amplitude * _triangle(t / (self.shown_after() / self.cycles))
+        return self.amplitude * triangle(t / (self.shown_after() / self.cycles))
 
     def shown_after(self) -> float:
         return self.cycles * 4.0 * abs(self.amplitude) / self.rate
@@ -100,12 +96,12 @@ class Parking(Profile):
 
 @dataclass(frozen=True)
 class Impulse(Profile):
-    """A short steering impulse of a rolling tire."""
+    """One triangular pulse of the angle, for a rolling tire."""
 
     name = "impulse"
-    amplitude: float = param(0.02, "angle at its top", unit="rad", bounds=ANGLE)
-    start: float = param(1.0, "of the impulse", unit="s", bounds=(0.0, 1e4))
-    length: float = param(1.0, "there and back", unit="s", bounds=TIME)
+    amplitude: float = param(0.02, "largest angle", unit="rad", bounds=ANGLE)
+    start: float = param(1.0, "start of the impulse", unit="s", bounds=(0.0, 1e4))
+    length: float = param(1.0, "duration of the impulse", unit="s", bounds=TIME)
 
     def angle(self, t: float) -> float:
         share = (t - self.start) / self.length
@@ -123,16 +119,16 @@ PROFILES: dict[str, Callable[..., Profile]] = {
 
 @dataclass(frozen=True)
 class HoldParameters(Params):
-    """Parameters of the hold; `play` is 0 when the encoder sits on the hub."""
+    """Parameters of the hold. `play` is 0 when the encoder is on the hub."""
 
     enabled: bool = param(False, "hold the hub's angle instead of the motor's")
     gain: float = param(6.0, "speed over angle error", unit="1/s", bounds=(0.1, 100.0))
     dead_band: float = param(
-        3.5e-4, "an error that is left alone: 0.02 deg", unit="rad", bounds=(0.0, 0.1)
+        3.5e-4, "error without a correction: 0.02 deg", unit="rad", bounds=(0.0, 0.1)
     )
-    speed_limit: float = param(0.035, "2 deg/s", unit="rad/s", bounds=(1e-4, 1.0))
+    speed_limit: float = param(0.035, "largest speed: 2 deg/s", unit="rad/s", bounds=(1e-4, 1.0))
     play: float = param(
-        0.0, "gap of the worm that the encoder does not see", unit="rad", bounds=(0.0, 0.1)
+        0.0, "gap of the worm that the encoder does not measure", unit="rad", bounds=(0.0, 0.1)
     )
     play_moment: float = param(
         15.0, "moment about z from which the hub has crossed the gap", unit="N m",
@@ -141,14 +137,15 @@ class HoldParameters(Params):
 
 
 class SteeringHold:
-    """Hold of the hub's angle; `step` returns the speed of the steering axis [rad/s]."""
+    """Proportional controller of the hub's angle with a dead band; `step` returns the speed of
+    the axis [rad/s]."""
 
     def __init__(self, p: HoldParameters) -> None:
         self.parameters = p
         self.reset()
 
     def reset(self) -> None:
-        """Assume the hub in the middle of the play."""
+        """Assume that the hub is in the middle of the play."""
         self.side = 0.0
 
     def step(self, wanted: float, angle: float, moment: float = 0.0) -> float:
@@ -164,7 +161,6 @@ class SteeringHold:
         return min(max(p.gain * error, -p.speed_limit), p.speed_limit)
 
 
-SOURCE = "follow"
 ANGLES: dict[str, Callable[[EncoderSample], float]] = {
     "steer": lambda e: e.steer_angle,
     "camber": lambda e: e.road_camber,
@@ -175,15 +171,18 @@ OK = Answer(True, "", 0)
 
 @dataclass(frozen=True)
 class AngleParameters(HoldParameters):
-    """Parameters of the hold, and its axis."""
+    """Parameters of the hold and of its axis."""
 
-    axis: str = param("steer", "axis that is led", choices=sorted(ANGLES), read_only=True)
+    axis: str = param("steer", "controlled axis", choices=sorted(ANGLES), read_only=True)
     rate_hz: float = param(250.0, "bus rate", unit="Hz", bounds=(10.0, 4000.0))
     limit: float = param(0.8378, "largest angle: 48 deg", unit="rad", bounds=(0.0, math.pi))
 
 
 class AngleControl:
-    """`reference` returns the speed of the axis; without a profile it holds the initial angle."""
+    """Controller of a driven axis: holds its present angle or a given one, or follows a profile.
+
+    `reference` returns the speed of the axis.
+    """
 
     def __init__(self, p: AngleParameters) -> None:
         self.parameters = p
@@ -192,11 +191,10 @@ class AngleControl:
         self._profile: Profile | None = None
         self._since = 0.0
         self.wanted = math.nan
-        self._base = math.nan
 
     def reset(self) -> None:
         """Hold the present angle from the next cycle on."""
-        self._profile, self.wanted, self._base = None, math.nan, math.nan
+        self._profile, self.wanted = None, math.nan
         self._hold.reset()
 
     def hold(self, angle: float) -> Answer:
@@ -204,7 +202,6 @@ class AngleControl:
         if not abs(angle) <= self.parameters.limit:
             return refused(f"angle of {angle:.3g} rad is beyond {self.parameters.limit:.3g} rad")
         self._profile, self.wanted = None, angle
-        self._base = angle
         return OK
 
     def set_profile(self, name: str, values: Mapping[str, float]) -> Answer:
@@ -229,8 +226,8 @@ class AngleControl:
         """Set-point of the axis in mode `follow` [rad/s]."""
         p = self.parameters
         angle = self._read(encoders)
-        if self._base != self._base:
-            self._base = self.wanted = angle
+        if self.wanted != self.wanted:
+            self.wanted = angle
         ahead = 0.0
         if self._profile is not None:
             wanted = self._profile.angle(self._since)
@@ -240,4 +237,4 @@ class AngleControl:
         # the tire's moment about z [N m] turns the hub within the play of its worm
         speed = ahead + self._hold.step(self.wanted, angle, hub.contact.mz)
         speed = min(max(speed, -p.speed_limit), p.speed_limit)
-        return Reference(encoders.cycle, encoders.stamp_ns, SOURCE, speed, True)
+        return Reference(encoders.cycle, encoders.stamp_ns, FOLLOW, speed, True)

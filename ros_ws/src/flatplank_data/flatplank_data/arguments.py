@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Command-line parser of the verbs; it reports an error in one line."""
+"""Command-line parser of the verbs, which reports an error in one line."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A campaign folder as one object: it loads run records at once and samples on request."""
+"""A campaign folder as one object: it reads all run records at once, samples on request."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from flatplank_data.measured import fill, is_silent, missing_keys, reconciled
 from flatplank_data.naming import facts_of_name
 from flatplank_data.problem import Problem, problem_of
 from flatplank_data.readers import Request, describe, reader_for, suffixes
-from flatplank_data.readers.bag import MEASURED, METADATA_FILE, RECORD_FILE
+from flatplank_data.readers.bag import MEASURED, METADATA_FILE
 from flatplank_data.readers.base import turned_columns, turned_facts, turned_info, turned_names
 from flatplank_data.record_checks import default_of
-from flatplank_data.run_record import RunRecord, read_run, stem_of
+from flatplank_data.run_record import FILE_NAME, RunRecord, read_run, stem_of
 from flatplank_data.store import Store, open_store
 from flatplank_data.table import COLUMN_UNITS, MeasurementTable
 from flatplank_data.yaml_text import load_yaml
@@ -27,7 +27,7 @@ from flatplank_data.yaml_text import load_yaml
 FORMAT = "flatplank-measurement-table/1"
 CAMPAIGN_FILE = "campaign.yaml"
 USED = ("", "complete")
-"""status of the runs that are evaluated; empty: the file states no status"""
+"""statuses of the runs that are evaluated; empty: the file states no status"""
 
 
 @dataclass(frozen=True)
@@ -47,8 +47,11 @@ class Run:
     def read(
         self, columns: Sequence[str] | None = None, check: bool = True, further: bool = False
     ) -> tuple[MeasurementTable, list[Problem]]:
-        """The samples and the remarks on them; raises on a fatal remark. further: include numeric
-        columns whose names we do not know."""
+        """The samples and the remarks on them.
+
+        columns: None for all; further: also numeric columns with unknown names. Raises
+        FlatplankError for a file that cannot be read and, with `check`, on a fatal remark.
+        """
         wanted = columns
         if columns is not None and check:
             wanted = [*dict.fromkeys([*columns, *checks.REQUIRED.get(self.info.measurement, ())])]
@@ -111,7 +114,10 @@ class Campaign:
     def load(
         cls, path: str | os.PathLike[str], mapping: Mapping[str, Any] | None = None
     ) -> Campaign:
-        """Read the run records of a folder of tables and/or bags."""
+        """Read the run records of a folder of tables or bags.
+
+        Raises NothingUsableError without a usable run, FlatplankError for a wrong campaign.yaml.
+        """
         store = open_store(path)
         problems: list[Problem] = []
         raw = _records(store, problems)
@@ -150,13 +156,13 @@ class Campaign:
             self.problems.append(problem_of(error, str(file)))
             return
         # a bag opened by its own path is evaluated whatever its status
-        if info.status not in USED and not store.exists(RECORD_FILE):
+        if info.status not in USED and not store.exists(FILE_NAME):
             self.problems.append(_left_out(info.file, info.to_dict()))
             return
         for text in remarks:
             self.problems.append(Problem(info.file, text, where, "correct the spelling", False))
         if own and _is_bag(store, info.file):
-            self.problems += missing_keys(info, RECORD_FILE)
+            self.problems += missing_keys(info, FILE_NAME)
         said = () if own else frozenset(k for k, v in entry.items() if v not in (None, "", {}))
         self.runs.append(Run(turned_info(info, mapping), store, mapping, said))
 
@@ -171,7 +177,7 @@ class Campaign:
                 self.problems.append(_left_out(file, _facts_of(store, file)))
 
     def _drop_doubles(self) -> None:
-        """Keep the first of two runs with one UUID: a copy, or a wrong record."""
+        """Keep the first of runs with the same UUID or file: a copy, or a wrong record."""
         seen: dict[str, str] = {}
         kept = []
         for run in self.runs:
@@ -192,7 +198,7 @@ class Campaign:
 
     @property
     def infos(self) -> list[RunRecord]:
-        """Run records in the order in which the runs were made."""
+        """Run records in the order of campaign.yaml, without it by file name."""
         return [run.info for run in self.runs]
 
     def where(self, keep: Callable[[RunRecord], bool]) -> Campaign:
@@ -240,7 +246,7 @@ class Campaign:
         return table
 
     def note(self, problem: Problem) -> None:
-        """Add a problem unless it is known already."""
+        """Add a problem, unless it is in the list already."""
         if problem not in self.problems:
             self.problems.append(problem)
 

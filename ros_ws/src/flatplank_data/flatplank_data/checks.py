@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks on import: each is a function from a table to remarks; `CHECKS` lists all."""
+"""Checks of a table when it is read: each is a function from a table to remarks (`CHECKS`)."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ ROLLING = ("slip", "free_rolling", "cleat")
 FITTED = ("slip", "cleat")
 """kinds whose samples along the road are fitted, not only their mean"""
 UNSAID_STEP = 0.01
-"""largest relative change of wheel speed over road speed in a run of free rolling [-]"""
+"""largest relative change of wheel speed over road speed in a run without a step [-]"""
 LOCKED = 0.05
 """a wheel is locked when its rim is slower than this share of the road speed [-]"""
 BACKWARD_LIMIT = 2e-3
@@ -86,7 +86,7 @@ def time_increases(table: MeasurementTable) -> Iterator[Remark]:
     back = np.diff(table["time"]) <= 0.0
     if back.any():
         row = int(np.argmax(back)) + 2
-        yield "time does not increase", f"row {row}", "sort or mend the samples", True
+        yield "time does not increase", f"row {row}", "sort or correct the samples", True
 
 
 def samples_lost(table: MeasurementTable) -> Iterator[Remark]:
@@ -212,7 +212,7 @@ def _unsaid_step(table: MeasurementTable) -> Iterator[Remark]:
     ]
     change = turned[1] / turned[0] - 1.0 if turned[0] else np.nan
     if abs(change) > UNSAID_STEP:
-        what = f"no step is said, but the slip changes by {100.0 * change:+.1f} %"
+        what = f"no step is stated, but the slip changes by {100.0 * change:+.1f} %"
         remedy = "write 'kappa', 'step_position' and 'effective_rolling_radius'"
         yield what, "key 'step_position'", remedy, True
 

@@ -27,7 +27,7 @@ class Condition(NamedTuple):
     """desired slip [-]; NaN in an operating point"""
 
     def __reduce__(self) -> tuple:
-        # NaN equals only the same object: a condition from another process must use ours
+        # tuples with NaN are equal only if it is the same object: use that of this process
         return condition_of, tuple(self)
 
     @property
@@ -37,12 +37,12 @@ class Condition(NamedTuple):
 
     @property
     def sort_key(self) -> tuple:
-        """For sorting; NaN comes first."""
+        """Key for sorting; NaN comes first."""
         return tuple(-math.inf if is_nan(value) else value for value in self)
 
     def label(self) -> str:
         """Short text for tables and figures."""
-        bar = f"{self.pressure:g} bar" if self.pressure > 0.0 else "pressure not said"
+        bar = f"{self.pressure:g} bar" if self.pressure > 0.0 else "pressure not stated"
         text = f"Fz {self.fz:g} N, {bar}"
         if self.alpha_deg and not math.isnan(self.alpha_deg):
             text += f", α {self.alpha_deg:g}°"

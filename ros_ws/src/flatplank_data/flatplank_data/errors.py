@@ -37,7 +37,7 @@ class NothingUsableError(FlatplankError):
 
 
 class RecordingError(ValueError):
-    """A fault of a recording, its record or its name."""
+    """A fault in a recording, its run record or its name."""
 
 
 def _one_line(text: str) -> str:

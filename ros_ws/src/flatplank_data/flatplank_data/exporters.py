@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writes tables to files: one exporter per suffix; our readers can read the files back."""
+"""Writes tables to files, one exporter per suffix; the readers of this package can read them."""
 
 from __future__ import annotations
 

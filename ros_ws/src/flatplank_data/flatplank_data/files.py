@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads and replaces whole text files; no reader ever sees half of one."""
+"""Reads and replaces whole text files, so that no program reads a half-written one."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from flatplank_data.errors import UnwritableError
 
 
 def read_text(path: str | Path) -> str:
-    """The text of a UTF-8 file; ValueError says in one line why it cannot be read."""
+    """The text of a UTF-8 file. Raises ValueError, in one line, when it cannot be read."""
     try:
         return Path(path).read_text(encoding="utf-8")
     except OSError as error:
@@ -25,10 +25,10 @@ PART = ".part"
 
 
 def write_atomic(path: str | os.PathLike[str], text: str, durable: bool = True) -> None:
-    """Replace a text file in one step; also safe when the program is killed or several write it.
-    UnwritableError when it cannot be written.
+    """Replace a text file in one step, even when the program is killed or several write the file.
 
-    durable: wait for the disk, so that a power failure leaves the old file or the new one, too.
+    durable: wait for the disk, so that also a power failure leaves the old file or the new one.
+    Raises UnwritableError when the file cannot be written.
     """
     target = Path(path)
     temporary = None

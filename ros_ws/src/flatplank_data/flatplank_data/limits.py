@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Limits of what the machine can be set to, for services, plans, page and simulated bench; and
-wider ranges for run records in files."""
+"""Ranges of the settings of the machine, for services, plans, panel and simulated bench; and wider
+ranges for run records in files."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Limit(NamedTuple):
         return self.low, self.high
 
     def refusal(self, name: str, value: float) -> str:
-        """Why a value cannot be set, as one text for all callers; empty when it can."""
+        """Reason why a value cannot be set, the same text for all callers; empty when it can."""
         if self.low <= value <= self.high:
             return ""
         amount = f"{value:g} {self.unit}".rstrip()
@@ -84,5 +84,5 @@ benches can be read"""
 
 
 def refusal(setting: str, value: float) -> str:
-    """Why a setting cannot have a value; empty when it can."""
+    """Reason why a setting cannot have a value; empty when it can."""
     return LIMITS[setting].refusal(setting, value)

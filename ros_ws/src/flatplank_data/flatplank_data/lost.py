@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Finds lost samples of a run, by gaps between its stamps or by the count in its record."""
+"""Counts lost samples of a run, by gaps between its stamps or by the count in its record."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ REGULAR = 0.1
 MOSTLY = 0.9
 """smallest share of such steps; below it sampling is irregular and gaps cannot be found [-]"""
 MAX_ROAD = 0.02
-"""longest road without a sample for a fit [m]: it changes a first-order response of 0.08 m
-relaxation length by 0.1 %"""
+"""longest road without a sample in a run to be fitted [m]: such a gap changes a first-order
+response of 0.08 m relaxation length by 0.1 %"""
 MAX_SHARE = 0.1
-"""largest share of lost samples for a fit [-]: the noise would differ from that of other runs"""
+"""largest share of lost samples in a run to be fitted [-]: with more, its noise differs from that
+of other runs"""
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ class LostSamples:
 
     @property
     def harmless(self) -> bool:
-        """True when a fit is possible without the lost samples."""
+        """True when a model can be fitted to the samples that are left."""
         return self.share <= MAX_SHARE and self.road <= MAX_ROAD
 
     def __str__(self) -> str:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Derives facts of a run from its samples, and compares them with its record.
+"""Derives values of the run record from the samples of a run, and compares them with its record.
 
-Slip, start of the step and rolling radius are the values that the slip control used; load, angles
-and speed are measured.
+Slip, start of the step and rolling radius are those that slip control used; load, angles and speed
+are measured.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ UNKNOWN = "unknown"
 """name of an unnamed tire or measurement"""
 SLIP, FREE_ROLLING = "slip", "free_rolling"
 VARYING = "varying"
-"""waveform of an unnamed slip that varies after its start"""
+"""name of an unknown waveform, whose slip varies after its start"""
 MOVING = 0.2
 """the plank moves above this share of its usual speed [-]"""
 LOAD_STEP = 50.0
@@ -120,13 +120,14 @@ def _start(columns: Columns) -> Facts:
 
 
 def is_silent(info: RunRecord) -> bool:
-    """True for the record of a rolling run without a load: nobody filled it in."""
+    """True for the record of a rolling run without a load, which nobody has filled in."""
     return info.measurement in (SLIP, FREE_ROLLING, UNKNOWN) and not info.fz > 0.0
 
 
 def missing_keys(info: RunRecord, record: str) -> list[Problem]:
-    """A remark that lists the keys which no instrument measures and the record lacks, and the file
-    to write them to.
+    """A remark on keys that no instrument measures and the record lacks, if there are any.
+
+    `record`: file to write them to.
     """
     rolls = info.measurement in (SLIP, FREE_ROLLING)
     lacking = {
@@ -136,12 +137,12 @@ def missing_keys(info: RunRecord, record: str) -> list[Problem]:
     }
     keys = [key for key, lacks in lacking.items() if lacks]
     remedy = f"write {' and '.join(f'{key}:' for key in keys)} in its {record}"
-    what = f"{' and '.join(keys)} unknown: nobody said"
+    what = f"{' and '.join(keys)} unknown: not stated"
     return [Problem(info.file, what, remedy=remedy, fatal=False)] if keys else []
 
 
 def fill(said: Mapping[str, Any], measured: Mapping[str, Any]) -> dict[str, Any]:
-    """The record with measured values where it has only defaults."""
+    """The keys `said`, with measured values for those that are missing or have defaults."""
     defaults = {f.name: default_of(f) for f in dataclasses.fields(RunRecord)}
     silent = {
         key
@@ -152,8 +153,9 @@ def fill(said: Mapping[str, Any], measured: Mapping[str, Any]) -> dict[str, Any]
 
 
 def reconciled(info: RunRecord, measured: Mapping[str, Any]) -> tuple[RunRecord, list[Problem]]:
-    """The record with the radius and step position that were used, and a remark on each
-    difference. Another slip or control is fatal: the run would be put into the wrong condition.
+    """The record with the radius and step position in use, and a remark on each difference.
+
+    A difference in slip or control is fatal, because the run would count in the wrong condition.
     """
     problems = [
         Problem(info.file, text, f"key '{key}'", "correct the run record")

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -25,8 +25,8 @@ SETTINGS = {
     "STF": (),
     "REP_REL": ("alpha_deg", "kappa"),
 }
-"""Kind of measurement -> settings in its name, in this order. A repeat in pure longitudinal slip
-has no angle. The thesis calls the angle of the others A; their camber is zero."""
+"""Kind in a name -> settings in the name, in this order. A repeat (REP_REL) in pure longitudinal
+slip has no angle in its name; the camber of repeats is zero."""
 _KINDS = {
     "slip": "REL",
     "free_rolling": "ERR_REL",
@@ -36,6 +36,12 @@ _KINDS = {
     "stiffness_lateral": "STF_LAT",
     "repeat": "REP_REL",
 }
+_MEASUREMENTS = {kind: name for name, kind in reversed(_KINDS.items())} | {
+    "ERR": "free_rolling",
+    "REP_REL": "slip",
+}
+"""Kind in a name -> measurement; repeats of the thesis are evaluated as the slip steps they are"""
+_LETTERS = re.compile(r"(?:[A-Z]+(?:_|$))*")
 _TAIL = re.compile(
     r"_T_p(?P<p>\d+(?:\.\d+)?)_Fz(?P<fz>\d+(?:\.\d+)?)_(?P<start>\d+)(?:_r(?P<repeat>\d+))?$",
     re.IGNORECASE,
@@ -69,7 +75,7 @@ def numbered(name: str, number: int) -> str:
 
 
 def kind_of(record: Mapping[str, Any]) -> str:
-    """Kind by measurement, angles and waveform; for other measurements, their name."""
+    """Kind in the name of a run, by its measurement, angles and waveform."""
     measurement = record["measurement"]
     kind = _KINDS.get(measurement, re.sub(r"[^A-Z]+", "_", measurement.upper()).strip("_"))
     if kind not in ("REL", "ERR_REL"):
@@ -80,9 +86,16 @@ def kind_of(record: Mapping[str, Any]) -> str:
     return f"{kind}_{waveform.upper()}" if shaped else kind
 
 
-def _known_kind(text: str) -> str:
-    known = [k for k in SETTINGS if text == k or text.startswith(f"{k}_")]
+def _known_kind(text: str, kinds: Iterable[str] = SETTINGS) -> str:
+    known = [k for k in kinds if text == k or text.startswith(f"{k}_")]
     return max(known, key=len, default="")
+
+
+def _measurement(rest: str) -> str:
+    """Measurement by the capital letters after the tire; a slip step without them."""
+    known = _known_kind(rest, _MEASUREMENTS)
+    letters = _LETTERS.match(rest)[0].strip("_").lower()  # type: ignore[index]
+    return _MEASUREMENTS.get(known, letters or "slip")
 
 
 def settings_of(kind: str) -> tuple[str, ...]:
@@ -103,10 +116,8 @@ def facts_of_name(stem: str) -> dict[str, Any]:
         "fz": float(match["fz"]),
         "start": int(match["start"]),
         "repeat": int(match["repeat"] or 1),
-        "measurement": "stiffness" if kind == "STF" else "slip",
+        "measurement": _measurement(rest),
     }
-    if rest.startswith("ERR_") or rest == "ERR":
-        facts["measurement"] = "free_rolling"
     words = rest.removeprefix(kind).strip("_").split("_")
     shape = [w for w in words if w.isalpha()] if kind.startswith("REL") else []
     if shape:

@@ -12,8 +12,7 @@ Infos = Sequence[RunRecord]
 
 
 def what_is_missing(infos: Infos) -> list[dict[str, str]]:
-    """Each group of parameters with its meaning and its missing runs; an empty text when none is
-    missing."""
+    """Groups of parameters, each with its meaning and its missing runs (as text, may be empty)."""
     return [
         {"parameters": parameters, "meaning": meaning, "missing": missing(infos)}
         for parameters, meaning, missing in NEEDS
@@ -88,7 +87,7 @@ NEEDS: tuple[tuple[str, str, Callable[[Infos], str]], ...] = (
         lambda runs: _lack(1, len(_rolling(runs)), "a free-rolling run"),
     ),
     (
-        "QRE0, BREFF, DREFF, FREFF", "rolling radius over load",
+        "Q_RE0, BREFF, DREFF, FREFF", "rolling radius over load",
         lambda runs: _lack(3, _levels(_rolling(runs), "fz"), "rolling runs at {} more load(s)"),
     ),
     (
@@ -107,7 +106,7 @@ NEEDS: tuple[tuple[str, str, Callable[[Infos], str]], ...] = (
         ),
     ),
     (
-        "PDX3, PKY6, PHY3", "camber",
+        "PDX3, PKY6", "camber",
         lambda runs: _lack(2, _levels(runs, "gamma_deg"), "runs at another camber angle"),
     ),
     (

@@ -25,11 +25,11 @@ Bounds = tuple[float, float]
 
 
 class ParameterError(ValueError):
-    """A parameter that cannot be used: where, what and what to do, in one line."""
+    """A parameter that cannot be used; the text is one line: where, what, what to do."""
 
 
 class ParamInfo(NamedTuple):
-    """What a node needs to declare one parameter."""
+    """All that a node needs to declare one parameter."""
 
     name: str
     default: Any
@@ -81,7 +81,7 @@ class Params:
         validate(self, type(self).__name__)
 
     def check(self) -> str | None:
-        """Why these values do not fit together, or None."""
+        """Reason why these values do not fit together, or None."""
         return None
 
 

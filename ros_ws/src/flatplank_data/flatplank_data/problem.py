@@ -18,9 +18,9 @@ class Problem:
     """row, column or key"""
     remedy: str = ""
     fatal: bool = True
-    """the run cannot be used"""
+    """True: the run cannot be used"""
     left_out: bool = False
-    """the run is left out on purpose; this is no fault"""
+    """True: the run is left out on purpose, and this is not a fault"""
 
     def __str__(self) -> str:
         head = f"{self.file}: {self.place}: " if self.place else f"{self.file}: "
@@ -28,7 +28,7 @@ class Problem:
         return f"{head}{self.what}{tail}" + ("" if self.fatal or self.left_out else " (run kept)")
 
     def error(self) -> FlatplankError:
-        """The same as an exception."""
+        """The problem as an exception."""
         where = f"{self.file}, {self.place}" if self.place else self.file
         return FlatplankError(self.what, where, self.remedy)
 

@@ -34,8 +34,7 @@ def default_of(item: Field) -> Any:
 
 
 def converted(item: Field, value: Any, where: str) -> Any:
-    """The value in the type of the field; FlatplankError when a number is expected and none is
-    given."""
+    """The value in the type of the field. Raises FlatplankError where it must be a number."""
     kind = str(item.type)
     if value is None:
         return default_of(item)
@@ -43,7 +42,7 @@ def converted(item: Field, value: Any, where: str) -> Any:
         return _DIRECTIONS[str(value)]
     try:
         if item.name == "pressure" and not float(value):
-            return math.nan  # not measured: empty unless the record states it
+            return math.nan  # a pressure of 0 means not known
         if kind == "float":
             return float(value)
         if kind == "int":
@@ -55,14 +54,14 @@ def converted(item: Field, value: Any, where: str) -> Any:
 
 
 def refuse_unknown(values: Mapping[str, Any], known: Mapping[str, Field], where: str) -> None:
-    """RecordingError for a key that a run record does not have."""
+    """Raise RecordingError for a key that is not in `known`."""
     for key in values:
         if key not in known:
             raise RecordingError(f"{where}: unknown key {key!r}{nearest(key, known)}")
 
 
 def refuse(values: Mapping[str, Any], known: Mapping[str, Field]) -> None:
-    """RecordingError for the first value that a record of this bench cannot have."""
+    """Raise RecordingError for the first value that a record of this bench cannot have."""
     for key in _TEXTS:
         if not isinstance(values.get(key, ""), str):
             raise RecordingError(f"{key} is {values[key]!r}; it must be text")

@@ -51,11 +51,13 @@ class RunRecord:
     fz: float = math.nan
     """nominal load [N]"""
     pressure: float = math.nan
-    """[bar]"""
+    """inflation pressure [bar]"""
     alpha_deg: float = 0.0
+    """side slip angle, ISO W"""
     gamma_deg: float = 0.0
+    """camber, ISO W"""
     start: int = 1
-    """1, 2, 3: wheel at 0, 120, 240 deg"""
+    """1, 2, 3: wheel starts at 0, 120, 240 deg"""
     start_angle_deg: float = math.nan
     """wheel angle that overrides that of `start`"""
     run_index: int = 0
@@ -76,9 +78,9 @@ class RunRecord:
     direction: float = 1.0
     """+1 forward, -1 reverse"""
     et_value: float = math.nan
-    """[m]"""
+    """offset of the rim (ET) [m]"""
     adapter_thickness: float = math.nan
-    """[m]"""
+    """thickness of the adapter [m]"""
     wheel_camber_deg: float = math.nan
     road_camber_offset_deg: float = math.nan
     slip_angle_offset_deg: float = math.nan

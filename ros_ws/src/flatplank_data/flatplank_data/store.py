@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Access to a campaign folder on a local disk or any fsspec file system."""
+"""Access to a campaign folder on a local disk or on any fsspec file system."""
 
 from __future__ import annotations
 

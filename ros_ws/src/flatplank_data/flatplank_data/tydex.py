@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reads and writes TYDEX 1.3 (Unrau, Zamow 1997), the text format for tire measurements.
 
-Lines have fixed columns: name 10, explanation 30, unit 10, then numbers of 10 each. Channels have
-a factor a and two offsets b, c: physical value = a (measured value + b) + c. `!` starts a comment.
-Each value takes ten characters, with or without a blank between; a sample may span lines.
+Lines have fields of fixed width: name 10, explanation 30, unit 10, then numbers of 10 characters.
+Channels have a factor a and two offsets b, c: physical value = a (measured value + b) + c. `!`
+starts a comment. A value takes ten characters, with or without a blank before the next one; a
+sample may span lines.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from flatplank_data.errors import FlatplankError
+from flatplank_data.units import is_number
 
 KEYWORDS = (
     "HEADER",
@@ -145,21 +147,13 @@ def _data(lines: list[tuple[int, str]], channels: list[Channel], name: str) -> n
             [np.nan if cell == MISSING else cell.replace("D", "E") for cell in cells], dtype=float
         )
     except ValueError as error:
-        bad = next(cell for cell in cells if not _is_number(cell))
+        bad = next(c for c in cells if c != MISSING and not is_number(c.replace("D", "E")))
         number = next(n for n, line in lines if bad in line.split())
         raise FlatplankError(
             f"'{bad}' is not a number", f"{name}, line {number}", f"write {MISSING} for no value"
         ) from error
     factor, before, after = np.array([(c.factor, c.before, c.after) for c in channels]).T
     return (values.reshape(-1, len(channels)) + before) * factor + after
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell.replace("D", "E"))
-    except ValueError:
-        return cell == MISSING
-    return True
 
 
 def format_tydex(file: TydexFile) -> str:

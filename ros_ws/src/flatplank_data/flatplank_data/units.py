@@ -85,6 +85,15 @@ _SPELLINGS = {
 }
 
 
+def is_number(text: str) -> bool:
+    """Whether a text is one number."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
 def canonical(unit: str) -> str:
     """Key of `UNITS` for a unit as written in a file, without the dot or blank of a product."""
     text = unit.strip().strip("[]()'\"").strip()
@@ -105,7 +114,7 @@ def factor_offset(unit: str, expected: str, where: str) -> tuple[float, float]:
             f"unknown unit '{unit}'", where, f"write a unit that converts to {expected}"
         )
     si, factor, offset = entry
-    if si != expected and not (si == "1" and expected == "1"):
+    if si != expected:
         raise FlatplankError(
             f"unit '{unit}' does not fit a quantity in {expected}",
             where,

@@ -33,7 +33,7 @@ SMALL = 0.1
 
 
 def displayed(unit: str, *values: float) -> tuple[float, str]:
-    """Factor and display unit: deg for rad, and so on; other units unchanged."""
+    """Factor and display unit: mm for small lengths, deg for rad; other units unchanged."""
     if unit == "m" and max(map(abs, values)) < SMALL:
         return 1e3, "mm"
     return (math.degrees(1.0), "deg") if unit == "rad" else (1.0, unit)
@@ -46,7 +46,7 @@ def quantity(value: float, unit: str, digits: int = 3) -> str:
 
 
 def span(low: float, high: float, unit: str, digits: int = 3) -> str:
-    """'1.54 to 1.64 m'."""
+    """A range in its display unit: '1.54 to 1.64 m'."""
     factor, name = displayed(unit, low, high)
     ends = (plain(factor * end, digits) for end in (low, high))
     return " to ".join(ends) + ("" if name == "1" else f" {name}")

@@ -14,10 +14,10 @@ _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def load_yaml(text: str | bytes, where: str | Path) -> Any:
-    """Content of a YAML text; YamlError names the line where possible."""
+    """Content of a YAML text. Raises YamlError, which names the line where possible."""
     try:
         return yaml.load(text, _LOADER)
     except (yaml.YAMLError, ValueError) as error:
         mark = getattr(error, "problem_mark", None)
         place = f"{where} line {mark.line + 1}" if mark else str(where)
-        raise YamlError("not YAML", place, "mend the syntax") from None
+        raise YamlError("not YAML", place, "correct the syntax") from None

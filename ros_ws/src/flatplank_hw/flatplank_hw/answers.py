@@ -17,7 +17,7 @@ class Answer(NamedTuple):
 
 
 def refused(reason: str) -> Answer:
-    """A request that changes nothing."""
+    """Return the answer to a refused request, which changes nothing."""
     return Answer(False, reason, -1)
 
 

@@ -8,7 +8,7 @@ from enum import IntEnum
 
 
 class State(IntEnum):
-    """States of a drive; a status word that fits none counts as NOT_READY: no command is sent."""
+    """States of a drive; a status word that matches none counts as NOT_READY."""
 
     NOT_READY = 0
     SWITCH_ON_DISABLED = 1

@@ -11,8 +11,8 @@ class CycleJoin:
     """Call `complete(at, samples)` once per bus cycle, in order, when every needed kind is there.
 
     `at`, the stamp of the inputs [ns], identifies a cycle. A later sample of the leading kind (the
-    first of `kinds`) completes a waiting cycle as it is: the last sample of a dead source stays in
-    use, and the rules on stale data decide. A late sample is kept as the latest of its kind.
+    first of `kinds`) completes a waiting cycle as it is: the last sample of an ended source stays
+    in use, and the rules on stale data act. A late sample is kept as the latest of its kind.
     `needed` may be changed between cycles.
     """
 
@@ -28,7 +28,7 @@ class CycleJoin:
         self._queues: dict[str, dict[int, Any]] = {kind: {} for kind in kinds}
 
     def put(self, kind: str, due: int, sample: Any) -> None:
-        """Take a sample of the cycle that is due at this time."""
+        """Add a sample of the cycle whose inputs have the stamp `due` [ns]."""
         if self._due is not None and due < self._due:
             self._keep(kind, due, sample)
             return

@@ -5,7 +5,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-SOURCES = ("slip", "free_rolling", "follow")
+FOLLOW = "follow"
+"""source of the references of a further driven axis"""
+SOURCES = ("slip", "free_rolling", FOLLOW)
 """sources of references; the index is the number in the message"""
 
 
@@ -69,6 +71,10 @@ class EncoderSample(NamedTuple):
     """wheel angle by the motor minus wheel angle by the wheel encoder [rad]"""
 
 
+JOINTS = ("plank", "wheel", "steer", "road_camber")
+"""joints that the encoders measure"""
+
+
 class Reference(NamedTuple):
     """A set-point for one axis from the source of one operation mode."""
 
@@ -82,7 +88,7 @@ class Reference(NamedTuple):
 
 
 class DriveSample(NamedTuple):
-    """Output of one drive beside the command that it sends."""
+    """Output of one drive in addition to its command."""
 
     cycle: int
     stamp_ns: int
@@ -100,5 +106,5 @@ class DriveSample(NamedTuple):
     reference_velocity: float
     reference_torque: float
     stop_reason: int
-    """why the axis is held, 0 when it is not"""
+    """why the axis is held, a key of `safety.REASONS`; 0: it is not held"""
     error_code: int

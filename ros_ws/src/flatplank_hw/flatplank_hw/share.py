@@ -9,7 +9,7 @@ from pathlib import Path
 
 
 def config_file(package: str, name: str) -> Path | None:
-    """`config/name` of a package; None when it has no such file."""
+    """Path of `config/name` of a package; None when it has no such file."""
     for base in _bases(package):
         path = base / "config" / name
         if path.is_file():

@@ -57,7 +57,7 @@ DRIVE = table(
         f"look at the trouble of the bus, {AGAIN}",
     ),
     Trouble(
-        "samples", _ERROR, "hub or encoders have fallen silent",
+        "samples", _ERROR, "no samples arrive from hub or encoders",
         "measurement_hub or encoders has ended, hangs, or the computer is too slow",
         f"see that both nodes run and that the computer keeps up, {AGAIN}",
     ),
@@ -73,10 +73,10 @@ DRIVE = table(
         f"release the button when the bench is safe, {AGAIN}",
     ),
     Trouble(
-        "heartbeat", _ERROR, "the operator in charge has fallen silent",
+        "heartbeat", _ERROR, "no heartbeats arrive from the client in charge",
         "the client that claimed the bench has not been heard for 0.5 s: it hangs, was closed, or "
         "its network is gone",
-        f"start the client again or give the charge back (/operator/claim with no name), {AGAIN}",
+        f"start the client again or release the claim (/operator/claim with no name), {AGAIN}",
     ),
     Trouble(
         "speed", _ERROR, "the axis is faster than its limit",
@@ -124,7 +124,7 @@ DRIVE = table(
         f"see that the source of this mode runs and has a set-point, {AGAIN}",
     ),
     Trouble(
-        "reference_gone", _ERROR, "the axis's controller has fallen silent",
+        "reference_gone", _ERROR, "no references arrive from the axis's controller",
         "load_controller, steering_hold or camber_hold has ended or hangs",
         f"see that the controller of this axis runs, {AGAIN}",
     ),
@@ -262,14 +262,14 @@ NODES = table(
         "",
     ),
     Trouble(
-        "unconnected", _WARN, "nobody is at the other end of a topic",
-        "the node that speaks or listens there was not started, or has ended",
+        "unconnected", _WARN, "a topic has no publisher or subscriber",
+        "the other node was not started, or has ended",
         "start it; `ros2 node list` says which nodes run",
     ),
     Trouble(
         "node_silent", _ERROR, "a node is not heard any more",
         "it has ended, was killed, or hangs",
-        "look for its last words in the terminal, then start the bench again",
+        "look for its last lines in the terminal, then start the bench again",
     ),
     Trouble(
         "node_ended", _ERROR, "a node that the bench needs has ended",

@@ -89,12 +89,11 @@ class Samples:
 
 
 @dataclass
-class RunWord:
-    """Last message on `/run`."""
+class RunStatus:
+    """Name and status in the last message on `/run`."""
 
     name: str = ""
     status: str = ""
-    uuid: str = ""
 
 
 @dataclass
@@ -114,12 +113,12 @@ class Progress:
 
 
 class BenchState:
-    """State of the bench, of fixed size."""
+    """State of the bench; its memory does not grow."""
 
     def __init__(self) -> None:
         self.ring = Ring(POLL_HZ * KEPT_SECONDS, len(SIGNALS))
         self.samples = Samples()
-        self.run = RunWord()
+        self.run = RunStatus()
         self.progress = Progress()
         self.log: deque[tuple[str, str]] = deque(maxlen=50)
         """(time of day, text), the latest first"""

@@ -22,7 +22,7 @@ class PageInCharge:
         self._heard = 0.0
 
     def take(self, page: str, name: str, now: float) -> None:
-        """Take charge; ValueError while another page is in charge and alive."""
+        """Take charge; NotInCharge while another page is in charge."""
         self.expire(now)
         if self.holder not in ("", page):
             raise NotInCharge(f"{self.name or 'another page'} is in charge; ask for a hand-over")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Starts and ends the bench of this panel."""
+"""Starts and ends a bench for this panel, from the checked values of a page."""
 
 from __future__ import annotations
 

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The investigation of this panel: one at a time, shown on every page.
 
-An operator approves each batch or all batches. On the bench a page must be in charge when a batch
-begins, as for every measurement. On the twin it continues without a page.
+An operator approves each batch or all batches. On the bench only the page in charge begins and
+approves, and it must still be in charge when a batch begins, as for every measurement. On the twin
+it continues without a page.
 """
 
 from __future__ import annotations
@@ -28,7 +29,6 @@ EMPTY: Mapping[str, Any] = {"entries": [], "waiting": None, "ended": "", "left":
 class PageRequest:
     """Checked request of a page."""
 
-    page: str
     folder: str
     minutes: float
     tire: str
@@ -46,6 +46,9 @@ class Investigation:
         self.each = True
         """true: the operator approves each batch"""
         self.said = ""
+        self._page = ""
+        """page that began, or approved last: the batches are made in its name"""
+        self._on_twin = False
         self._doing: tuple[str, float] = ("", 0.0)
         self._task: asyncio.Task[None] | None = None
         self._go = asyncio.Event()
@@ -89,6 +92,7 @@ class Investigation:
         checked = self._checked(page, request)
         self.content, self.folder = EMPTY, str(request["folder"])
         self.each, self.said, self._ending = bool(each), "", False
+        self._page, self._on_twin = page, checked.twin is not None
         self._go.clear()
         self._task = asyncio.create_task(self._run(checked))
 
@@ -96,19 +100,19 @@ class Investigation:
         """Approve the waiting batch."""
         if not self.asking:
             raise ValueError("no batch waits to be approved")
-        self._go.set()
+        self._answered_by(page)
 
     def refuse(self, page: str) -> None:
         """Refuse the waiting batch; another one is chosen."""
-        self.approve(page)
+        self.approve(page)  # ends the wait, whose answer is read after this
         self._refused = True
 
     def run_all(self, page: str) -> None:
         """Approve this batch and all further ones."""
         if not self.busy:
             raise ValueError("no investigation is under way")
+        self._answered_by(page)
         self.each = False
-        self._go.set()
 
     async def stop(self, page: str) -> None:
         """Stop safely; it can be continued later."""
@@ -119,6 +123,12 @@ class Investigation:
             await self.operator.cancel(page)  # the runner stops safely and ends the batch
         else:
             self._task.cancel()
+
+    def _answered_by(self, page: str) -> None:
+        if not self._on_twin:
+            self.operator.charge.check(page)
+        self._page = page
+        self._go.set()
 
     def _checked(self, page: str, request: Mapping[str, Any]) -> PageRequest:
         place = check.choice(request["place"], PLACES, "place")
@@ -140,7 +150,7 @@ class Investigation:
                 "seed": int(check.number(request["seed"], "seed", 0, 2**31 - 1)),
             }
         minutes = check.number(request["minutes"], "minutes", 1.0, 99_999.0, "min")
-        return PageRequest(page, str(folder), minutes, tire, twin)
+        return PageRequest(str(folder), minutes, tire, twin)
 
     def _require_rest(self) -> None:
         if self.busy:
@@ -159,12 +169,14 @@ class Investigation:
                     continue
                 await self._made(request, self.content["waiting"]["plan"])
                 self.content = await self._ask("measure", **about, twin=request.twin)
+                if self._ending:  # the batch was complete before the stop came
+                    raise asyncio.CancelledError
             self.said = f"ended: {self.content['ended']} ({self.content['reason']})"
         except ValueError as error:
             stopped = "stopped; " if self._ending else ""
             self.said = f"{stopped}{error}"
         except asyncio.CancelledError:
-            self.said = "stopped; Begin or go on goes on where it ended"
+            self.said = "stopped; press Begin or go on to continue"
         finally:
             self._asking = self._on_bench = False
             self._doing = ("", 0.0)
@@ -186,7 +198,7 @@ class Investigation:
         if request.twin is not None:
             return
         state = self.operator.link.state
-        await self.operator.measure(request.page, plan, self.folder)
+        await self.operator.measure(self._page, plan, self.folder)
         self._on_bench = True
         try:
             while state.progress.active:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Live data for all open pages, a dozen times a second; one message serves all."""
+"""Live data for all open pages, `PUSH_HZ` times a second; every page gets the same message."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from flatplank_panel.signals import SIGNALS
 
 PUSH_HZ = 12
 EVENT = "live"
-"""event on the page's socket; as JavaScript the browser would keep each message as a program"""
+"""event on the page's socket; the browser would keep a message sent as JavaScript in memory"""
 HISTORY = 2400
-"""number of rows for a new page"""
+"""number of rows that a new page gets"""
 DIGITS = 6
-"""significant digits on the wire"""
+"""significant digits of a number in a message"""
 
 
 def rows_of(table: np.ndarray) -> list[list[float | None]]:

@@ -9,11 +9,10 @@ from typing import Any
 
 import yaml
 
-from flatplank_control.runner.campaign import plan_from_text
+from flatplank_control.runner.campaign import plan_from_text, shipped_plans
 from flatplank_control.runner.campaign.plan import FORMAT
 from flatplank_control.runner.measurement import START_ANGLES
 from flatplank_data.files import write_atomic
-from flatplank_hw.share import config_file
 from flatplank_panel import validation as check
 
 Settings = Mapping[str, Any]
@@ -64,10 +63,9 @@ def block_of(settings: Settings) -> dict[str, Any]:
 
 def plans_of(data: Path) -> dict[str, Path]:
     """Available plans: title -> file; packaged ones, then those in DATA/plans."""
-    base = config_file("flatplank_control", "tires.yaml")
-    shipped = sorted((base.parent / FOLDER).glob("*.yaml")) if base else []
+    shipped = {name.replace("_", " "): path for name, path in shipped_plans().items()}
     own = sorted((data / FOLDER).glob("*.yaml"))
-    return {p.stem.replace("_", " "): p for p in shipped} | {f"{FOLDER}/{p.name}": p for p in own}
+    return shipped | {f"{FOLDER}/{p.name}": p for p in own}
 
 
 def write_next(proposal: Mapping[str, Any], campaign: str, data: Path) -> Path:

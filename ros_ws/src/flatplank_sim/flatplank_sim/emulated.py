@@ -21,6 +21,7 @@ from flatplank_hw.process import environment
 from flatplank_sim.emulator.control import Control
 
 MASTER, EMULATOR = "veth0", "veth1"
+"""ends of the veth pair"""
 _HOLD = (
     "ip link add {0} type veth peer name {1} && ip link set {0} up && ip link set {1} up"
     " && echo ready && exec cat"
@@ -52,14 +53,14 @@ class BenchNamespace(AbstractContextManager):
             raise NamespaceError(f"no network namespace with a veth pair: {text}")
         own = ["-U", "--preserve-credentials"] if os.geteuid() != 0 else []
         self.enter = ["nsenter", "-t", str(self._holder.pid), *own, "-n"]
-        """prefix of a command that is to run inside"""
+        """words in front of a command that is to run in the namespace"""
 
     def run(self, *command: str) -> None:
-        """Run a command inside, for instance `ip link set veth0 down`."""
+        """Run a command in the namespace, for instance `ip link set veth0 down`."""
         subprocess.run([*self.enter, *command], check=True, capture_output=True)
 
     def close(self) -> None:
-        """Release the namespace; processes that still run inside keep it alive."""
+        """Release the namespace; it exists until the last process in it has ended."""
         self._holder.communicate()
 
     def __exit__(self, *_: object) -> None:
@@ -126,9 +127,9 @@ class EmulatedBus(AbstractContextManager):
         options: Mapping[str, str] | None = None,
         wait_for_nodes: bool = False,
     ) -> None:
-        """rate_hz 0: as in the bus file; plant: 'simulated' or module:function; options: of the
-        plant, for 'simulated' tire, preset, config; wait_for_nodes: a cycle also waits for the
-        answers to the last one. NamespaceError when no namespace can be made."""
+        """rate_hz: 0: as in the bus file; plant: 'simulated' or module:function; options: options
+        of the plant ('simulated' has tire, preset, config); wait_for_nodes: a cycle waits for the
+        nodes' answers to the last one. NamespaceError when no namespace can be made."""
         self.bus_file = bus_file
         self.rate_hz = rate_hz
         self.node_timeout_ms = WAIT_MS if wait_for_nodes else 0.0

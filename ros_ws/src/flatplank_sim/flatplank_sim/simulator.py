@@ -67,8 +67,8 @@ def turn_on_twin(setup: BenchSetup) -> UnloadedTurns:
 def filter_on_twin(
     setup: BenchSetup, fit: Path, kappa: float, last: float = 4.0
 ) -> dict[str, tuple[float, float]]:
-    """Residual once-per-turn signal under load and slip, from a run without and one with the
-    filter."""
+    """Measure the once-per-turn amplitude of fx and fz [N] without and with the parasitic filter
+    `fit`, in two runs under load at slip `kappa`; last: plank position at the end [m]."""
     columns = []
     for on in (False, True):
         hub = {"parasitic_fit": str(fit), "filter_on": on}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a model of a tire, or of another machine, lacks: text of `diagnose`, and figures."""
+"""Diagnosis of what a model of a tire, or of another machine, lacks: text and figures."""
 
 from __future__ import annotations
 
@@ -58,7 +58,8 @@ class Diagnosed:
 
     @property
     def verdict(self) -> str:
-        """One of `flatplank_analysis.discovery.verdict.VERDICTS`."""
+        """One of: found, found group, partly, tire law only, none of these, at floor,
+        not decidable."""
         return self.result.verdict
 
     @property
@@ -86,7 +87,7 @@ class Diagnosed:
             "ranking": lambda: figures.ranking(search),
             "residual": lambda: figures.residual(search.last),
             "waterfall": lambda: figures.waterfall(
-                waterfall_steps(search, self._history), self.result.floor
+                waterfall_steps(search, self._history), self.result.floor, search.model.runs
             ),
         }
         for i, found in enumerate(self.result.found):
@@ -109,7 +110,7 @@ class Diagnosed:
 
 
 def explain(model: Predicting, effects: Sequence[type[Effect]]) -> Diagnosed:
-    """Which of these effects your own model lacks, with the floor and the verdict.
+    """Search for the effects that your own model lacks, with the floor and the verdict.
 
     model: a `Motion` with its records, or anything that predicts (docs/discovery.md).
     """

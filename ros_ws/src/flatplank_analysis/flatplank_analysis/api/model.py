@@ -63,6 +63,7 @@ class Model:
         self.start = start
         """the model file that the fit starts from; None: the tire without effects"""
         self.before = before
+        """the model before the last `add` or `remove`"""
         self.numbers: Mapping[str, Any] = numbers or {}
         """result of the last step as in `flatplank add --json`: size, interval, error, doubts"""
 
@@ -134,7 +135,7 @@ class Model:
         return self.start or ModelFile()
 
     def compare(self, runs: pd.DataFrame) -> Comparison:
-        """Compare the model, fitted to runs, with the floor of their repeats."""
+        """Fit the model to runs, and compare its error with the floor of their repeats."""
         if not same_runs(self.session.campaign, runs):
             session = open_session(runs, self.session.files)
             return Comparison(session, [session.fit(self.start)])
@@ -145,7 +146,10 @@ class Model:
         return Comparison(self.session, steps)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write a model file, which the verbs and `fit(runs, model=path)` read."""
+        """Write a model file for the verbs and for `fit(runs, model=path)`; return its path.
+
+        FlatplankError when another program changed the file.
+        """
         save_unchanged(self.file, path)
         return Path(path)
 
@@ -154,8 +158,9 @@ class Model:
         from flatplank_analysis.discovery.report import figures
         from flatplank_analysis.discovery.report import page as pages
 
-        level = self.step.state.floors[0].floor
-        return figures.waterfall(pages.history_steps(self.file.history), level)
+        state = self.step.state
+        steps = pages.history_steps(self.file.history)
+        return figures.waterfall(steps, state.floors[0].floor, state.runs)
 
     def __repr__(self) -> str:
         now = self.session.numbers(self.step)
@@ -196,7 +201,7 @@ class Comparison:
             "residual": lambda: figures.residual(step),
         }
         maps = where.make_maps(runs, step.state.residual[0], step.state.floors[0].floor)
-        drawn |= {m.coordinate: partial(figures.map_of, m, runs.condition_names) for m in maps}
+        drawn |= {m.coordinate: partial(figures.map_of, m, runs) for m in maps}
         return figure_of(drawn, what)()
 
     @property

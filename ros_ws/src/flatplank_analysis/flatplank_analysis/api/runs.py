@@ -117,7 +117,7 @@ def same_runs(campaign: Campaign, runs: pd.DataFrame) -> bool:
 
 
 def warn(problems: Iterable[Problem]) -> None:
-    """Problems as Python's warnings, one line each."""
+    """Issue problems as warnings of Python, one line each."""
     for problem in problems:
         warnings.warn(str(problem), stacklevel=3)
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def sweeps(path: str | os.PathLike[str], axes: str | None = None) -> Sweeps:
-    """A `.mat`, `.csv`, `.dat` or `.txt` with sweeps; `flatplank sweeps` does the same.
+    """Read sweeps from a `.mat`, `.csv`, `.dat` or `.txt`; `flatplank sweeps` does the same.
 
     axes: iso, sae or adapted; None: determined by the signs of the data.
 
@@ -48,7 +48,7 @@ class Sweeps:
         return pd.json_normalize(self._rows(None)).rename(columns=_short)
 
     def compare(self, tir: str | os.PathLike[str]) -> pd.DataFrame:
-        """The same with the error of a tire file [N] and its largest place; worst first."""
+        """Conditions with the error of a tire file [N] and where it is largest; worst first."""
         rows = pd.json_normalize(self._rows(read_tir(os.fspath(tir)))).rename(columns=_short)
         return rows.sort_values("error_share", ascending=False, ignore_index=True)
 

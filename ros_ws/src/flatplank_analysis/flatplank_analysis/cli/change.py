@@ -43,7 +43,10 @@ def remove(argv: Sequence[str] | None = None) -> int:
 def _refit(
     verb: str, text: str | None, argv: Sequence[str] | None, change: Change, words: Words
 ) -> int:
-    """`flatplank VERB EFFECT [DIR] [--model FILE] [--json]`."""
+    """Command line of `add` and `remove`: change the model file, refit, print; exit code.
+
+    `flatplank VERB EFFECT [DIR] [--model FILE] [--json]`; `text` is the help text.
+    """
     arguments = loop.loop_parser(verb, text, effect=True).parse_args(argv)
 
     def work() -> int:
@@ -64,7 +67,7 @@ def _refit(
 
 
 def undo(argv: Sequence[str] | None = None) -> int:
-    """Take back the last `add` or `remove`: the model file is what it was, to the number."""
+    """Take back the last `add` or `remove`: the model file is exactly as before."""
     parser = Parser(prog="flatplank undo", description=undo.__doc__)
     parser.add_argument("folder", metavar="DIR", nargs="?", help="campaign folder")
     parser.add_argument("--model", metavar="FILE", help="model file (YAML)")

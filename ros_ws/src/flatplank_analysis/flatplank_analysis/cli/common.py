@@ -14,13 +14,14 @@ from flatplank_data.arguments import Parser
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError, NothingUsableError
 from flatplank_data.problem import Problem
+from flatplank_data.units import is_number
 from flatplank_data.yaml_text import load_yaml
 
 NOTHING_USABLE = 2
 
 
 def campaign_parser(verb: str, text: str, several: bool = False) -> argparse.ArgumentParser:
-    """A parser with the arguments that every verb on a campaign has."""
+    """A parser with the arguments of every verb on a campaign; `several`: on any number."""
     parser = Parser(prog=f"flatplank {verb}", description=text)
     many = {"nargs": "*"} if several else {}
     parser.add_argument("folder", metavar="DIR", help="campaign folder, or an fsspec URL", **many)
@@ -30,18 +31,18 @@ def campaign_parser(verb: str, text: str, several: bool = False) -> argparse.Arg
 
 
 def mapping_argument(parser: argparse.ArgumentParser) -> None:
-    """`--mapping`."""
+    """Add the option `--mapping`."""
     parser.add_argument("--mapping", metavar="FILE", help="YAML with foreign topics or columns")
 
 
 def tire_argument(parser: argparse.ArgumentParser) -> None:
-    """`--tire`."""
+    """Add the option `--tire`."""
     text = "tire record (YAML), or a .tir to start from; default: tire.yaml in DIR, else made "
     parser.add_argument("--tire", metavar="FILE", help=f"{text}from the data, and said")
 
 
 def parallel_arguments(parser: argparse.ArgumentParser) -> None:
-    """`--jobs` and `--scheduler`."""
+    """Add the options `--jobs` and `--scheduler`."""
     parser.add_argument("--jobs", type=int, default=None, help="processes (default: every core)")
     parser.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster, instead")
 
@@ -62,7 +63,7 @@ def read_mapping(path: str | None) -> dict[str, Any] | None:
 
 
 def guarded(verb: str, work: Callable[[], int]) -> int:
-    """Exit code of `work`; 2 with one line on stderr when not one run could be used."""
+    """Exit code of `work`; 2 with one line on stderr when no run could be used."""
     try:
         return work()
     except NothingUsableError as error:
@@ -71,37 +72,40 @@ def guarded(verb: str, work: Callable[[], int]) -> int:
 
 
 def tell(problems: Iterable[Problem]) -> None:
-    """Problems on stderr, one line each."""
+    """Print problems on stderr, one line each."""
     for problem in problems:
         print(f"warning: {problem}", file=sys.stderr)
 
 
 def show_progress(done: int, total: int, what: str) -> None:
-    """A progress line that is overwritten, only on a terminal or in a notebook."""
-    if sys.stderr.isatty():
-        end = "\n" if done == total else ""
-        print(f"\r\x1b[2K{done}/{total} {what}", end=end, file=sys.stderr, flush=True)
+    """Show how many of all jobs are done, and the last one."""
+    progress_line(f"{done}/{total} {what}", "\n" if done == total else "")
+
+
+def progress_line(text: str, end: str = "") -> None:
+    """Print a progress line that is overwritten, on a terminal or in a notebook."""
+    if sys.stderr.isatty() or "ipykernel" in sys.modules:
+        print(f"\r\x1b[2K{text}", end=end, file=sys.stderr, flush=True)
 
 
 def print_json(value: Any) -> None:
-    """Strict JSON: numbers that are not finite become null."""
-    print(json.dumps(value, indent=1, allow_nan=False))
+    """Print strict JSON."""
+    print(json_text(value))
+
+
+def json_text(value: Any) -> str:
+    """Strict JSON. Raises ValueError for a number that is not finite (see `to_plain`)."""
+    return json.dumps(value, indent=1, allow_nan=False)
 
 
 def print_rows(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Print columns of minimal width; numbers are right-aligned."""
     widths = [max(len(row[i]) for row in [header, *rows]) for i in range(len(header))]
-    right = [all(_numeric(row[i]) for row in rows) for i in range(len(header))]
+    right = [
+        all(row[i] in ("", "-") or is_number(row[i]) for row in rows) for i in range(len(header))
+    ]
     for row in [header, *rows]:
         cells = [
             c.rjust(w) if r else c.ljust(w) for c, w, r in zip(row, widths, right, strict=True)
         ]
         print("  ".join(cells).rstrip())
-
-
-def _numeric(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return text in ("", "-")
-    return True

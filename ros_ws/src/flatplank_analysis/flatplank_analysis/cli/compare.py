@@ -10,7 +10,7 @@ from flatplank_analysis.contact_patch import comparison
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """`flatplank compare DIR [--model FILE] [--json]`; DIR/model.yaml counts when it is there."""
+    """`flatplank compare DIR [--model FILE] [--json]`; without FILE DIR/model.yaml, if any."""
     arguments = loop.loop_parser("compare", __doc__).parse_args(argv)
     return common.guarded("compare", lambda: _run(arguments))
 

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -48,7 +47,7 @@ def _run(arguments) -> int:
         if result.verdict in (NONE, PARTLY):
             print(f"what is left as an effect file: flatplank propose {arguments.folder}")
     if arguments.out:
-        write_atomic(Path(arguments.out), json.dumps(result.to_dict(), indent=2) + "\n")
+        write_atomic(Path(arguments.out), common.json_text(result.to_dict()) + "\n")
     if arguments.report:
         page = _report(arguments.report, result, session, model)
         print(f"report: {page}", file=sys.stderr if arguments.json else sys.stdout)
@@ -56,7 +55,7 @@ def _run(arguments) -> int:
 
 
 def _report(folder: str, result: Diagnosis, session: Session, model: ModelFile | None) -> str:
-    """Path of the page, or the reason for none."""
+    """Write the page; return its path, or the reason for none."""
     if result.search is None:
         return f"none, there is nothing to draw ({result.reason})"
     from flatplank_analysis.discovery.report.page import write_report

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A page for every effect, from the registry: what it is, a picture of what it leaves, how to
-check it, what removes it. `flatplank effects --write docs/effects` makes them.
+"""Writes a page for every effect of the registry: what it is, a picture of its residual after a
+fit of the tire, how to check it, what removes it. Called by `flatplank effects --write DIR`.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ STARTS = (1, 2)
 COLOURS = ("#b2182b", "#ef8a62", "#777777", "#67a9cf", "#2166ac")
 WIDTH, HEIGHT, LEFT, BOTTOM = 560, 220, 56, 34
 OVER = {"wheel angle": ("wheel angle", "wheel angle [rad]"), "time": ("time", "time [s]")}
-"""coordinates that are drawn themselves; others are replaced by the plank position"""
+"""coordinate of an effect -> coordinate on the x axis, its label; others: plank position"""
 KINDS = {
     "machine": "a fault of the machine",
     "sensor": "a fault of a sensor",
@@ -36,7 +36,7 @@ KINDS = {
 
 @lru_cache(maxsize=1)
 def stage() -> TireModel:
-    """A simulated campaign whose runs differ in everything an effect may depend on."""
+    """Tire model on a synthetic campaign whose runs differ in all that effects depend on."""
     runs = product(STARTS, SLIPS)
     return TireModel(from_tables([_table(i, kappa, s) for i, (s, kappa) in enumerate(runs)]))
 
@@ -76,7 +76,10 @@ def _table(index: int, kappa: float, start: int) -> MeasurementTable:
 
 
 def left_by(effect: type[Effect]) -> tuple[np.ndarray, dict[str, float]]:
-    """Residual of an effect after a fit of the base (channels, runs, samples), and its values."""
+    """Residual of an effect after a linear fit of the tire model, and its parameter values.
+
+    The residual has shape (channels, runs, samples); of several variants it is the largest one.
+    """
     model = stage()
     base = np.array([p.null for p in model.parameters])
     sets = [ParameterSet(base)]
@@ -98,7 +101,7 @@ def left_by(effect: type[Effect]) -> tuple[np.ndarray, dict[str, float]]:
     gram = columns @ columns.T
     changes = (out[own:] - out[0]).reshape(len(variants), -1)
     rest = [change - solve(gram, columns @ change)[0] @ columns for change in changes]
-    # of several places or periods the one with the largest residual
+    # of several variants (places, periods) the one with the largest residual
     best = int(np.argmax([np.sum(r**2) for r in rest]))
     return rest[best].reshape(out[0].shape), each[best]
 
@@ -118,7 +121,7 @@ def picture(effect: type[Effect]) -> str:
 
 
 def _thin(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Means of a few nodes, in the order of x; a wrapping angle is sorted."""
+    """Means over groups of samples in the order of x, so that an angle that wraps is sorted."""
     order = np.argsort(x, kind="stable")
     groups = np.array_split(order, 110)
     return (np.array([x[g].mean() for g in groups]), np.array([y[g].mean() for g in groups]))

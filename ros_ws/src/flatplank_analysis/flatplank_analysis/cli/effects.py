@@ -37,7 +37,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def describe(effect: type[Effect]) -> dict:
-    """An effect for programs."""
+    """Texts and parameters of an effect as plain values, for JSON."""
     words = ("title", "kind", "coordinate", "source", "what", "check", "removes")
     return {
         "name": effect.identifier,

@@ -100,7 +100,10 @@ def _run(arguments: argparse.Namespace) -> int:
 def _with_geometry(
     settings: FitFile, campaigns: Sequence[Campaign], record: TireRecord
 ) -> tuple[FitFile, dict[str, dict[str, Any]]]:
-    """Contact geometry of the carcass fits with its sources: fit file, otherwise measurements."""
+    """Settings with the contact geometry of carcass fits, and value and source of each number.
+
+    The fit file overrides measurements, and these override the tire record.
+    """
     if settings.model not in CARCASS:
         return settings, {}
     found = geometry_of_campaigns(campaigns, record)
@@ -154,7 +157,7 @@ def _carcass_rows(fit: CarcassFit) -> list[tuple[str, ...]]:
 
 
 def _bias(fit: CarcassFit, e: Estimate) -> str:
-    """The model's own bias, as text beside the number."""
+    """Remark on the model's own bias in an estimate; empty where there is none."""
     if not e.determined or e.name not in fit.model_bias:
         return ""
     share, free = 100.0 * fit.model_bias[e.name], fit.without_bias()[e.name]

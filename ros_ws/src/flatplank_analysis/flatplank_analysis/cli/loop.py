@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Shared functions of the search verbs: arguments, progress, tables on the terminal."""
+"""Shared functions of the verbs that search and change a model: arguments, files, progress."""
 
 from __future__ import annotations
 
 import argparse
 import os
-import sys
 from pathlib import Path
 
 from flatplank_analysis.cli import common
@@ -18,7 +17,7 @@ MODEL = "model.yaml"
 
 
 def loop_parser(verb: str, text: str, effect: bool = False) -> argparse.ArgumentParser:
-    """A parser with the arguments of the loop."""
+    """A parser with the arguments of a verb on a model; `effect`: the first one is an effect."""
     parser = Parser(prog=f"flatplank {verb}", description=text)
     if effect:
         parser.add_argument("effect", metavar="EFFECT", help="identifier, see `flatplank effects`")
@@ -58,7 +57,7 @@ def open_for_change(arguments: argparse.Namespace) -> tuple[Session, ModelFile, 
 def open_to_look(
     arguments: argparse.Namespace, own: bool = False
 ) -> tuple[Session, ModelFile | None]:
-    """Session and the named model file, if any; `own`: also one in the campaign folder."""
+    """Session and the given model file, if any; `own`: otherwise that of the campaign folder."""
     named = arguments.model
     if own and not named and "://" not in arguments.folder:
         there = Path(arguments.folder) / MODEL
@@ -77,7 +76,7 @@ def _session(arguments: argparse.Namespace, folder: str, model: ModelFile | None
 
 
 def require_file(path: Path) -> None:
-    """FlatplankError when a file cannot be written there, before the work, not after."""
+    """Raise FlatplankError when no file can be written there; called before the work starts."""
     if path.is_dir():
         raise FlatplankError("is a folder", str(path), "name a file in it")
     if not path.parent.is_dir():
@@ -86,7 +85,7 @@ def require_file(path: Path) -> None:
 
 
 def require_folder(path: Path) -> None:
-    """The same for a folder that may have to be created."""
+    """Raise FlatplankError when a folder there cannot be created or written to."""
     there = next(p for p in (path, *path.absolute().parents) if p.exists())
     if not there.is_dir():
         raise FlatplankError("is no folder", str(there), "choose another place")
@@ -98,18 +97,11 @@ def _require_access(folder: Path) -> None:
         raise FlatplankError("may not be written to", str(folder), "choose another place")
 
 
-def watched() -> bool:
-    """True on a terminal or in a notebook."""
-    return sys.stderr.isatty() or "ipykernel" in sys.modules
-
-
 def progress(text: str, share: float) -> None:
-    """Print a progress line that is overwritten, on a terminal or in a notebook."""
-    if watched():
-        print(f"\r\x1b[2K{min(share, 0.99):4.0%} {text}", end="", file=sys.stderr, flush=True)
+    """Show what is being done, and the share of the work that is done."""
+    common.progress_line(f"{min(share, 0.99):4.0%} {text}")
 
 
 def progress_done() -> None:
     """Clear the progress line."""
-    if watched():
-        print("\r\x1b[2K", end="", file=sys.stderr, flush=True)
+    common.progress_line("")

@@ -59,14 +59,14 @@ def error_line(verb: str, error: BaseException) -> tuple[str, int]:
 
 def _known(error: BaseException) -> str | None:
     """Text for a foreseen failure; None for others."""
-    ours = type(error).__module__.startswith("flatplank_")  # so written for the user
+    ours = type(error).__module__.startswith("flatplank_")  # its text is written for users
     if isinstance(error, FlatplankError | ValueError) or ours:
         return str(error)
     if isinstance(error, OSError) and error.errno in REMEDIES:
         place = f"{error.filename}: " if error.filename else ""
         remedy = REMEDIES[error.errno]
         return f"{place}{error.strerror}" + (f"; {remedy}" if remedy else "")
-    if isinstance(error, FileNotFoundError):  # raised by us, with a sentence
+    if isinstance(error, FileNotFoundError):  # without errno: raised by us, text for users
         return str(error)
     if isinstance(error, ImportError):
         return f"{error}; ./flatplank doctor says what is missing"

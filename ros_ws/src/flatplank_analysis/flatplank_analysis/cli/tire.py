@@ -8,6 +8,7 @@ import sys
 from collections.abc import Sequence
 
 from flatplank_analysis.cli import common
+from flatplank_analysis.models.base import SPEED
 from flatplank_analysis.models.magic_formula import SWITCHES
 from flatplank_analysis.models.tir import read_tir
 from flatplank_analysis.models.tire_state import tire_state
@@ -40,7 +41,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--pressure", type=float, help="[Pa] (default: nominal)")
     turn = "curvature of the path [1/m], left > 0 (default: without turn slip)"
     parser.add_argument("--turn-slip", type=float, metavar="CURVATURE", help=turn)
-    parser.add_argument("--vx", type=float, default=0.03, help="speed [m/s]")
+    parser.add_argument("--vx", type=float, default=SPEED, help="speed [m/s]")
     for name, text in SWITCHES.items():
         option = f"--{name.lower().replace('_', '-')}"
         parser.add_argument(option, dest=name, type=float, metavar="NUMBER", help=text)

@@ -60,6 +60,7 @@ def by_condition(session: Session, step: Step) -> list[dict[str, Any]]:
 
 
 def text_of(data: Mapping[str, Any]) -> str:
+    """The text that `flatplank compare` prints, from the result of `numbers`."""
     rows = [("condition", "runs", "error [N]", "floor [N]", "beyond [N]")]
     rows += [
         (

@@ -31,6 +31,7 @@ from flatplank_analysis.discovery.runs import Coordinate, RunSet
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError, NothingUsableError
 from flatplank_data.problem import Problem, problem_of
+from flatplank_data.run_record import RunRecord
 from flatplank_data.table import COLUMN_UNITS, MeasurementTable
 
 COLUMNS = ("time", "plank_position", "wheel_angle", "fx", "fy", "fz", "mx", "mz")
@@ -38,7 +39,7 @@ NEEDED = ("time", "plank_position", "wheel_angle", "fx")
 INPUTS = ("fy", "fz", "mx", "mz")
 """channels with possible crosstalk into Fx"""
 STIFFNESS = 1.9e5
-"""[N/m] longitudinal stiffness of a car tire for short waves: force error per encoder step"""
+"""[N/m] longitudinal stiffness of a car tire for short waves: force error per encoder error"""
 START_TRAVEL, START_ROUGH = 0.08, 2.5
 """[m], factor on the noise: over the first travel the locked tire is modelled only roughly, which
 is the same in all runs, so that no scatter shows it"""
@@ -235,7 +236,7 @@ def _assemble(
     if not np.isfinite(radius).all():
         guess = (position[:, -1] - position[:, 0]) / np.maximum(angle[:, -1] - angle[:, 0], 1e-6)
         radius = facts["radius"] = np.where(np.isfinite(radius), radius, np.median(guess))
-    grids = _grid_groups([_grid_key(t) for t in tables])
+    grids = grid_groups([_grid_key(t) for t in tables])
     nominal = facts["nominal"]
     step = np.array([_step_place(t) for t in tables])
     since = position - np.where(np.isfinite(step), step, 0.0)[:, None]
@@ -269,9 +270,9 @@ def _assemble(
         runs=runs,
         position=position,
         angle=angle - angle[:, :1],
-        travel=_steps(position),
-        turned=_steps(angle),
-        step_time=_steps(stack["time"]),
+        travel=steps_along(position),
+        turned=steps_along(angle),
+        step_time=steps_along(stack["time"]),
         load=load,
         **{name: facts[name] for name in SETTINGS},
         since_step=since,
@@ -283,11 +284,13 @@ def _assemble(
     )
 
 
-def _steps(values: np.ndarray) -> np.ndarray:
+def steps_along(values: np.ndarray) -> np.ndarray:
+    """Difference of each sample (runs, samples) from the one before it, zero for the first."""
     return np.diff(values, axis=-1, prepend=values[..., :1])
 
 
-def _grid_groups(keys: list[tuple]) -> list[np.ndarray]:
+def grid_groups(keys: list[tuple]) -> list[np.ndarray]:
+    """Indices of the runs of each grid."""
     kinds = {key: None for key in keys}
     return [np.array([i for i, k in enumerate(keys) if k == kind]) for kind in kinds]
 
@@ -320,11 +323,26 @@ def _conditions(tables: list[MeasurementTable]) -> tuple[np.ndarray, tuple[str, 
         for t in tables
     ]
     kinds = sorted(dict.fromkeys(keys), key=lambda k: (k[0].sort_key, repr(k[1:])))
-    labels = [k[0].label() for k in kinds]
-    for i, k in enumerate(kinds):
-        if labels.count(k[0].label()) > 1:
-            labels[i] += f", step at {k[2]} m, {k[3] or SPEED} m/s"
-    return np.array([kinds.index(k) for k in keys]), tuple(labels)
+    infos = [tables[keys.index(k)].info for k in kinds]
+    return np.array([kinds.index(k) for k in keys]), tuple(_labels(infos))
+
+
+def _labels(infos: list[RunRecord]) -> Iterator[str]:
+    """Name of each condition; where several have the same label, with all in which they differ."""
+    words = [
+        (
+            info.condition.label(),
+            info.tire,
+            "reverse" if info.direction < 0.0 else "forward",
+            "no step" if np.isnan(info.step_position) else f"step at {info.step_position} m",
+            "speed not said" if np.isnan(info.speed) else f"{info.speed} m/s",
+            " ".join(f"{k} {v}" for k, v in (info.waveform or {"waveform": "step"}).items()),
+        )
+        for info in infos
+    ]
+    for label, *own in words:
+        alike = zip(*(w[1:] for w in words if w[0] == label), strict=True)
+        yield ", ".join([label, *(o for o, a in zip(own, alike, strict=True) if len({*a}) > 1)])
 
 
 def _coordinates(stack, position, since, turn, slip, load, facts) -> dict[str, Coordinate]:

@@ -97,7 +97,7 @@ class Common:
 
 
 def _shrunk_mean(each: np.ndarray) -> np.ndarray:
-    """Mean of several courses (k, samples), shrunk towards zero by the noise they contain."""
+    """Mean of several curves (k, samples), shrunk towards zero by the noise they contain."""
     k, mean = len(each), each.mean(axis=0)
     if k < 2:
         return np.zeros_like(mean)

@@ -14,6 +14,7 @@ SPEED = 0.03
 """[m/s] speed for which node distances and the filter are given"""
 FINE = 0.05 * SPEED
 COARSE = 0.2 * SPEED
+"""[m] fine and coarse distance of nodes"""
 FILTER = 0.075
 """[s] standard deviation of the Gaussian filter at SPEED"""
 SAMPLE = 0.05
@@ -70,7 +71,7 @@ def quantum(values: np.ndarray) -> float:
 
 
 def unquantise(values: np.ndarray, step: float, sample: float) -> np.ndarray:
-    """A smooth course wherever it stays within the encoder's step of the counted values.
+    """Replace counted values by a smooth curve where it stays within one encoder step of them.
 
     Counting adds waves of any length (a slip of 1 % beats with the sampling at 0.14 m) that are
     the same in every run, so that no mean removes them. Where the motion changes (start, step)

@@ -26,7 +26,7 @@ _POOL = ThreadPoolExecutor(max_workers=THREADS)
 
 
 class TireModel:
-    """Contact-patch model in x and y; calls the hooks of `TireEffect`."""
+    """Contact-patch model along (x) and across (y) the wheel; calls the hooks of `TireEffect`."""
 
     form = Form(mean=0.0012, stretch=0.005, bump=0.002, wave=0.0006, side=0.0018)
     """largest errors on thirteen plants of other form (bristles of the bench, of the blind kit, of
@@ -46,12 +46,12 @@ class TireModel:
         self._moving = 1.0 - np.exp(-np.maximum(data.position, 0.0) / 0.005)
 
     def take_references(self, other: TireModel) -> None:
-        """Use the references (load, pressure, run order) of another campaign."""
+        """Take load, pressure and run order of another campaign as references of effect sizes."""
         self._names = list(other._names)
         self.data = replace(self.data, against=other.data.reference)
 
     def stiff(self, base: np.ndarray) -> tuple[dict[str, float], ...]:
-        """Directions in which a tire scatters from run to run: gain and slip offset."""
+        """Directions in which a tire scatters from run to run: gain of the force, slip offset."""
         value = dict(zip(self._names, base, strict=True))
         return ({"stiff": value["stiff"], "peak": value["peak"]}, {"slip_offset": 1.0})
 

@@ -71,8 +71,10 @@ def base_parameters(data: TireRuns) -> tuple[Parameter, ...]:
 
 
 def _parameters(load: float, turned: bool, along: float = 0.0) -> list[tuple[str, Parameter]]:
-    """All parameters, each with what a campaign must have for it; turned: with side slip; along:
-    see `along_plank`."""
+    """All parameters, each with what a campaign must have to determine it.
+
+    load: reference load [N]; turned: True with side slip; along: see `along_plank`.
+    """
     half = 0.07 * np.sqrt(load / 3700.0)
     prior = np.inf if turned else 6.0 * load
     # with forces in both directions a row of bristles is the better start
@@ -140,7 +142,7 @@ FORMER = {
     "feel": "load_share", "memory": "patch_order", "combine": "other_slip",
     "swing": "turn_share", "rotate": "turn_rate",
 }  # fmt: skip
-"""names in older model files"""
+"""name in older model files -> name of today"""
 
 TIRES: tuple[Mapping[str, float], ...] = (
     {"stiff": 0.5, "peak": 0.75, "carcass": 0.5, "stiff_y": 0.5, "carcass_y": 0.6},
@@ -151,7 +153,7 @@ TIRES: tuple[Mapping[str, float], ...] = (
 
 
 def other_starts(parameters: Sequence[Parameter]) -> tuple[dict[str, float], ...]:
-    """Start values by name, each within its range."""
+    """Start values by name for each of `TIRES`, within their ranges."""
     return tuple(
         {
             p.name: min(max(p.null * tire[p.name], p.lower), p.upper)

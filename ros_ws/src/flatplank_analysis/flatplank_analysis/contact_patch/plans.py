@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from flatplank_analysis.contact_patch.data import _grid_groups, _steps
+from flatplank_analysis.contact_patch.data import grid_groups, steps_along
 from flatplank_analysis.contact_patch.grid import SPEED, node_positions
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.tire_runs import SETTINGS, TireRuns
@@ -112,9 +112,9 @@ def planned_data(data: TireRuns, s: dict[str, Any]) -> TireRuns:
         runs=runs,
         position=position,
         angle=angle,
-        travel=_steps(position),
-        turned=_steps(angle),
-        step_time=_steps(time),
+        travel=steps_along(position),
+        turned=steps_along(angle),
+        step_time=steps_along(time),
         load=load,
         **{name: facts[name] for name in SETTINGS},
         since_step=position - s["step_position"],
@@ -122,5 +122,5 @@ def planned_data(data: TireRuns, s: dict[str, Any]) -> TireRuns:
         signals={k: np.broadcast_to(v.mean(axis=0)[:1], position.shape).copy()
                  for k, v in data.signals.items()},
         side_force=np.zeros(1),
-        grids=_grid_groups([("planned",)]),
+        grids=grid_groups([("planned",)]),
     )  # fmt: skip

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The loop on a campaign (compare, diagnose, add, remove), as the command line calls it."""
+"""Work on a campaign as the verbs do it: diagnose, fit, add and remove effects."""
 
 from __future__ import annotations
 
@@ -91,6 +91,7 @@ class Session:
         return named
 
     def terms(self, model: ModelFile) -> tuple[Term, ...]:
+        """Effects of a model file with their values; FlatplankError for an unknown one."""
         where = model.path or "model file"
         pairs = [(self.effect_of(e.name, e.parameters, where, e.file), e) for e in model.effects]
         return tuple(Term(f, f.vector(dict(e.parameters)), f.held()) for f, e in pairs)
@@ -101,7 +102,7 @@ class Session:
         progress: Progress | None = None,
         measured: Mapping[str, Mapping[str, float]] | None = None,
     ) -> Diagnosis:
-        """Search for missing effects; `measured`: start values from the pre-flight sheet."""
+        """Search for missing effects; measured: effect -> parameter -> start value [SI]."""
         began = time.perf_counter()
         if verdict.undecidable(self.data.runs):
             return verdict.refused(self.data.runs, time.perf_counter() - began)
@@ -135,7 +136,7 @@ class Session:
     def fit(
         self, model: ModelFile | None, extra: Sequence[Term] = (), before: Step | None = None
     ) -> Step:
-        """Fit the model of a file, with floor and ranking; needs a floor.
+        """Fit the model of a file, with floor and ranking; FlatplankError without a floor.
 
         before: a step without the last of the extra terms; its error must not increase, and its
         floors are the weights.
@@ -225,6 +226,7 @@ class Session:
         return made, step, numbers
 
     def file_of(self, model: ModelFile, fit: Fit) -> ModelFile:
+        """The model file with the parameters and effects of a fit."""
         names = [p.name for p in self.model.parameters]
         own = {e.name: e.file for e in model.effects}
         pairs = [(t, t.effect.identifier) for t in fit.terms]
@@ -235,7 +237,7 @@ class Session:
         return replace(model, parameters=parameters, effects=entries, campaign=self.campaign.path)
 
     def begun(self, model: ModelFile, step: Step) -> ModelFile:
-        """The model file with a first line of history, from its fit `step`, if it has none."""
+        """The model file; if it has no history, with a first line from its fit `step`."""
         return model if model.history else model.with_step("start", "", self.numbers(step))
 
     def rmse(self, step: Step) -> float:
@@ -243,7 +245,7 @@ class Session:
         return self.model.runs.rmse(step.state.residual[0])
 
     def numbers(self, step: Step) -> dict[str, Any]:
-        """Data of a step for the waterfall."""
+        """Errors of a step for the history: fit, floor, unexplained and held-out [N]."""
         level = step.state.floors[0]
         return {
             "rmse": six_digits(self.rmse(step)),

@@ -34,7 +34,7 @@ class WrongSign:
     @property
     def remedy(self) -> str:
         """The line of campaign.yaml, or of a mapping file, that changes the sign."""
-        first = f"`mapping: {{turn: [{self.names[0]}]}}` in campaign.yaml turns it"
+        first = f"`mapping: {{turn: [{self.names[0]}]}}` in campaign.yaml changes its sign"
         others = "".join(f", or [{n}]" for n in self.names[1:])
         return first + others
 
@@ -67,7 +67,7 @@ def wrong_signs(tables: Sequence[MeasurementTable]) -> tuple[WrongSign, ...]:
         *_sign_of(("fz",), [(1.0, r.fz) for r in runs],
                "Fz < 0 in {}, a loaded tire has Fz > 0"),
         *_sign_of(("wheel_angle", "plank_position"), [(1.0, r.turned) for r in runs if r.turned],
-               "wheel and plank go against each other in {}"),
+               "wheel and plank have opposite signs in {}"),
         *_slip(runs),
         *_sign_of(("alpha_deg", "fy"), [*_by_angle(runs)],
                "Fy has the sign of alpha in {}; ISO W: alpha > 0 gives Fy < 0"
@@ -147,7 +147,7 @@ def _slip(runs: Sequence[_Run]) -> Iterator[WrongSign]:
     wrong, count = _contradictions([(r.kappa, r.step_x) for r in slipped])
     turned, seen = _contradictions([(r.kappa, r.measured_kappa) for r in slipped])
     if wrong and not turned:
-        text = f"a driving step lowers Fx in {wrong} of {count} runs, it ought to raise it"
+        text = f"a driving step lowers Fx in {wrong} of {count} runs, it must raise Fx"
         yield WrongSign(("fx",), text)
     elif turned:
         text = f"the encoders show the other slip than kappa says in {turned} of {seen} runs"

@@ -41,9 +41,9 @@ SAME = 0.015
 """permitted difference of the size along the run, as a share of the drop of chi2: true effects
 have 0 to 0.005, false ones 0.3 and more"""
 OTHER = 0.4
-"""the same for a fault of another form than the effect, when no residual of consequence remains"""
+"""`SAME` for a fault of another form than the effect, when no residual of consequence remains"""
 NEARLY = 0.15
-"""the same when a residual remains: half of the smallest value of false effects"""
+"""`SAME` for such a fault when a residual remains: half of the smallest value of false effects"""
 PER_FREEDOM, PER_FREEDOM_TIRE = 6.0, 12.0
 """permitted sum of squares of the size along the run or among conditions, per degree of freedom:
 of an effect of the machine, and of the tire, where errors of the model's form look like it"""
@@ -81,8 +81,10 @@ class Decision:
     """smallest size of consequence"""
     stretch_q: float
     stretch_limit: float
+    """gain of chi2 with one size per stretch of the run (`stretch_q`), and its limit"""
     condition_q: float
     condition_limit: float
+    """sum of squares of the size over the conditions (`condition_q`), and its limit"""
     interval: tuple[float, float]
     """90 % interval of the size"""
     held_out_gain: float
@@ -130,7 +132,7 @@ class Judge:
     bare: Fit | None = None
     """whitened fit without the effect, where it is not that of the state"""
     alike: Mapping[str, float] = field(default_factory=dict)
-    """by effect that resembles an accepted one: drop that does not distinguish the two"""
+    """identifier of an effect like an accepted one -> drop that does not distinguish the two"""
 
     def decide(
         self, found: Whitened, index: int, looked_at: float, plain: Fit | None = None
@@ -213,11 +215,11 @@ class Judge:
     def _reasons(self, d: Decision) -> Iterator[str]:
         yield from _reasons(d)
         if d.drop < SHARE * self.explained:
-            yield "brings less than 0.3 % of what is explained already"
+            yield f"its drop is below {100 * SHARE:g} % of what is explained already"
         if d.drop < self.residue:
-            yield "brings less than the form of another effect leaves"
+            yield "its drop is below what the wrong form of another effect leaves"
         if d.drop < self.alike.get(d.term.effect.identifier, 0.0):
-            yield "brings less than what tells it from an effect that was found"
+            yield "its drop does not distinguish it from a found effect"
 
 
 def _reasons(d: Decision) -> Iterator[str]:

@@ -23,7 +23,7 @@ LEAST, FIRST, MOST = 1e-7, 1e-3, 10.0
 PROBE = 0.05
 """fraction of a step at which its second derivative is measured"""
 KEPT = 0.75
-"""fraction of the predicted decrease with which the undamped step is accepted at once"""
+"""least fraction of the predicted decrease at which the undamped step is accepted at once"""
 SHARPEST = 3.0
 """largest second-order correction of a step, relative to its length"""
 FAR = 0.3

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """How precisely each parameter is known, and which runs determine it.
 
-A fit computes z = A^-1 (sum of scores + S prior), with A the sum of the Jacobian products P_r of
-all runs plus the strength S of the priors. With a row a of A^-1, the interval of a parameter comes
-from the scatter of a's score among repeats, so that it needs no noise model; a'P_r a is the
-contribution of run r with all other parameters free, a'Sa that of the prior.
+A fit computes z = A^-1 (sum of the scores s_r + S c) over the runs r. A is the sum of the Jacobian
+products P_r, plus S; the diagonal matrix S and c are the weights and centres of the priors. Let a
+be the row of A^-1 of one parameter. Its interval comes from the scatter of a's_r among repeats,
+so that it needs no noise model. a'P_r a is the contribution of run r with all other parameters
+free, a'S a that of the prior.
 """
 
 from __future__ import annotations
@@ -22,9 +23,9 @@ from flatplank_analysis.discovery.state import State
 
 PRIOR = "what is known beforehand"
 TOLD, LEAST = 3, 0.1
-"""most conditions that are named, and the least share of each"""
+"""largest number of conditions that are named, and the least share of each"""
 HALF = 0.5
-"""least share of a parameter that data and prior together determine"""
+"""least diagonal element of A^-1 A (1: determined) at which a parameter has a finite interval"""
 
 
 @dataclass(frozen=True)
@@ -32,17 +33,18 @@ class FittedNumber:
     """A fitted parameter of a model."""
 
     owner: str
-    """effect, empty for the tire"""
+    """identifier of the effect; empty for the tire"""
     name: str
     unit: str
     value: float
     interval: tuple[float, float]
-    """90 %; infinite where the runs do not determine it"""
+    """90 % interval; infinite where the runs do not determine the parameter"""
     shares: tuple[tuple[str, float], ...]
     """conditions or prior that determine it, with their shares, the largest first"""
     at_bound: bool = False
 
     def words(self) -> str:
+        """What determines the parameter, in words."""
         if not np.isfinite(self.interval[0]):
             return "not determined by these runs"
         listed = [f"{who} {share:.0%}" for who, share in self.shares if share >= LEAST]
@@ -75,7 +77,7 @@ def numbers_of(state: State) -> list[FittedNumber]:
                 term.effect.identifier if term else "", p.name, p.unit, value,
                 (value - reach, value + reach),
                 _shares(state, parts, float(row**2 @ strength)),
-                p.name in fit.at_bound,
+                entry.at_end(value),
             )
         )  # fmt: skip
     return out

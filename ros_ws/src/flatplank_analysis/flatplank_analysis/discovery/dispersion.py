@@ -29,7 +29,7 @@ class TypicalDispersion:
     freedom: float = LEAST_FREEDOM
 
     def draw(self, kappa: float, freedom: float) -> tuple[float, float]:
-        """A dispersion shrunk towards the typical one, at least one, and its freedom."""
+        """Shrink a dispersion `kappa` towards the typical one; at least 1, with its freedom."""
         total = freedom + self.freedom
         drawn = (freedom * kappa + self.freedom * self.dispersion) / total
         return max(drawn, 1.0), total
@@ -103,6 +103,7 @@ def among_repeats(
 def among_conditions(
     groups: Sequence[np.ndarray], score: np.ndarray, info: np.ndarray
 ) -> tuple[float, float]:
+    """Scatter of the scores among conditions over its expectation, and its degrees of freedom."""
     s = np.array([score[g].sum() for g in groups])
     h = np.array([info[g].sum() for g in groups])
     total = float(h.sum())

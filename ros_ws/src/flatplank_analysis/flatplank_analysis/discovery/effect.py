@@ -29,7 +29,7 @@ class Effect:
     title: ClassVar[str] = ""
     kind: ClassVar[Kind] = "machine"
     coordinate: ClassVar[str] = ""
-    """name of the coordinate over which it shows"""
+    """name of the coordinate (`RunSet.coordinates`) over which the effect shows"""
     source: ClassVar[str] = ""
     what: ClassVar[str] = ""
     """physical description on the machine"""
@@ -38,15 +38,15 @@ class Effect:
     removes: ClassVar[str] = ""
     """remedy on the machine"""
     main: ClassVar[str] = ""
-    """parameter that is the size; empty: the first one"""
+    """name of the parameter whose value is the size; empty: the first one"""
     generic: ClassVar[bool] = False
-    """a free form without a physical cause: only the law of the model is incomplete"""
+    """True for a free form without a physical cause: the law of the model is incomplete"""
     law: ClassVar[bool] = False
-    """part of the model's own law: what it alone explains is no fault of the machine"""
+    """True for a part of the model's own law: what it alone explains is no fault of the machine"""
     instances: ClassVar[int] = 1
-    """largest number of instances, at different places"""
+    """largest number of instances in one model, at different places"""
     local: ClassVar[bool] = False
-    """acts at one place only: its size cannot be compared along the run"""
+    """True when it acts at one place only: its size cannot be compared along the run"""
     rarity: ClassVar[int] = 0
     """of indistinguishable effects the one with the lowest number is named first"""
     order: ClassVar[int] = 0
@@ -64,12 +64,12 @@ class Effect:
 
     @classmethod
     def linear(cls) -> tuple[Parameter, ...]:
-        """Parameters that are screened with a step of their own."""
+        """Parameters with a screening step; the screening is linear in them."""
         return tuple(p for p in cls.parameters() if p.screen != 0.0)
 
     @classmethod
     def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:
-        """Settings of the parameters that have no meaning at the null (position, period).
+        """Settings {name: value} of parameters without meaning at the null (position, period).
 
         residual (channels, runs, samples) may suggest them; see `scanned`.
         """

@@ -58,11 +58,12 @@ class Fit:
     free: tuple[tuple[int, str], ...] = ()
     """rows of the Jacobian: (-1, base parameter) or (term, parameter)"""
     at_bound: tuple[str, ...] = ()
+    """names of the parameters at an end of their range"""
     known: tuple[int, ...] = ()
     """rows of the Jacobian of parameters with a narrow known range (`Parameter.known`)"""
 
     def loose(self) -> list[int]:
-        """Rows of the Jacobian that may imitate an effect."""
+        """Rows of the Jacobian that may imitate an effect: all but the `known` ones."""
         return [i for i in range(len(self.free)) if i not in self.known]
 
     def residual(self, measured: np.ndarray) -> np.ndarray:
@@ -80,6 +81,9 @@ class _Entry:
     @property
     def scale(self) -> float:
         return scale_of(self.parameter)
+
+    def at_end(self, value: float) -> bool:
+        return self.parameter.at_end(value, 1e-6 * self.scale)
 
 
 def scale_of(p: Parameter) -> float:
@@ -150,7 +154,7 @@ class Fitter:
         bound = tuple(
             e.parameter.name
             for e, v in zip(task.entries, z * [e.scale for e in task.entries], strict=True)
-            if e.parameter.at_end(v, 1e-6 * e.scale)
+            if e.at_end(v)
         )
         return Fit(*task.unpack(z), predicted, chi2, columns, task.free, bound, task.known)
 

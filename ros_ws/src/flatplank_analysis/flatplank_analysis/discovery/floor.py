@@ -29,7 +29,7 @@ class Floor:
     freedom: float
     """degrees of freedom of the contrasts behind the floor"""
     p_value: float
-    """of the hypothesis that the mean residual does not exceed the floor"""
+    """p-value of the hypothesis that the mean residual does not exceed the floor"""
 
     @property
     def varying(self) -> float:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sums of products per run in whitened units, on which all decisions are linear algebra."""
+"""Sums of products per run in units of the noise; all decisions are linear algebra on them."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Gram:
     def total(
         self, rows: Sequence[int] | np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray, float]:
-        """Sums over all runs or some."""
+        """Sums over all runs, or over those of `rows`."""
         pick = slice(None) if rows is None else rows
         return (
             self.products[pick].sum(axis=0),
@@ -57,7 +57,8 @@ class Metric:
             loose = np.moveaxis(self._white(stiff), 0, 1) * scatter[:, None]
             values, vectors = np.linalg.eigh(loose @ np.swapaxes(loose, 1, 2))
             values = np.maximum(values, 1e-30)
-            # the square root of 1 - G'(1 + GG')^-1 G is 1 - G'QsQ'G
+            # with G = loose, Q = vectors, s = share: the square root of 1 - G'(1 + GG')^-1 G is
+            # 1 - G'Q s Q'G
             share = (1.0 - 1.0 / np.sqrt(1.0 + values)) / values
             self._sideways = np.swapaxes(vectors, 1, 2) @ loose * np.sqrt(share)[:, :, None]
 

@@ -61,7 +61,11 @@ def _errors(
 
 
 class _QuadraticForm:
-    """Quadratic form of a fit's sum of squares; variables: base, then effects in own sizes."""
+    """Quadratic form of a fit's sum of squares.
+
+    Its variables are changes from the fit: of the base, then of the size of each effect, relative
+    to its fitted size (-1: no effect).
+    """
 
     def __init__(self, state: State, fit: Fit, effects: Sequence[int]) -> None:
         self.state, self.fit = state, fit

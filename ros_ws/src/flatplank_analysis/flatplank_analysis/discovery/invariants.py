@@ -96,7 +96,7 @@ def rest(state: State, found: bool) -> str:
         return f"a stretch of 5 cm in {names[0]} is {level / main.floor:.1f} floors off"
     pattern = state.patterns.strongest(allowed.bump, allowed.wave)
     if pattern:
-        return f"{abs(pattern.size):.1f} is left in {names[0]}: {pattern.words()}"
+        return f"{brief(abs(pattern.size))} is left in {names[0]}: {pattern.words()}"
     if not found and main.varying >= VARYING * main.floor:
         return f"{brief(main.varying)} in {names[0]} differs between repeats in an ordered way"
     error = state.runs.rmse(state.residual[0])

@@ -26,17 +26,19 @@ class ParameterSet:
 
 @dataclass(frozen=True)
 class Form:
-    """Error of a model on systems of another form, as shares of the largest signal, measured
-    separately, because no floor shows it. A model that has it calls it `form`."""
+    """Error of a model on systems with other equations than its own: the form error.
+
+    Shares of the largest signal. They are measured separately, because no floor shows this error.
+    """
 
     mean: float = 0.0
-    """root mean square of the mean residual"""
+    """root mean square of the mean residual, the mean over the repeats"""
     stretch: float = 0.0
-    """the same within 5 cm of a place"""
+    """`mean` within 5 cm of a place coordinate"""
     bump: float = 0.0
-    """largest bump in it, of a twentieth of a place or longer; see `patterns`"""
+    """largest bump in the mean residual, at least a twentieth of the place long; see `patterns`"""
     wave: float = 0.0
-    """largest wave over a place"""
+    """largest wave in the mean residual over a place"""
     side: float = 0.0
     """`mean` for the other channels"""
 
@@ -46,19 +48,19 @@ class Form:
 
 
 def form_of(model: Model) -> Form:
-    """The form error of a model."""
+    """Form error of a model: its attribute `form`, or zeros."""
     return getattr(model, "form", Form())
 
 
 def usual_scatter(model: Model) -> Sequence[float]:
-    """Standard deviations of the `stiff` directions from run to run, used where no repeat shows
-    them. A model that knows them calls them `usual_scatter`."""
+    """Standard deviations from run to run along the directions of `Model.stiff`, for runs without
+    repeats: the attribute `usual_scatter` of the model, or ()."""
     return getattr(model, "usual_scatter", ())
 
 
 def starts_of(model: Model) -> Sequence[Mapping[str, float]]:
-    """Further start values of the base, by name, for a fit that fails from the nulls. A model that
-    has them calls them `starts`."""
+    """Further start values of the base, by name, for a fit that fails from the nulls: the
+    attribute `starts` of the model, or ()."""
     return getattr(model, "starts", ())
 
 
@@ -74,5 +76,6 @@ class Model(Protocol):
         ...
 
     def stiff(self, base: np.ndarray) -> tuple[dict[str, float], ...]:
-        """Directions that scatter from run to run (a gain, an offset): changes by parameter."""
+        """Directions in the base that scatter from run to run (a gain, an offset), each as
+        {parameter: change}."""
         ...

@@ -113,6 +113,7 @@ _ENTRY_KEYS = {"name", "parameters", "file"}
 
 
 def load_model(path: str | os.PathLike[str]) -> ModelFile:
+    """Read a model file; FlatplankError when it does not exist or is wrong."""
     where = os.fspath(path)
     try:
         read = Path(path).read_bytes()

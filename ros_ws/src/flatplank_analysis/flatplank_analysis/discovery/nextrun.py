@@ -16,7 +16,7 @@ from flatplank_analysis.discovery.state import State, channel_weights
 from flatplank_analysis.discovery.steps import Search
 
 NEEDED = 12.0
-"""separation (information on the size one) at which two effects count as distinguished"""
+"""separation (see `Pair.separation`) at which two effects count as distinguished"""
 
 
 class PlannedRun(Protocol):
@@ -28,7 +28,8 @@ class PlannedRun(Protocol):
 
 
 def next_run(search: Search, plans: Sequence[PlannedRun]) -> dict[str, Any]:
-    """The planned run whose smallest separation over all indistinguishable pairs is largest."""
+    """The planned run that most increases the least separation of all indistinguishable pairs, as
+    the JSON of a diagnosis has it; {} without such pairs."""
     last = search.last
     pairs = [(i, r) for i, f in enumerate(last.found) for r in f.rivals if not r.excluded]
     if not pairs or not plans:
@@ -47,7 +48,7 @@ def next_run(search: Search, plans: Sequence[PlannedRun]) -> dict[str, Any]:
 
 
 class Pair:
-    """An effect of a fit, and a rival fitted in its place, or the model without the effect."""
+    """An effect of a fit and its alternative: a rival in its place, or the model without it."""
 
     def __init__(
         self, model: Model, fit: Fit, place: int, rival: Term | None, weight: np.ndarray
@@ -69,8 +70,9 @@ class Pair:
         return products_of(_columns(model, self.fit, self.place, self.term) * self.weight)
 
     def separation(self, *more: np.ndarray) -> float:
-        """Separation by the runs of the fit and by more runs, given as products."""
-        return _lambda(self.old + sum(more))
+        """Weighted sum of squares of the effect's contribution that its alternative and the base
+        cannot imitate, in the runs of the fit and in more runs, given as products."""
+        return _separation(self.old + sum(more))
 
     def gain(self, planned: Model) -> float:
         """Increase of the separation by a planned run."""
@@ -140,7 +142,7 @@ def products_of(columns: np.ndarray) -> np.ndarray:
     return 0.1 * flat @ flat.T
 
 
-def _lambda(products: np.ndarray) -> float:
-    """Information on the effect (size one) that the base and the rival cannot imitate."""
+def _separation(products: np.ndarray) -> float:
+    """The product of the last column with itself, with all other columns projected out."""
     cross = products[:-1, -1]
     return float(products[-1, -1] - cross @ solve(products[:-1, :-1], cross)[0])

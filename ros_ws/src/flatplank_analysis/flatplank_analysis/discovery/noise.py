@@ -70,7 +70,7 @@ def fit_noise(
     """Noise of every channel from cleaned contrasts (channels, runs, samples).
 
     The stiff directions (d, channels, runs, samples) are projected out of each contrast first: the
-    scatter of the tire is modelled separately, and counted as noise again it would hide all slow
+    scatter of the tire is modelled separately; counted as noise, too, it would hide all slow
     effects. The short-term part of the residual (below 3 s of 135 s) is added: encoder steps are
     the same in all repeats, so that differences between repeats do not show them.
     """

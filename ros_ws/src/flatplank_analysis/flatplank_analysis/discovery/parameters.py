@@ -33,8 +33,10 @@ class Parameter:
     hides no effect; large deviations are left to effects"""
 
     def at_end(self, value: float, near: float) -> bool:
-        """Within `near` of an end of the range. An end that is `null` is none: the size that
-        nothing has limits no fit."""
+        """True when a value is within `near` of an end of the range.
+
+        An end that is equal to `null` does not count: no effect is not a limit of a fit.
+        """
         above = value - self.lower if self.lower != self.null else np.inf
         below = self.upper - value if self.upper != self.null else np.inf
         return min(above, below) < near

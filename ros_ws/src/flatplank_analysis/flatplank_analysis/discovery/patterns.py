@@ -37,7 +37,7 @@ SEEN = 0.3
 LEVEL = 1e-3
 """required p-value of a pattern, corrected for the number of patterns tested"""
 ASKED, TYPICAL = 24, 20
-"""most patterns whose dispersion is tested; number of patterns that give the typical dispersion"""
+"""most patterns whose p-value is computed; number of patterns for the typical dispersion"""
 
 
 @dataclass(frozen=True)
@@ -49,9 +49,9 @@ class Pattern:
     start: float
     end: float
     size: float
-    """its amplitude in the mean residual, unit of the channel"""
+    """amplitude in the mean residual, unit of the channel"""
     period: float
-    """NaN of a bump"""
+    """period of a wave, unit of the coordinate; NaN of a bump"""
     under: str
     """the runs that have it, in words; empty: all"""
     p_value: float
@@ -153,7 +153,7 @@ def _groups(runs: RunSet) -> Iterator[tuple[str, np.ndarray]]:
 
 @dataclass(frozen=True)
 class _Kind:
-    """Patterns that differ in two numbers."""
+    """Bumps of one width, or waves of one period."""
 
     waves: bool
     numbers: np.ndarray

@@ -22,7 +22,7 @@ from flatplank_analysis.discovery.model import (
 from flatplank_analysis.discovery.runs import RunSet
 
 SAME = 0.02
-"""difference, as a share of its range, within which an input counts as the same"""
+"""largest difference, as a share of its range, at which two values of an input count as equal"""
 SEGMENTS = 6
 """pieces (conditions) per lap or sweep: an effect must have the same size in all of them"""
 COVER = 0.5
@@ -45,7 +45,7 @@ class Pieces:
     rows: np.ndarray
     """(pieces,) index of the run"""
     nodes: np.ndarray
-    """(pieces, samples) its nodes"""
+    """(pieces, samples) indices of its nodes"""
     condition: np.ndarray
     """(pieces,) equal numbers are repeats"""
     names: tuple[str, ...]
@@ -53,7 +53,7 @@ class Pieces:
 
 
 def laps(runs: RunSet) -> Pieces | None:
-    """Laps of a periodic input; each is cut into segments, the conditions."""
+    """Laps of a periodic input, cut into segments; a segment is a condition, laps repeat it."""
     found: list[_Stretch] = []
     for r, values in _inputs(runs):
         begin = _begin(values)
@@ -99,7 +99,7 @@ def visits(runs: RunSet) -> Pieces | None:
 
 
 def ways(runs: RunSet) -> Pieces | None:
-    """The same values of the input upwards and downwards."""
+    """Parts of its range that the input passes both upwards and downwards."""
     stretches: list[_Stretch] = []
     for r, values in _inputs(runs):
         if len(values) != 1:

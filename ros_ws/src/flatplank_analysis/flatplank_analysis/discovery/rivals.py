@@ -30,7 +30,7 @@ NEARLY_ALIKE = 0.8
 PROMISE = 0.3
 """least expected drop of a suspect over the same coordinate, as a share of the effect's drop"""
 ALIKE = 0.03
-"""difference of two drops, relative, that does not decide between effects: error of the law"""
+"""relative difference of two drops that does not decide between effects: error of the law"""
 JACOBIANS = 5
 """Jacobians of the first refit of a rival"""
 CLOSE = 0.3

@@ -20,6 +20,7 @@ class Coordinate:
     """shape (runs, samples)"""
     unit: str = "1"
     bins: int = 24
+    """number of bins of a map over it"""
     period: float = 0.0
     """period at which the values wrap (an angle), 0 when they do not"""
     local: bool = False
@@ -96,7 +97,8 @@ class RunSet:
 
     @cached_property
     def comparable(self) -> list[np.ndarray]:
-        """Groups within which the scores of an effect scatter: repeats, or all runs without any"""
+        """Groups of runs within which the scores of an effect scatter: the repeats; all runs where
+        nothing is repeated."""
         return self.groups if self.repeated else [np.arange(self.runs)]
 
     @cached_property

@@ -17,8 +17,9 @@ from flatplank_analysis.discovery.gram import Gram, solve
 from flatplank_analysis.discovery.state import Candidate, State
 
 VISIBLE = 0.005
-"""least visible share of an effect that is named (share of its column after projection); the size
-that the law's form may imitate grows with one over its root, see `Judge`"""
+"""least visible share of an effect that may be named: the share of its column that the base cannot
+imitate. The size that an error of the law's form imitates grows with one over its square root, see
+`Judge`"""
 
 
 @dataclass(frozen=True)

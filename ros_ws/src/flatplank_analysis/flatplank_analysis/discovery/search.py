@@ -31,11 +31,11 @@ from flatplank_analysis.discovery.steps import AcceptedEffect, Progress, Search,
 from flatplank_data.errors import FlatplankError
 
 COLD = 2
-"""most refits per step, those with the largest drops, repeated from the base's start values"""
+"""most refits per step that are repeated from the base's start values: the largest drops"""
 IDLE = "not needed beside what was found"
 """reason for an effect that was added and then removed by backward elimination"""
 FIRST_STEPS = 6
-"""iterations from each of the other start tires, before the best one is fitted to the end"""
+"""iterations from each further set of start values, before the best one is fitted to the end"""
 
 
 @dataclass
@@ -79,7 +79,8 @@ def looks(effects: Sequence[type[Effect]], model: Model) -> dict[str, int]:
 
 
 def polish(search: Search) -> State | None:
-    """The state with all effects that belong to the force law fitted; None without any."""
+    """The last state with all effects of the force law (`Effect.law`) added and fitted; None when
+    there are no further ones."""
     last = search.last.state
     present = {t.effect for t in last.fit.terms}
     pieces = [e for e in search.effects if e.law and e not in present]
@@ -100,7 +101,9 @@ class _Searcher:
         self.fitter = Fitter(model, channel_weights(model, _rough_levels(model)))
         self.looked_at = looks(effects, model)
         self.starts = 1
+        """number of sets of start values of the base"""
         self.bare = np.inf
+        """fitted error of the first channel without found effects"""
         self.known: set[frozenset[str]] = set()
         """effects of the steps so far"""
 
@@ -113,22 +116,22 @@ class _Searcher:
         base = start_base(self.model, self.options.start)
         fit = self.fitter.fit(base, self.options.terms)
         fitted = time.perf_counter() - self.began
-        step = self.elsewhere(self.step_of(fit, [], update=True))
+        step = self.from_other_starts(self.step_of(fit, [], update=True))
         self.bare = invariants.error_of(self.fitter, step.state.fit)
         first = time.perf_counter() - self.began
-        steps = self.onward([step])
-        single = self.simpler(steps)
+        steps = self.continued([step])
+        single = self.single_effect_step(steps)
         if single is not None:
-            steps = self.onward([steps[0], single])
+            steps = self.continued([steps[0], single])
         step = steps[-1]
         self.say("effects that could stand in for what was found", 0.9)
-        step.found = self.classed(step)
+        step.found = self.with_rivals(step)
         seconds = time.perf_counter() - self.began
         return Search(
             self.model, self.effects, steps, seconds, self.looked_at, fitted, first, self.starts
         )
 
-    def onward(self, steps: list[Step]) -> list[Step]:
+    def continued(self, steps: list[Step]) -> list[Step]:
         """These steps and all that follow from the last one."""
         for number in range(len(steps) - 1, self.options.most):
             self.say(f"refits, step {number + 1}", 0.2 + 0.15 * number)
@@ -139,7 +142,7 @@ class _Searcher:
             steps.append(after)
         return steps
 
-    def simpler(self, steps: list[Step]) -> Step | None:
+    def single_effect_step(self, steps: list[Step]) -> Step | None:
         """A step with one effect that explains more than all found effects together.
 
         The effect was refused for its form alone; the found effects imitate it.
@@ -160,11 +163,11 @@ class _Searcher:
         start = state.with_term(best.term, most=2)
         return self.take(first, judge, [(best, start)], misshapen=True)
 
-    def elsewhere(self, step: Step) -> Step:
-        """The step, or a better one from another start tire when a residual remains.
+    def from_other_starts(self, step: Step) -> Step:
+        """The step, or a better one from other start values of the base when a residual remains.
 
         A fit may end in a local minimum, whose residual is no effect. A few iterations from each
-        start tire select the one that is fitted to the end.
+        set of start values select the one that is fitted to the end.
         """
         state, others = step.state, starts_of(self.model)
         if state.floors[0].unexplained <= invariants.limits(state).rest or not others:
@@ -208,7 +211,7 @@ class _Searcher:
         step.refits = [d for d, _ in tried]
         taken = self.take(step, judge, tried)
         if taken is None and invariants.rest(state, bool(step.found)):
-            more = self.gaps(step, judge, [*items])
+            more = self.refits_with_start_sizes(step, judge, [*items])
             step.refits += [d for d, _ in more]
             taken = self.take(step, judge, more)
             tried = _by_drop([*tried, *more])
@@ -226,13 +229,13 @@ class _Searcher:
             return taken
         return None if invariants.rest(taken.state, True) else taken
 
-    def gaps(
+    def refits_with_start_sizes(
         self, step: Step, judge: Judge, items: list[ScreenResult]
     ) -> list[tuple[Decision, Whitened]]:
         """Refits of promising effects with several start sizes, from the start values of the base.
 
-        Without the gap the base may have ended at parameters that imitate it, and there the
-        screening cannot see the gap.
+        Such an effect is mostly a gap of the machine. Without it the base may have ended at
+        parameters that imitate it, where the screening does not show it.
         """
         state, cold = step.state, start_base(self.model, self.options.start)
         known = {i.identifier for i in items}
@@ -292,7 +295,7 @@ class _Searcher:
         return None
 
     def newest(self, judge: Judge, found: Whitened) -> Decision:
-        """The tests of the last effect of a fit."""
+        """Test the last effect of a fit."""
         terms = found.fit.terms
         return judge.decide(found, len(terms) - 1, self.looked_at[terms[-1].effect.identifier])
 
@@ -309,10 +312,10 @@ class _Searcher:
     def from_cold(
         self, judge: Judge, tried: list[tuple[Decision, Whitened]]
     ) -> list[tuple[Decision, Whitened]]:
-        """Refits by gain, the best of them repeated from the start values of the base.
+        """Refits by gain, some of them repeated from the start values of the base.
 
-        That applies to the `COLD` best ones that exceed the scatter, were refused for another
-        reason, and have a larger drop than any accepted one.
+        A refit is repeated when it is among the `COLD` best ones, exceeds the scatter, was refused
+        for another reason, and has a larger drop than any accepted one.
         """
         accepted = max((d.drop for d, _ in tried if d.accepted), default=0.0)
         out = _by_drop(tried)
@@ -337,7 +340,7 @@ class _Searcher:
         return other if other.chi2 < found.chi2 - EVIDENCE else found
 
     def preferred(self, tried: list[tuple[Decision, Whitened]]) -> list[tuple[Decision, Whitened]]:
-        """Acceptable refits by gain; a free law only when no named effect is acceptable.
+        """At most three acceptable refits, by gain; free forms of the law come last.
 
         Where the data do not distinguish the gains, the more common effect (`rarity`) comes first.
         """
@@ -350,7 +353,7 @@ class _Searcher:
         free = [p for p in good if p[0].term.effect.generic]
         return (named + free)[:3]
 
-    def classed(self, step: Step) -> list[AcceptedEffect]:
+    def with_rivals(self, step: Step) -> list[AcceptedEffect]:
         """The effects of a step, each with its rivals."""
         offset, fitter = len(self.options.terms), self.fitter
         explained = sum(f.decision.drop for f in step.found)
@@ -366,7 +369,7 @@ class _Searcher:
         """
         if len(step.found) < 2:
             return step
-        step.found = self.judged(step)
+        step.found = self.retested(step)
         while len(step.found) > 1:
             idle = [i for i, f in enumerate(step.found) if not _needed(f, step.found)]
             if not idle:
@@ -380,10 +383,10 @@ class _Searcher:
             if invariants.error_of(self.fitter, smaller) > self.bare:
                 break
             step = self.step_of(smaller, [step.found[i] for i in kept])
-            step.found = self.judged(step)
+            step.found = self.retested(step)
         return step
 
-    def judged(self, step: Step) -> list[AcceptedEffect]:
+    def retested(self, step: Step) -> list[AcceptedEffect]:
         """The effects of a step, each tested against the model without it."""
         state, offset = step.state, len(self.options.terms)
         out = []

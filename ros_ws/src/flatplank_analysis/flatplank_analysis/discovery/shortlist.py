@@ -93,12 +93,15 @@ def negligible(item: ScreenResult) -> bool:
 
 
 def line_search(model: Model, state: State, item: ScreenResult) -> Term:
-    """The term with the size of smallest whitened chi2 after one linear step of the base."""
+    """The term at the best of several sizes, see `profile`."""
     return profile(model, state, item)[0]
 
 
 def profile(model: Model, state: State, item: ScreenResult) -> tuple[Term, float]:
-    """That term, and its drop of chi2 after the linear step."""
+    """The term at the best of several sizes, and its drop of chi2.
+
+    The best size has the smallest whitened chi2 after one linear step of the base.
+    """
     effect, fit = item.candidate.effect, state.whitened.fit
     width = item.sizes if np.any(item.sizes) else np.ones_like(item.sizes)
     terms = [term_of(item.candidate, width * s) for s in (0.5, 1.0, 1.5, 2.2, 3.3, 5.0)]

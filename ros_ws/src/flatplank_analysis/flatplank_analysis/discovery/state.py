@@ -98,7 +98,7 @@ def make_candidates(
 
 
 def stiff_columns(model: Model, fit: Fit) -> np.ndarray:
-    """Responses to the stiff directions of the base."""
+    """Prediction changes along the directions of `Model.stiff` (d, channels, runs, samples)."""
     scale = {p.name: abs(p.screen) for p in model.parameters if p.screen}
     rows = {name: i for i, (term, name) in enumerate(fit.free) if term < 0}
     out = []

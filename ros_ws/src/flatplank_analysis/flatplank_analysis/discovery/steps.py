@@ -38,7 +38,8 @@ class AcceptedEffect:
 
     @property
     def reported(self) -> list[Rival]:
-        """The likeliest members of its class, which are reported; a larger class is no answer."""
+        """The likeliest members of its class. With the effect they are one name more than
+        `LARGEST_CLASS` where the class is larger: programs see by it that there is no answer."""
         return [r for r in self.rivals if not r.excluded][:LARGEST_CLASS]
 
     @property
@@ -78,7 +79,7 @@ class Search:
     first_ranking: float
     """time until the first ranking [s]"""
     starts: int = 1
-    """number of start tires of the base fit"""
+    """number of sets of start values from which the base was fitted"""
     polished: State | None = None
     """the last state with all parts of the force law fitted: what they explain is no fault"""
 

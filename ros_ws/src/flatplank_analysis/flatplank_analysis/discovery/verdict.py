@@ -34,6 +34,7 @@ GROUP = "found group"
 LAW = "tire law only"
 NONE = "none of these"
 LEAST_RUNS = 6
+"""least number of runs for a verdict"""
 
 
 @dataclass(frozen=True)
@@ -49,15 +50,18 @@ class Diagnosis:
     held_out_before: float
     held_out_after: float
     unexplained: float
+    """systematic part of the residual above the floor"""
     varying: float
     """part of the scatter that known differences between repeats explain"""
     maps: tuple[where.Map, ...]
     events: tuple[where.Event, ...]
     period: float
+    """period of the residual over the plank position [m]; NaN without one"""
     coherence: float
+    """share of the energy of the residual that is the same in all repeats"""
     next_run: dict[str, Any]
     detectable: dict[str, tuple[float, str]]
-    """smallest size found with 80 % power, by effect, with its unit"""
+    """effect -> smallest size that is found with 80 % power, and its unit"""
     seconds: float
     source: Source
     """source of the floor"""
@@ -234,21 +238,22 @@ def _verdict(search: Search, last: Step) -> tuple[str, str]:
     polished = search.polished
     lawful = polished is not None and not invariants.rest(polished, bool(last.found))
     named = [f for f in last.found if not f.decision.term.effect.generic]
+    by_law = "; a force law of another form explains it"
     if not last.found:
         if not left:
             why = f"nothing of consequence is left beyond the floor of {brief(level.floor)}"
             return AT_FLOOR, why
         if lawful:
-            fine = "" if unidentifiable(last.screen, search.looked_at) else ", the machine is fine"
-            return LAW, f"{left}; a force law of another form takes it{fine}"
+            doubtful = unidentifiable(last.screen, search.looked_at)
+            return LAW, left + by_law + ("" if doubtful else ", the machine is in order")
         return NONE, f"{left}; no effect of the library explains it"
     if not named and (lawful or not left):
-        return LAW, "the machine is fine; the force law is of another form"
+        return LAW, "the machine is in order; the force law is of another form"
     if left:
-        return PARTLY, left + ("; a force law of another form takes it" if lawful else "")
+        return PARTLY, left + (by_law if lawful else "")
     crowd = max(len(f.alike) for f in named)
     if crowd + 1 > LARGEST_CLASS:
-        return GROUP, "more than four effects look alike in these runs: no answer, see next run"
+        return GROUP, "no answer: more than four effects look alike; make the next run"
     if crowd:
         return GROUP, "some effects cannot be told apart with these runs"
     return FOUND, "down to the floor"

@@ -31,7 +31,7 @@ class Map:
     ordered: float
     """share of the energy that a function of this coordinate alone explains"""
     p_value: float
-    """of the hypothesis that the coordinate does not matter (runs shifted, signs flipped)"""
+    """p-value of "the coordinate does not matter", by shifted runs with flipped signs"""
     place: tuple[float, float]
     """narrowest range that holds half of the energy"""
     place_share: float
@@ -51,7 +51,7 @@ class Event:
     start: float
     end: float
     level: float
-    """root mean square there, unit of the channel"""
+    """largest root mean square of the mean residual in 5 cm of it, unit of the channel"""
     conditions: tuple[str, ...]
     """conditions that show it"""
 
@@ -66,7 +66,7 @@ def make_maps(runs: RunSet, residual: np.ndarray, floor: float, seed: int = 0) -
 
 
 def pointed(maps: Sequence[Map], ranges: Mapping[str, tuple[float, float]]) -> list[Map]:
-    """The maps, with the known place in those that have one, and these first."""
+    """The maps; those with a given range have it as their place and come first."""
     first = []
     for m in (m for m in maps if m.coordinate in ranges):
         low, high = ranges[m.coordinate]
@@ -187,7 +187,7 @@ def _joined(name, found, low, width, labels) -> list[Event]:
 def period_of(
     runs: RunSet, residual: np.ndarray, coordinate: str, shortest: float
 ) -> tuple[float, float]:
-    """Period with the largest coherent amplitude over a coordinate, and the share of energy."""
+    """Period of the largest coherent amplitude over a coordinate, and its share of the energy."""
     x = runs.coordinates[coordinate].values
     mean = runs.mean(residual)
     rows = np.array([g[0] for g in runs.groups])

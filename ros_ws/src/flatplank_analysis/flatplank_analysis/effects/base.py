@@ -43,6 +43,7 @@ class Tire:
     """factor on the friction"""
     x: Block
     y: Block
+    """parameters along (x) and across (y) the wheel plane"""
 
 
 class Block:
@@ -54,12 +55,12 @@ class Block:
 
     def __getattr__(self, name: str) -> np.ndarray:
         if name not in self._at:
-            raise AttributeError(f"the tire has no number '{name}'")
+            raise AttributeError(f"the tire has no parameter '{name}'")
         return self._values[..., self._at[name]]
 
     def __setattr__(self, name: str, value: Any) -> None:
         if name not in self._at:
-            raise AttributeError(f"the tire has no number '{name}'")
+            raise AttributeError(f"the tire has no parameter '{name}'")
         self._values[..., self._at[name]] = value
 
 
@@ -68,10 +69,13 @@ class Node:
 
     force_x: np.ndarray
     force_y: np.ndarray
+    """forces of the tire at the last node [N]"""
     travel: np.ndarray
+    """increment of plank travel [m]"""
     slip: np.ndarray
     """increment of longitudinal slip travel [m]"""
     lateral: np.ndarray
+    """increment of lateral slip travel [m]"""
     load: np.ndarray
     friction: np.ndarray
 
@@ -92,8 +96,8 @@ class Signal:
     fz: np.ndarray
     """change of the load reading relative to the load on the tire [N]"""
     true_fx: np.ndarray
-    """force of the tire itself [N]"""
     true_fy: np.ndarray
+    """forces of the tire itself [N]"""
 
 
 @dataclass(frozen=True)
@@ -110,7 +114,7 @@ class TireEffect(Effect):
         """Change load, friction or the parameters of the tire."""
 
     def node(self, node: Node) -> None:
-        """Change one node with knowledge of the last forces (slower: a Python loop)."""
+        """Change one node, given the forces at the last one (slow: a loop in Python)."""
 
     def signal(self, signal: Signal) -> None:
         """Change the readings of the sensors."""

@@ -36,7 +36,7 @@ def probe_model():
 
 
 def probe_of(effect: type[Effect]):
-    """The same model; coordinates with an observed range vary over that range in every run."""
+    """The model of `probe_model`, with the coordinates of `ranges` varied over their range."""
     from flatplank_analysis.contact_patch.model import TireModel
 
     ranges, model = getattr(effect, "ranges", {}), probe_model()
@@ -87,7 +87,8 @@ def check_effect(effect: type[Effect]) -> list[str]:
 
 
 def sound_library(files: Iterable[str | Path] = ()) -> dict[str, type[Effect]]:
-    """`library`; FlatplankError for an effect of a file that violates the contract."""
+    """The library with the effects of the user's files; FlatplankError for one that violates the
+    contract."""
     known = library(files)
     for effect in known.values():
         file = source_file(effect)

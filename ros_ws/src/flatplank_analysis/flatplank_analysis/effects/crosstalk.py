@@ -20,7 +20,7 @@ LEAST = 100.0
 
 
 def other(data: TireRuns, channel: str, tared: np.ndarray) -> np.ndarray:
-    """Another measured channel (sets, runs, samples), minus its initial value when tared."""
+    """Another measured channel (sets, runs, samples); tared = 1 subtracts its initial value."""
     values = data.signals.get(channel)
     if values is None:
         return np.zeros((1, *data.position.shape)) * tared

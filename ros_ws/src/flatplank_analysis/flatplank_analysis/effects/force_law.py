@@ -24,7 +24,7 @@ class FreeLaw(TireEffect):
     law = True
     source = "thesis 7.2: look-up table of the steady force"
     what = (
-        "The machine is fine; the symmetric force law of the base is not the law of this "
+        "The machine is in order; the symmetric force law of the base is not the law of this "
         "tire. A table of the steady force may swallow a drive/brake asymmetry, so it is the "
         "last name to be given."
     )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Load on the tire and its effects: loss in braking, wrong load readings, rolling resistance."""
+"""Load on the tire: loss in braking, wrong readings; rolling resistance."""
 
 from __future__ import annotations
 
@@ -63,12 +63,12 @@ class MeasuredLoad(TireEffect):
     nominal."""
 
     identifier = "measured_load"
-    title = "The measured load variation is not felt by the tire"
+    title = "The measured load variation does not act on the tire"
     kind = "sensor"
     coordinate = "load"
     source = "the base feeds the measured load to the tire"
     what = (
-        "The load channel shows changes that the tire does not feel (crosstalk, bending of "
+        "The load channel shows changes that do not act on the tire (crosstalk, bending of "
         "the hub)."
     )
     check = "Weigh the wheel on a scale while the hub reads; compare the sum of the forces."

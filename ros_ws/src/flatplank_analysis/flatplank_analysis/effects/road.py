@@ -12,7 +12,7 @@ from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.effects.base import Motion, Tire, TireEffect
 
 BEFORE, AFTER = 0.1, 0.2
-"""[m] before and after a step common to all runs, where no worn patch is searched"""
+"""[m] distances before and after a step common to all runs within which no patch is searched"""
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from flatplank_analysis.effects.base import Motion, Signal, Tire, TireEffect, Wa
 
 
 def wave(angle: np.ndarray, order: int, cos: np.ndarray, sin: np.ndarray) -> np.ndarray:
-    """cos * cos(order angle) + sin * sin(order angle)."""
+    """Wave of an order over the angle [rad] with the amplitudes cos and sin."""
     return cos * np.cos(order * angle) + sin * np.sin(order * angle)
 
 
@@ -35,14 +35,13 @@ class TurningForce(TireEffect):
 
 @dataclass(frozen=True)
 class ParasiticForce(TurningForce):
-    """Once per turn of the wheel, the same at every slip and load, in the readings of the
-    hub."""
+    """The readings of the hub vary once per turn of the wheel, equally at every slip and load."""
 
     identifier = "parasitic_force"
     title = "Parasitic force of the preloaded shaft"
     source = "thesis Appendix C: about 300 N before, 15-25 N after the correction"
     what = (
-        "The shaft is bent or the flexplates are preloaded: the hub feels a force that turns "
+        "The shaft is bent or the flexplates are preloaded: a force acts on the hub that turns "
         "with the wheel, even when the wheel is lifted."
     )
     check = "Turn the unloaded wheel three times and look at the forces."

@@ -18,7 +18,7 @@ SHOWN_SLIPS = (0.05, 0.01, -0.05, 0.1)
 
 
 def nominal_forces(result: CampaignResult) -> Iterator[Figure]:
-    """Figures 6.3 and 6.4."""
+    """Figures 6.3 and 6.4: Fx at the nominal point, over the whole road and around the step."""
     point = result.nominal()
     if point is None:
         return
@@ -101,7 +101,7 @@ def _varied_channel(varied: pieces.Variation, channel: str) -> Iterator[Figure]:
 
 
 def repeatability(result: CampaignResult) -> Iterator[Figure]:
-    """Figure 6.22: standard deviation over repeats, over the largest force of the condition."""
+    """Figure 6.22: standard deviation of Fx between repeats, relative to its largest value."""
     lines = []
     point = result.nominal()
     repeated = [c for c in result.conditions if c.same_start and c.scatter is not None]

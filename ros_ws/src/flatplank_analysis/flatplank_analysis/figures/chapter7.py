@@ -20,7 +20,7 @@ CARCASS = (
     ("carcass stiffness c_cx [kN/m]", "c_cx", 1e-3),
     ("relaxation length σx by (7.27) [m]", "sigma_x", 1.0),
 )
-"""label of the axis, attribute of the fit, factor from SI"""
+"""label of the axis, attribute of the fit, factor from SI (both tables)"""
 
 
 def errors_beside_floor(result: CampaignResult) -> Iterator[Figure]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Figures to SVG, PNG and CSV."""
+"""Draws figures as SVG and PNG, and writes their points as CSV."""
 
 from __future__ import annotations
 

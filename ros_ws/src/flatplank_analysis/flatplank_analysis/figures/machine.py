@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Wheel drive (5.3, 5.4, 5.13), r_e (6.1, 6.2), settling (E.1), standing tire (App. G)."""
+"""Figures of the wheel drive (5.3, 5.4, 5.13), r_e (6.1, 6.2), settling (E.1), and the standing
+tire (Appendix G)."""
 
 from __future__ import annotations
 
@@ -106,7 +107,7 @@ def settling(result: CampaignResult) -> Iterator[Figure]:
 
 
 def vertical(result: CampaignResult) -> Iterator[Figure]:
-    """Figures G.5 and G.6."""
+    """Figures G.5 and G.6: Fz over loaded radius, vertical stiffness over pressure."""
     runs = result.extras.get("vertical_stiffness", [])
     if not runs:
         return
@@ -131,7 +132,7 @@ def vertical(result: CampaignResult) -> Iterator[Figure]:
 
 
 def contact_length(result: CampaignResult) -> Iterator[Figure]:
-    """Figure G.4."""
+    """Figure G.4: half contact length over load."""
     found = result.extras.get("footprints")
     if found is None:
         return
@@ -146,7 +147,7 @@ def contact_length(result: CampaignResult) -> Iterator[Figure]:
 
 
 def friction(result: CampaignResult) -> Iterator[Figure]:
-    """Figure 5.3."""
+    """Figure 5.3: friction torque over motor speed."""
     found = friction_of(result)
     if found is None:
         return

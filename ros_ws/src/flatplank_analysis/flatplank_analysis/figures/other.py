@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Figures without a slip step: waveforms, cleat, parking, turning, camber sweep, reference
-tire."""
+"""Figures of measurements without a slip step: waveforms, cleat, parking, turning, camber sweep,
+reference tire."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SPAN = (0.8, 1.1)
 
 
 def _fitted(run: dict) -> str:
-    """Parameters in words; waves much shorter than 2 pi sigma determine only their ratio."""
+    """sigma_x and C as text; waves much shorter than 2 pi sigma determine only their ratio."""
     sigma, stiffness = run["sigma"], 1e-3 * run["slip_stiffness"]
     if run["determined"]:
         return f"σx {sigma:.3f} m, C {stiffness:.1f} kN"
@@ -27,7 +27,7 @@ def _fitted(run: dict) -> str:
 
 
 def waveforms(result: CampaignResult) -> Iterator[Figure]:
-    """Slip above, force below."""
+    """One figure per waveform run: slip above, force below."""
     for run in result.extras.get("waveforms", []):
         x = run["distance"]
         span = (0.0, float(x[-1]))
@@ -153,7 +153,7 @@ def over_travel(result: CampaignResult) -> Iterator[Figure]:
 
 
 def control_charts(result: CampaignResult) -> Iterator[Figure]:
-    """Mean of every session, mean of all and control limits."""
+    """One figure per quantity: mean of every session, mean of all sessions, control limits."""
     for chart in result.extras.get("sessions", []):
         x = np.arange(1.0, len(chart.means) + 1.0)
         level = np.full_like(x, chart.centre)

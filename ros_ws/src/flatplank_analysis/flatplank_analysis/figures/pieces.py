@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flatplank_analysis.figures.spec import INK, PALETTE, Figure, Panel, Series
+from flatplank_analysis.models.base import SPEED
 from flatplank_analysis.models.magic_formula import Coefficients, OperatingPoint, operating_point
 from flatplank_analysis.report.results import CampaignResult, ConditionResult, PointResult
 
@@ -21,8 +22,6 @@ FZ = "vertical force Fz [N]"
 SLIP = "slip κ [%]"
 ALPHA = "side slip angle α [°]"
 RADIUS = "effective rolling radius [mm]"
-SPEED = 0.03
-"""road speed for models that need one [m/s]"""
 
 #: what is varied: field of the operating point -> (symbol, unit)
 FACTORS = {
@@ -85,7 +84,7 @@ def force_lines(conditions: Sequence[ConditionResult], since_step: bool = False)
 
 
 class Variation(NamedTuple):
-    """Points that differ from the nominal one in one factor only, in its order."""
+    """Points that differ from the nominal one in one factor only, in the order of that factor."""
 
     factor: str
     points: list[PointResult]
@@ -110,7 +109,7 @@ class Variation(NamedTuple):
         return [(p, level(p, self.factor)) for p in self.points]
 
     def at_slip(self, kappa: float) -> list[tuple[float, ConditionResult]]:
-        """Factor and condition of the points that have this slip."""
+        """Value of the factor, and condition, of the points that have this slip."""
         there = ((getattr(p.point, self.factor), at_slip(p, kappa)) for p in self.points)
         return [(x, c) for x, c in there if c is not None]
 

@@ -1,19 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fits of a whole campaign, one task per condition, and the file (YAML) that says what is fitted.
+"""Fits of a whole campaign, one task per condition, and the fit file (YAML), their settings.
 
 ```yaml
 format: flatplank-fit/1
 model: mf                      # linear | nonlinear | lateral | mf
 campaigns: [../toyo, ../toyo_repeat]   # merged; may be left to the command line
-tire: start.tir                # mf: what is not fitted
+tire: start.tir                # mf: start values; what is not fitted keeps them
 stages: [pure_x, pressure]     # mf: any of the stages, a single one too
 free: [PKX2]
-fixed: {PKX3: 0.0}             # nonlinear: friction, tread_stiffness
-bounds: {PCX1: [1.0, 2.0]}     # nonlinear: c_cx
+fixed: {PKX3: 0.0}             # also friction, tread_stiffness of the nonlinear model
+bounds: {PCX1: [1.0, 2.0]}     # also c_cx of the nonlinear model
 prior: {PEX4: [0.0, 0.1]}      # value, standard deviation
 weights: {fx: 1.0}
 joint: true
-geometry: {vertical_stiffness: 2.13e5}   # nonlinear: Table 7.2
+geometry: {vertical_stiffness: 2.13e5}   # of the nonlinear model (Table 7.2)
 ```
 """
 
@@ -120,7 +120,7 @@ PER_CONDITION: dict[str, Callable[..., LinearCondition | CarcassFit]] = {
     "lateral": fit_lateral_carcass,
 }
 Mapper = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
-"""`map` or anything like it (`executor.map`, a cluster's)."""
+"""`map`, or the same of a process pool or a cluster."""
 
 
 @dataclass(frozen=True)
@@ -152,6 +152,8 @@ def fit_campaign(
 
     `start`: start of a Magic Formula, by default the file named by the settings. `mapper`
     distributes the conditions, for example the `map` of a process pool.
+
+    Raises FlatplankError for an unknown model, and when nothing can be fitted.
     """
     if settings.model not in FITTERS:
         known = ", ".join(FITTERS)

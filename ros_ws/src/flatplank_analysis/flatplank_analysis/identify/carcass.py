@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Carcass stiffness per operating condition with the weights of (7.25), and its uncertainty by
-noise, scatter, and the steady curve.
+"""Carcass stiffness of an operating point with the weights of (7.25), and its uncertainty by
+noise, scatter between runs, and the form of the steady curve.
 """
 
 from __future__ import annotations
@@ -36,7 +36,8 @@ def fit_carcass(
 ) -> CarcassFit:
     """Identify c_cx [N/m] from all runs of one condition (7.25), (7.26).
 
-    `options` as for `carcass_problem`: geometry, friction, tread_stiffness, longitudinal.
+    `options` as for `carcass_problem`: geometry, friction, tread_stiffness, longitudinal. Raises
+    FlatplankError unless the runs have one condition and three or more slip levels.
     """
     if len({r.condition for r in runs}) != 1 or len({r.level for r in runs}) < 3:
         what = "the carcass stiffness needs three or more slip levels of one condition"
@@ -71,9 +72,9 @@ class CarcassFit:
     sigma_x: Estimate
     """Relaxation length (7.27) [m]."""
     model_bias: dict[str, float]
-    """Relative bias of the model in c_cx and sigma_x for a tread of bristles."""
+    """Relative bias of the model in c_cx and sigma_x for a tread of bristles (`brush_bias`)."""
     half_length: float
-    """a at the mean load [m]."""
+    """Half contact length a at the mean load [m]."""
     curve: SteadyCurve
     rmse: dict[float, float]
     """Per nominal slip: root-mean-square error in the transient part [N]."""
@@ -82,12 +83,18 @@ class CarcassFit:
     confusions: tuple[Confusion, ...] = ()
     converged: bool = True
     beside: tuple[Estimate, ...] = ()
-    """Parameters fitted with them: in y the steering zero."""
+    """Further estimates of the same fit: in y steering zero and ply steer."""
 
     @property
     def estimates(self) -> tuple[Estimate, ...]:
         """Carcass stiffness, slip stiffness, relaxation length; in y under their lateral names."""
         return (self.c_cx, self.slip_stiffness, self.sigma_x, *self.beside)
+
+    @property
+    def rolling_stiffness(self) -> float:
+        """C_x = C_Fk / sigma_x (7.7) of the rolling tire [N/m]; NaN when not determined."""
+        known = self.sigma_x.determined and self.slip_stiffness.determined
+        return self.slip_stiffness.value / self.sigma_x.value if known else math.nan
 
     def without_bias(self) -> dict[str, Estimate]:
         """c_cx and sigma_x without the model's own bias, with the names of `model_bias`."""
@@ -173,11 +180,11 @@ def brush_bias(c_cx: float, stiffness: float, a: float) -> dict[str, float]:
 
 
 def form_error(state: JointState, bias: float, error: float) -> float:
-    """Part of the standard error of c_cx [N/m] by the form of the model, beside its bias.
+    """Part of the standard error of c_cx [N/m] that the form of the model adds.
 
-    Half of the difference between driving and braking steps, as far as their scatter (`error`)
-    does not explain it: after a large step the patch of (7.17) is late, which makes it too stiff
-    for one sign and too soft for the other. With steps of one sign half of the bias.
+    It is half of the difference of c_cx between driving and braking steps, as far as scatter
+    (`error`) does not explain it: after a large step the patch of (7.17) lags, and c_cx comes out
+    too stiff for one sign and too soft for the other. With steps of one sign it is half of `bias`.
     """
     kappa = state.problem.curve.kappa[state.problem.level]
     if not (np.any(kappa > 0.0) and np.any(kappa < 0.0)):
@@ -191,7 +198,8 @@ def _error(
 ) -> tuple[float, float]:
     """Standard error and degrees of freedom of a quantity with this gradient by (c_cx, forces).
 
-    From the contribution of each run; from the noise alone where nothing was repeated.
+    They follow from the contribution of each run. Where nothing was repeated, the standard error
+    is at least that by the noise.
     """
     sensitivity = state.sensitivity(gradient)
     correction = _repeat_correction(state.problem.curve)
@@ -214,7 +222,7 @@ def _curve_errors(state: JointState) -> np.ndarray:
 
 
 def _repeat_correction(curve: SteadyCurve) -> float:
-    """Small-sample factor: a mean of n repeats contains 1/n of their scatter."""
+    """Factor n / (n - 1) on a sum of squares: each of n repeats is a part of their mean."""
     n = float(np.mean(curve.repeats))
     return n / (n - 1.0) if n > 1.0 else 1.0
 

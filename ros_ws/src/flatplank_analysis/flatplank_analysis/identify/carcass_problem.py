@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The carcass stiffness of one condition as a least-squares problem, and its solution.
 
-First c_cx alone minimises the weighted error (7.25), (7.26), which the transient part dominates.
-Then c_cx and steady curve are solved together: the steady force of a level is the one without mean
-error in the settled part of its runs under *this* model, because the asymptote of a first-order
-fit, and with it c_cx, is biased where the response is not exponential. This also gives the
-contribution of each run to each result, and so the standard errors.
+First c_cx alone minimises the weighted error (7.25), (7.26), where the transient part dominates.
+Then c_cx and the steady curve are solved for together: the steady force of a level is chosen so
+that *this* model has no mean error in the settled part of its runs. The asymptote of a first-order
+fit, and with it c_cx, would be biased where the response is not exponential. The equations also
+give the contribution of each run to each result, and so the standard errors.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ from .runs import StepRun, by_level
 from .steady_curve import SteadyCurve, curve_law, steady_curve
 
 GROWTH = 1.06
-"""Growth factor of the cells of the fit, from the runs' own grid at the step ..."""
+"""Ratio of widths of neighbouring cells of the fit [-]; the first cell has the runs' spacing."""
 LARGEST_CELL = ((0.8, 0.008), (np.inf, 0.02))
-"""... to this width [m] up to this distance [m]; fine, because the patch relaxes early."""
+"""(distance since the step, largest cell width up to it) [m]; narrow where the patch relaxes."""
 LATE = 0.7
-"""The last part of a run counts as settled even when its slope is not yet small."""
+"""Share of a run's travel after which the force counts as settled, whatever its slope [-]."""
 START = 2e5
 """Start value of c_cx [N/m] (section 7.2)."""
 
 
 @dataclass(frozen=True)
 class CarcassProblem:
-    """Weighted residuals of all runs of one condition over (c_cx) and the curve's forces."""
+    """Data and weights of all runs of one condition, and the model of c_cx and steady curve."""
 
     inputs: RunInputs
     distance: np.ndarray
@@ -44,9 +44,9 @@ class CarcassProblem:
     measured: np.ndarray
     """Mean force per cell (runs, samples) [N]."""
     weight: np.ndarray
-    """Root of the weights (7.25), summed over the cell (runs, samples)."""
+    """Root of the sum of the weights (7.25) over the cell (runs, samples)."""
     settled: np.ndarray
-    """Samples per cell where the force has settled, else 0 (runs, samples)."""
+    """Number of samples per cell where the force has settled, else 0 (runs, samples)."""
     level: np.ndarray
     """Slip level of each run, as an index into the curve (runs,)."""
     curve: SteadyCurve
@@ -156,6 +156,7 @@ def _cell_sums(values: np.ndarray, edges: np.ndarray) -> np.ndarray:
 
 
 TURNS = 12
+"""Largest number of Newton steps."""
 SMALL = 1e-6
 """Relative change of c_cx at which the iteration ends."""
 
@@ -169,7 +170,7 @@ class JointState:
     error: np.ndarray
     """Modelled minus measured force (runs, samples) [N]."""
     rows: np.ndarray
-    """Weights of the errors in each run's equations (2, runs, samples): c_cx, its own level."""
+    """Weights of the errors in each run's equations for c_cx and its level (2, runs, samples)."""
     every: np.ndarray
     """Derivative of each run's two equations by (c_cx, forces) (2, runs, 1 + k)."""
 
@@ -224,9 +225,9 @@ def joint_state(problem: CarcassProblem, c_cx: float) -> JointState:
 def solve_jointly(
     problem: CarcassProblem, c_cx: float, bounds: tuple[float, float]
 ) -> tuple[JointState, bool]:
-    """Newton steps on both kinds of equations, starting from the solution with the first curve.
+    """Solve for c_cx and the steady curve together by Newton steps, starting from c_cx [N/m].
 
-    The thesis keeps the first curve. Returns state and convergence.
+    Returns the state, and True when it has converged. The thesis keeps the first curve.
     """
     state = joint_state(problem, c_cx)
     for _ in range(TURNS):

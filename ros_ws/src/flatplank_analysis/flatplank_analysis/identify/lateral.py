@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The lateral transient: sigma_y and c_cy of a tire that starts to roll at a slip angle.
+"""Lateral transient: sigma_y and c_cy of a tire that starts to roll at a slip angle.
 
 On the flat plank the slip angle is set before the road moves, so the step in side slip is the
 start of the motion. A lateral run has the same form as a slip-step run, with -Fy in place of Fx,
 Fx in place of Fy, tan(alpha) in place of kappa, and the slip angle as level, so that all fits in x
 also work in y.
 
-The steering zero comes from runs at +alpha and -alpha: steady Fx, Fy and Mz in one fit. An error d
-of the steering scale shifts the curves of Fy and Mz, and so does ply steer p. Only d changes the
-wheel's own slip: the slip control turns it for cos(alpha), the road moves by cos(alpha + d), which
-makes dFx = C_Fk(alpha) (cos(alpha) / cos(alpha + d) - 1), odd in alpha. A conical tire adds a
-constant force. The fit has odd Magic Formula curves (Pacejka 2012, section 4.3), d, p and the
-offsets as parameters.
+The steering zero comes from runs at +alpha and -alpha: steady Fx, Fy and Mz in one fit. A zero
+error d of the steering angle shifts the curves of Fy and Mz, and so does ply steer p. Only d
+changes the longitudinal slip: slip control sets the wheel speed for cos(alpha), while the road
+moves at cos(alpha + d). This makes dFx = C_Fk(alpha) (cos(alpha) / cos(alpha + d) - 1), odd in
+alpha. A conical tire adds a constant force. Parameters of the fit are odd Magic Formula curves
+(Pacejka 2012, section 4.3), d, p and the offsets.
 """
 
 from __future__ import annotations
@@ -38,16 +38,19 @@ TAIL = 0.3
 MIRRORED = 2
 """Number of angles required with both signs."""
 SHARE = {"fy": 3e-3, "mz": 3e-4, "fx": 3e-3}
-"""Error of a steady mean, as a share of Fz (Mz: times 1 m)."""
+"""Assumed standard error of a steady mean, as a share of Fz (Mz: times 1 m)."""
 PLY = math.radians(0.3)
-"""Typical size of ply steer [rad]; only Fx separates it from the zero."""
+"""Typical size of ply steer [rad]; only Fx separates it from the steering zero."""
 NAMES = ("zero", "ply", "d", "b", "e", "fy0", "trail", "bt", "mz0")
+"""Parameters of the fit, in the order of LOW, HIGH and START: steering zero and ply steer [rad],
+D, B, E and offset of Fy, trail [m] and its B, offset of Mz [m]; forces as shares of Fz."""
 LOW = np.array([-0.2, -0.05, 0.05, 0.5, -10.0, -0.3, -0.5, 0.0, -0.05])
 HIGH = np.array([0.2, 0.05, 4.0, 90.0, 1.0, 0.3, 0.5, 60.0, 0.05])
 START = np.array([0.0, 0.0, 1.0, 12.0, 0.0, 0.0, 0.03, 8.0, 0.0])
 PRIOR = {"ply": PLY, "e": 2.0, "fy0": 0.05, "mz0": 2e-3}
 """Parameter -> typical spread about zero; forces as shares of Fz."""
 SHAPE_Y, SHAPE_T = 1.4, 1.15
+"""Shape factors C of Fy and of the trail, which are held fixed [-]."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +71,7 @@ class SteeringZero:
 
 
 def lack_of_mirrors(levels: Sequence[float]) -> str:
-    """What is missing for the steering zero; empty when nothing is."""
+    """Runs that are missing for the steering zero at these angles [deg]; empty if none."""
     known = {round(level, 6) for level in levels if level}
     both = {abs(level) for level in known if -level in known}
     if len(both) >= MIRRORED:
@@ -85,8 +88,8 @@ def zero_warning(levels: Sequence[float]) -> str:
 def steering_zero(runs: Sequence[StepRun]) -> SteeringZero | None:
     """The steering zero from lateral runs of one condition; None without mirrored angles.
 
-    Errors contain the possible error of the curves (`SHARE`) and, from three start angles on,
-    the scatter between starts fitted one by one.
+    Its standard error contains the errors `SHARE` of the means and, with three or more start
+    angles, the scatter between the zeros fitted to each of them.
     """
     if lack_of_mirrors([run.level for run in runs]):
         return None
@@ -136,7 +139,7 @@ def _solved(runs: Sequence[StepRun]) -> tuple[np.ndarray, np.ndarray]:
 
 @dataclass(frozen=True)
 class _Steady:
-    """Means of the end of the lateral transient, one row per angle; forces as shares of Fz."""
+    """Means at the end of the lateral transient, one row per angle; forces as shares of Fz."""
 
     angle: np.ndarray
     fy: np.ndarray
@@ -144,7 +147,7 @@ class _Steady:
     mz: np.ndarray
     fx: np.ndarray
     stiffness: np.ndarray
-    """C_Fk at this angle; NaN: no slip step."""
+    """C_Fk at this angle; NaN without a slip step."""
 
     @classmethod
     def of(cls, runs: Sequence[StepRun]) -> _Steady:
@@ -175,7 +178,7 @@ class _Steady:
         return np.hstack([np.broadcast_to(r, (len(sets), r.shape[1])) for r in rows])
 
     def _odd_differences(self, slip: np.ndarray) -> list[np.ndarray]:
-        """Half the difference of Fx at +alpha and -alpha: parts even in alpha cancel."""
+        """Errors of half the difference of Fx at +alpha and -alpha: even parts cancel in it."""
         rows = []
         for i, angle in enumerate(self.angle):
             for j in np.flatnonzero(np.isclose(self.angle, -angle)):
@@ -197,10 +200,14 @@ SMALL_STEP = 0.02
 STARTED = 5e-4
 """Travel after which the road counts as moving [m]."""
 RENAMED = {"c_cx": "c_cy", "slip_stiffness": "cornering_stiffness", "sigma_x": "sigma_y"}
+"""Quantity of a fit in x -> name of its estimate in y."""
 
 
 def lateral_run(table: MeasurementTable, spacing: float = CELL) -> StepRun:
-    """The part of a run from its start to the slip step, treated as a step in side slip."""
+    """The part of a run from its start to the slip step, treated as a step in side slip.
+
+    `spacing` of its grid [m]. Raises FlatplankError where the road does not move.
+    """
     info = table.info
     alpha = math.radians(info.alpha_deg)
     position = table["plank_position"]

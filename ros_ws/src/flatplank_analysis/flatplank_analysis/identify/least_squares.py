@@ -15,7 +15,7 @@ Residuals = Callable[[np.ndarray], np.ndarray]
 """Parameters (sets, p) -> weighted residuals (sets, n)."""
 
 STEP = 1e-4
-"""Relative step of the central differences: larger than the resolution of a tabulated law."""
+"""Relative step of the central differences: larger than the resolution of a tabulated curve."""
 
 
 @dataclass(frozen=True)

@@ -16,12 +16,12 @@ from .results import Confusion, Estimate, rmse, to_plain
 BEFORE = 0.1
 """Travel before the step from which the start force is determined [m]."""
 BEFORE_WEIGHT = 20.0
-"""Weight of a squared error before the step: the start force follows the measurement there instead
-of improving the fit of the response."""
+"""Weight of a squared error before the step: it makes the start force follow the measurement
+there, instead of improving the fit of the response."""
 SIGMA_BOUNDS = (0.005, 5.0)
-"""Relaxation length [m]: from a tenth of a contact length to more than the plank."""
+"""Relaxation length [m]: from a small part of a contact length to more than the plank."""
 STIFFNESS_LIMIT = 1e7
-"""Size of the local slip stiffness [N]; in y it is negative (ISO W)."""
+"""Largest absolute value of the local slip stiffness [N]; it is negative in y (ISO W)."""
 SMALLEST_SLIP = 2e-3
 """Slip below which a run does not determine sigma and C [-]."""
 SLOPE_LIMIT = 0.05
@@ -46,19 +46,21 @@ class LinearFit:
     reached_force: float
     """Modelled force at the end of the record: the thesis's steady-state force [N]."""
     correlation: float
-    """Between sigma and the asymptote."""
+    """Correlation of the errors of sigma and asymptote [-]."""
     settled: bool
-    """Whether the record is long enough for 95 % of the change."""
+    """True when the record is long enough for 95 % of the change of force."""
     transient_end: float
-    """[m] after the step."""
+    """Distance since the step at which the transient part ends [m]."""
     rmse_transient: float
-    """[N] in the transient part; the whole part after the step where kappa = 0."""
+    """Root-mean-square error in the transient part [N]; where kappa = 0, after the step."""
     rmse_total: float
+    """Root-mean-square error after the step [N]."""
     confusions: tuple[Confusion, ...] = ()
     noise: ARNoise = field(default=ARNoise((), 0.0, 1), repr=False)
     distance: np.ndarray = field(default_factory=lambda: np.zeros(0), repr=False)
+    """Distance since the step (n,) [m]."""
     residual: np.ndarray = field(default_factory=lambda: np.zeros(0), repr=False)
-    """Measured minus modelled on `distance` [N]."""
+    """Measured minus modelled force at `distance` (n,) [N]."""
 
     def response(self, distance: np.ndarray) -> np.ndarray:
         """Modelled force [N] at distances since the step [m]."""
@@ -158,7 +160,7 @@ def _fit(x: np.ndarray, force: np.ndarray, kappa: float, noise: ARNoise | None) 
 
 
 def _start(x: np.ndarray, force: np.ndarray, fixed: bool) -> np.ndarray:
-    """Best of 15 relaxation lengths, the two forces solved for linearly."""
+    """Sigma, asymptote and start force (3,): best of 15 sigmas, forces by linear least squares."""
     best, found = np.inf, np.zeros(3)
     for sigma in np.geomspace(0.02, 2.5, 15):
         grown = -np.expm1(-np.maximum(x, 0.0) / sigma)
@@ -222,15 +224,15 @@ def _mean_only(x: np.ndarray, force: np.ndarray, kappa: float, noise: ARNoise | 
 def transient_end(distance: np.ndarray, response: np.ndarray, steady_force: float) -> float:
     """Distance since the step [m] at which the transient part of a fitted response ends.
 
-    Section 7.1: the gradient, normalised with the steady-state force, falls below 0.05 (per metre,
-    our reading). Without a steady force (kappa = 0) the whole part after the step counts.
+    Section 7.1: the gradient over the steady force falls below 0.05, read here as per metre.
+    Without a steady force (kappa = 0) everything after the step is the transient part.
     """
     after = distance >= 0.0
     x, f = distance[after], response[after]
     if len(x) < 3 or not np.isfinite(steady_force) or abs(steady_force) < 1e-9:
         return float(x[-1]) if len(x) else 0.0
     slope = np.abs(np.gradient(f, x)) / abs(steady_force)
-    # beyond the steepest place, because a plateau at the beginning has no slope either
+    # search behind the steepest place, because a plateau at the beginning has no slope either
     first = int(np.argmax(slope))
     below = np.flatnonzero(slope[first:] < SLOPE_LIMIT)
     return float(x[first + below[0]]) if len(below) else float(x[-1])

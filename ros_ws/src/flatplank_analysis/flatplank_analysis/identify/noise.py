@@ -20,7 +20,7 @@ from scipy.signal import lfilter
 
 MAX_ORDER = 8
 SPECTRAL_RADIUS = 0.999
-"""Poles are moved inside this radius, so that a short record does not give an infinite memory."""
+"""Poles are moved inside this radius, so that noise of a short record has a finite variance."""
 
 
 @dataclass(frozen=True)
@@ -66,9 +66,9 @@ class ARNoise:
 
 
 def fit_noise(series: Sequence[np.ndarray], order: int | None = None) -> ARNoise:
-    """Fit by Burg's recursion to several series of one spacing; order by BIC.
+    """Fit by Burg's recursion to several series of one spacing; `order` None: chosen by BIC.
 
-    NaN-free series of residuals or of differences between repeats, each [N].
+    `series`: residuals, or differences between repeats, without NaN [N].
     """
     arrays = [np.asarray(s, float) for s in series if len(s) > 4 * MAX_ORDER]
     total = sum(len(a) for a in arrays)
@@ -132,7 +132,8 @@ def _stable(a: np.ndarray) -> tuple[float, ...]:
 
 
 LEVERAGE_LIMIT = 0.98
-"""Largest share of a direction that one run may determine; above it its residual is no measure."""
+"""Upper limit of a run's leverage, its share in the information on a direction: above it the fit
+follows the run, and its residual does not show its scatter."""
 
 
 @dataclass(frozen=True)
@@ -166,7 +167,7 @@ class PropagatedErrors:
     runs: np.ndarray
     """Runs of the earlier fit (m,)."""
     response: np.ndarray
-    """Change of this fit's rows by the contribution of each of them to the earlier fit (m, n)."""
+    """Change of this fit's rows by the contribution of each run to the earlier fit (m, n)."""
 
 
 def run_covariance(
@@ -216,8 +217,8 @@ def _leverage_corrected(share: np.ndarray, score: np.ndarray) -> np.ndarray:
 
 
 def _degrees_of_freedom(back: np.ndarray, whole: np.ndarray, runs: int) -> np.ndarray:
-    """Per parameter: number of runs that determine it, minus the parameters they determine
-    (p,)."""
+    """Per parameter (p,): effective number of runs that determine it, times the share of runs
+    that remain after one has been taken for each parameter."""
     each = np.einsum("pk,rkl,pl->rp", back, whole, back)
     total = each.sum(axis=0)
     share = each / np.where(total > 0.0, total, 1.0)

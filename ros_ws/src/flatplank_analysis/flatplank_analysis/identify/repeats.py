@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Linear fits of all runs of a condition: the mean of repeats, noise, scatter from run to run.
+"""Linear fits of all runs of a condition: mean of repeats, noise, scatter from run to run.
 
 Forces that turn with the wheel cancel in the mean of repeats from several start angles (section
 6.2), while the fit of a single run of small slip may follow them to an absurd relaxation length.
@@ -57,7 +57,7 @@ def _averaged(runs: Sequence[StepRun]) -> StepRun:
 
 
 def has_mean(runs: Sequence[StepRun]) -> bool:
-    """Whether these repeats started at different angles and have a slip to respond to."""
+    """True when these repeats started at different angles and have a slip above 0.2 %."""
     return len({run.start for run in runs}) > 1 and min(abs(run.kappa) for run in runs) > 2e-3
 
 
@@ -91,7 +91,7 @@ def asymptotes(runs: Sequence[StepRun]) -> np.ndarray:
 
 
 def _own(run: StepRun, mean: LinearFit) -> LinearFit:
-    """The mean's fit with this run's own forces."""
+    """The fit of the mean, with steady and start force fitted to this run alone."""
     x = run.distance
     keep = x >= -BEFORE
     grown = -np.expm1(-np.maximum(x[keep], 0.0) / mean.sigma.value)

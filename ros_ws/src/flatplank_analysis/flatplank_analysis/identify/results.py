@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Result of a fit: every number with its uncertainty, its bound and what is not determined."""
+"""Results of fits: numbers with their uncertainty and bounds, and what is not determined."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ class Estimate:
     dof: float = math.inf
     """Degrees of freedom of the standard error, for the t distribution."""
     at_bound: str = ""
-    """"lower", "upper", or empty."""
+    """Bound on which the value rests: "lower", "upper", or empty."""
     determined: bool = True
     """False when the data do not determine this parameter."""
     fixed: bool = False
     note: str = ""
 
     def interval(self, level: float = 0.90) -> tuple[float, float]:
-        """Interval that contains the true value with this probability."""
+        """Interval that contains the true value with this probability; infinite if unknown."""
         if not (self.determined and math.isfinite(self.std_error)):
             return (-math.inf, math.inf)
         reach = t_quantile(0.5 + level / 2.0, self.dof) * self.std_error
@@ -52,7 +52,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Confusion:
-    """Parameters that these data cannot separate, and the run that would."""
+    """Parameters that these data cannot separate, and the run that would separate them."""
 
     names: tuple[str, ...]
     correlation: float
@@ -119,7 +119,7 @@ def to_plain(value: Any) -> Any:
 
 
 def rmse(measured: np.ndarray, modelled: np.ndarray, mask: np.ndarray | None = None) -> float:
-    """Root-mean-square error [N] over the samples of the mask."""
+    """Root-mean-square error over the samples of the mask, in the unit of the data."""
     error = np.asarray(measured, float) - np.asarray(modelled, float)
     if mask is not None:
         error = error[mask]

@@ -44,13 +44,13 @@ class StepRun:
     mz: np.ndarray = field(repr=False)
     fz: np.ndarray = field(repr=False)
     slip: np.ndarray = field(repr=False)
-    """Rim slip travel since the step, r_e d(angle) - dx [m]."""
+    """Slip travel of the rim since the step: sum of r_e d(angle) - dx [m]."""
     alpha: float = 0.0
     """Slip angle [rad]."""
     gamma: float = 0.0
     """Camber [rad]."""
     pressure: float = 250e3
-    """[Pa]."""
+    """Inflation pressure [Pa]."""
     start: int = 1
     """1, 2, 3: wheel started at 0, 120, 240 deg."""
     slip_stiffness: float = math.nan
@@ -80,10 +80,13 @@ class StepRun:
         return self.inputs_at(self.grid(spacing, self.fx)[0], start_fx)
 
     def inputs_at(self, x: np.ndarray, start_fx: float = 0.0) -> RunInputs:
-        """Model inputs at distances x since the step [m], which lies before the first sample."""
+        """Model inputs at increasing distances x > 0 since the step [m].
+
+        Raises FlatplankError for a run without a pressure.
+        """
         if not math.isfinite(self.pressure):
             remedy = "write 'pressure:' [bar] in the run record"
-            raise FlatplankError("inflation pressure not said", self.name, remedy)
+            raise FlatplankError("inflation pressure not stated", self.name, remedy)
         after = self.distance >= 0.0
         own = np.append(0.0, self.distance[after])
         smooth = np.append(0.0, self._steady_slip(own[1:], self.slip[after]))
@@ -121,7 +124,10 @@ class StepRun:
 
 
 def step_run(table: MeasurementTable) -> StepRun:
-    """A run for the fits, from a measurement table with its run record."""
+    """A run for the fits, from a measurement table with its run record.
+
+    Raises FlatplankError without a step position, or when the run ends before the step.
+    """
     info = table.info
     if not math.isfinite(info.step_position):
         raise FlatplankError("no step_position", info.file, "add it to campaign.yaml [m]")

@@ -25,14 +25,14 @@ class SteadyCurve:
     kappa: np.ndarray
     """Mean actual slip per level (k,) [-]."""
     force: np.ndarray
-    """Steady force per level (k,) [N]."""
+    """Mean steady force per level (k,) [N]."""
     std_error: np.ndarray
     """Standard error per level (k,) [N]; NaN for a level without repeats."""
     repeats: np.ndarray
     """Number of runs per level (k,)."""
 
     def law(self) -> TableLaw:
-        """The curve as look-up table of the model."""
+        """The curve as the look-up table of the nonlinear model."""
         return curve_law(self.kappa, self.force)
 
     def slope(self) -> Slope:
@@ -48,9 +48,9 @@ class Slope:
     """Slope of a steady curve at zero slip."""
 
     value: float
-    """[N]"""
+    """C_Fkappa [N]."""
     weights: np.ndarray
-    """Its derivative by the force of each level (k,) [1]."""
+    """Derivative of the slope by the force of each level (k,) [1]."""
     form: float
     """Standard error [N] from the form of the curve between zero and its neighbours."""
 
@@ -78,7 +78,7 @@ def slope_weights(kappa: np.ndarray, force: np.ndarray, bend: float | None = Non
 
 
 def slope_lack(kappa: np.ndarray, force: np.ndarray) -> str:
-    """What is missing for the slope at zero slip; empty when the levels (k,) determine it."""
+    """Runs missing for the slope at zero slip; empty when the levels (k,) determine it."""
     chords = _chords(kappa)
     if not chords:
         pair = "a second pair of slips, braking and driving"

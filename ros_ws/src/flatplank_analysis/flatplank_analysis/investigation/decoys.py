@@ -33,7 +33,7 @@ FEWEST = 3
 
 @dataclass(frozen=True)
 class Decoys:
-    """Number of decoys tried, and their results."""
+    """Number of decoys that were tried, and names of those that passed the tests."""
 
     looked_at: int = 0
     accepted: tuple[str, ...] = ()

@@ -29,10 +29,11 @@ from flatplank_analysis.discovery.steps import Search
 from flatplank_analysis.investigation.settings import Setting, settings_of
 
 ALPHA = 0.05
+"""largest share of false claims; a claim needs an e-value of its inverse"""
 LIKELY = 0.05
 """p-value among repeats below which an effect that was not accepted becomes the hypothesis"""
 LEAST = 1e-12
-"""smallest variance"""
+"""smallest information of a prior (inverse variance)"""
 MOST = 99
 """largest decimal logarithm of an e-value that is printed as a number"""
 
@@ -69,7 +70,7 @@ def suspect(search: Search) -> Decision | None:
 
 
 def hypothesis_of(search: Search) -> Hypothesis | None:
-    """That of the found effects, otherwise of the likeliest one; None without any."""
+    """The hypothesis of the found effects, otherwise of the `suspect`; None without either."""
     first, last = search.steps[0].state, search.last
     if last.found:
         decisions = [f.decision for f in last.found]
@@ -86,11 +87,11 @@ def hypothesis_of(search: Search) -> Hypothesis | None:
 def log_e(hypothesis: Hypothesis, data: TireRuns, rows: np.ndarray) -> float:
     """Logarithm of the e-value of new runs, `rows` of the data of all runs.
 
-    Zero where the hypothesis does not apply to them; see `told_of`.
+    Zero where the hypothesis does not apply to them; see `tire_is_determined_at`.
     """
     known = settings_of(hypothesis.state.runs)
     every = settings_of(data.runs)
-    rows = np.array([r for r in rows if told_of(known, every[r])], dtype=int)
+    rows = np.array([r for r in rows if tire_is_determined_at(known, every[r])], dtype=int)
     if not len(rows):
         return 0.0
     claim, null = (
@@ -100,7 +101,7 @@ def log_e(hypothesis: Hypothesis, data: TireRuns, rows: np.ndarray) -> float:
     return (null - claim) / hypothesis.dispersion
 
 
-def told_of(known: Sequence[Setting], other: Setting) -> bool:
+def tire_is_determined_at(known: Sequence[Setting], other: Setting) -> bool:
     """Whether earlier runs determine the tire at a new setting: with its load, pressure and side
     slip, and with slips on both sides of its own. Elsewhere the law extrapolates, and its error
     would count as evidence."""
@@ -170,7 +171,7 @@ class Evidence:
 
     @classmethod
     def of(cls, answers: Iterable[Mapping[str, Any]]) -> Evidence:
-        """From the answers in a log."""
+        """The evidence of the answers in a log."""
         found = cls()
         for a in answers:
             found = found.times(a["log_e"], bool(a["bet"]))

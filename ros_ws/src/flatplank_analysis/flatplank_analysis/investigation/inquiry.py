@@ -23,14 +23,19 @@ from flatplank_analysis.discovery.rivals import ALIKE, indifferent
 from flatplank_analysis.discovery.screen import VISIBLE, best_per_effect
 from flatplank_analysis.discovery.steps import Search
 from flatplank_analysis.discovery.verdict import Diagnosis
-from flatplank_analysis.investigation.evidence import ALPHA, Evidence, suspect, told_of
+from flatplank_analysis.investigation.evidence import (
+    ALPHA,
+    Evidence,
+    suspect,
+    tire_is_determined_at,
+)
 from flatplank_analysis.investigation.planner import Question
 from flatplank_analysis.investigation.settings import SLIPS, Setting
 
 TOLD_APART = NEEDED / 2.0
 """log likelihood ratio at which an effect is real, or a place is distinguished from another"""
 SEEN = NEEDED / 2.0
-"""the same for an effect at the size that matters, which would then have been detected"""
+"""log likelihood ratio at which an effect of the size that matters would have been detected"""
 CLEAR = 2.0
 """factor on the limit of the verdict: a pair that runs could separate only barely is not pursued,
 because there the form of the models decides, not the machine"""
@@ -50,7 +55,7 @@ Gain = Callable[[tuple[Setting, ...]], float]
 
 @dataclass
 class Predictor:
-    """Models of possible runs, cached."""
+    """Model of a possible run by its setting, cached."""
 
     model: Model
     _known: dict[Setting, Model] = field(default_factory=dict)
@@ -115,7 +120,7 @@ def _evidence_questions(
     whole = _gain(pair, predictor, 1.0 / spread)
 
     def gain(settings: tuple[Setting, ...]) -> float:
-        return whole(tuple(s for s in settings if told_of(made, s)))
+        return whole(tuple(s for s in settings if tire_is_determined_at(made, s)))
 
     return [Question(text, evidence.log, -math.log(ALPHA), gain)]
 
@@ -182,16 +187,16 @@ def _residual_excess(search: Search) -> np.ndarray:
 
 def _side(made: Sequence[Setting], left: Sequence[float]) -> Side:
     """Weight of a slip: 1 on the side (driving or braking) with the largest residual, and where
-    nothing is known; less on the other; left (runs,): the residual of each run [N]."""
+    no side has one; less on the other; left (runs,): the residual of each run [N]."""
     sides = {}
     for sign in (1.0, -1.0):
         own = [v * v for s, v in zip(made, left, strict=True) if s.kappa * sign > 0.0]
         if own:
             sides[sign] = float(np.mean(own))
-    largest = max(sides.values(), default=0.0) or 1.0
+    largest = max(sides.values(), default=0.0)
 
     def side(kappa: float) -> float:
-        own = [v / largest for sign, v in sides.items() if kappa * sign >= 0.0]
+        own = [v / largest for sign, v in sides.items() if largest and kappa * sign >= 0.0]
         return OTHER_SIDE + (1.0 - OTHER_SIDE) * min(own, default=1.0)
 
     return side

@@ -2,8 +2,8 @@
 """Diagnose, choose, measure, repeat: until the answer is decided, nothing is left to learn, or the
 budget is spent.
 
-Everything needed is in the log before the bench moves: a new start with the same log resumes, and
-comes to the same verdict.
+A batch is in the log before it is measured. So a new start with the same log resumes, and comes to
+the same verdict.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ BEGIN, BATCH, ANSWER, END = "begin", "batch", "answer", "end"
 
 
 class Bench(Protocol):
-    """Something that measures: the twin, a graph, or simulated data."""
+    """Source of runs: the twin, the nodes of a ROS 2 graph, or simulated data."""
 
     def files(self) -> list[str]:
         """Runs that exist before the first batch."""
@@ -52,7 +52,7 @@ class Bench(Protocol):
         """The text of a plan, from which `measure` always makes the same runs."""
 
     def measure(self, number: int, plan: str, left: float) -> BatchResult:
-        """Make a batch, or its missing runs; `left`: minutes of the budget after it."""
+        """Measure a batch, or its missing runs; left: budget that remains after it [min]."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ def ask(
     price: Callable[[Candidate], Price],
     left: float,
 ) -> Choice:
-    """The choice from the questions that a diagnosis leaves open."""
+    """Choose the next runs by the questions that a diagnosis leaves open."""
     return choose(questions(result, evidence, made), possible, price, left)
 
 
@@ -133,7 +133,7 @@ class Loop:
         return self.log.events[-1]
 
     def begin(self) -> None:
-        """Write the minutes into the log; more than before continue an ended investigation."""
+        """Write the budget [min] into the log; a larger one continues an ended investigation."""
         if not self.log.events:
             event = {"event": BEGIN, "minutes": self.minutes, "files": self.bench.files()}
             self.log.write(event)
@@ -193,6 +193,7 @@ class Loop:
         return self.diagnosed[1:]
 
     def decide(self) -> None:
+        """Choose the next batch, or end; either is written into the log."""
         choice, verdict = self._choice()
         number = len(self._of(BATCH)) + 1
         if choice.candidate is None:

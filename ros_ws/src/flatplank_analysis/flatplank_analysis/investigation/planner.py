@@ -2,7 +2,7 @@
 """Choice of the next runs: the candidate with the largest expected answer per minute.
 
 Independent of runs and models: questions give the expected answer of a candidate, a price its
-cost. To stop is a candidate, too.
+cost. To stop is a choice, too.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ class Question:
     """continues a sentence: `to separate a from b`"""
     have: float
     needed: float
+    """answer so far, and answer that closes the question"""
     gain: Callable[[tuple[Setting, ...]], float]
     """expected increase by runs"""
 

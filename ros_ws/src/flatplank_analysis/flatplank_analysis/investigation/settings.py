@@ -36,6 +36,7 @@ class Setting:
 
     kappa: float
     start: int
+    """number of the start angle of the wheel, 1 to 3, 120 deg apart"""
     step_position: float
     """[m]"""
     fz: float

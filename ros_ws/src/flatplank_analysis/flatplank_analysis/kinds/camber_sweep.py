@@ -4,8 +4,8 @@
     Fy = F_0 - C_g (e g + (1 - e) g'),   sigma dg'/dx + g' = g
     Mz = M_0 + C_m (e_m g + (1 - e_m) g')
 
-g: camber [rad], e: share of the force without lag. Source of the form: H. B.
-Pacejka, Tire and Vehicle Dynamics, chapter 7 (non-lagging part of the camber thrust).
+g: camber [rad]; e, e_m: shares of force and moment without lag. Source of the form: H. B. Pacejka,
+Tire and Vehicle Dynamics, chapter 7 (non-lagging part of the camber thrust).
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class CamberSweep:
 
 
 def camber_sweep(table: MeasurementTable) -> CamberSweep:
-    """Fit one run. Raises where the camber does not change."""
+    """Fit one run. Raises FlatplankError where the camber does not change."""
     name = "total_camber" if table.has("total_camber") else "road_camber"
     rows = np.vstack([table[name], table["fy"], table["mz"]])
     position, (camber, fy, mz) = bin_means(table["plank_position"], rows, SPACING)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rolling over a cleat at a fixed axle height: enveloping, effective height and slope of the road.
+"""Rolling over a cleat at a fixed axle height: effective height and slope of the road.
 
 A tire on a short obstacle experiences an effective road: a height w and a slope, which follow from
 the forces at a fixed axle, Fz = Fz_0 + C_z w and Fx = Fx_0 - Fz dw/dx. Model: two cams, one
@@ -66,7 +66,7 @@ class Cleat:
 
 
 def cleat(table: MeasurementTable) -> Cleat:
-    """Fit one pass. Raises where the load shows no cleat or the record no height."""
+    """Fit one pass. Raises FlatplankError where load or record do not show the cleat."""
     given = dict(table.info.parameters.get("measurement", {}))
     height, length = 1e-3 * float(given.get("cleat_mm", math.nan)), LENGTH
     if not height > 0.0:
@@ -109,9 +109,10 @@ def cleat(table: MeasurementTable) -> Cleat:
 def envelope(
     x: np.ndarray, height: float, length: float, radius: np.ndarray, apart: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Effective height [m] and slope [-] of two cams with their middle at x from the cleat's.
+    """Effective height [m] and slope [-] of the road under two cams, each (sets, n).
 
-    x (sets, n) [m]; radius and distance of the cams (sets, 1) [m]; a cleat with upright sides.
+    x: distance of the cams' middle from that of the cleat (sets, n) [m]; `radius` of the cams and
+    their distance `apart` (sets, 1) [m]. The cleat has upright sides.
     """
     front, rear = (_cam(x + s * 0.5 * apart, height, length, radius) for s in (1.0, -1.0))
     return 0.5 * (front + rear), (front - rear) / apart

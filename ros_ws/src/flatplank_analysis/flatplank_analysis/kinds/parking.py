@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parking: aligning moment of a standing tire over its steering angle.
 
-The contact patch twists with the wheel until it slides (P. van der Jagt, The Road to Virtual
-Vehicle Prototyping, TU Eindhoven 2000):
+The contact patch twists with the wheel until it slides. Model of P. van der Jagt (The Road to
+Virtual Vehicle Prototyping, TU Eindhoven 2000):
 
     first turn:        M = f(psi),   df/dpsi = C (1 - (f / M_max)^c)
     after a reversal:  M = M_r +- 2 f(|psi - psi_r| / 2)
@@ -42,7 +42,7 @@ class Parking:
     exponent: Estimate
     """c [-]: the larger, the later the patch begins to slide"""
     largest: float
-    """largest measured moment, relative to that before the first turn [N m]"""
+    """largest absolute moment, relative to that before the first turn [N m]"""
     loss: float
     """work per full cycle [J]; NaN without a full cycle"""
     residual_moment: float
@@ -55,7 +55,7 @@ class Parking:
 
 
 def parking(table: MeasurementTable) -> Parking:
-    """Fit the model to one run. Raises where the steering angle does not move."""
+    """Fit one run. Raises FlatplankError where the steering angle does not change."""
     angle, moment = _over_turned_angle(table)
     growth = np.diff(angle, prepend=angle[0])
     # the road resists the turn; the sign depends on the axes of the angle
@@ -121,7 +121,7 @@ def _first_turn(
 
 
 def _branches(angle: np.ndarray) -> list[tuple[int, int]]:
-    """First and last sample of each branch in one direction, without those below a cell."""
+    """First and last sample of each branch in one direction; none is shorter than SPACING."""
     ends, latest = [0], 0
     for i, way in enumerate(np.sign(np.diff(angle))):
         if way and latest and way != latest and abs(angle[i] - angle[ends[-1]]) > SPACING:

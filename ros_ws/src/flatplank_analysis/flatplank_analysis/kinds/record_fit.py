@@ -41,8 +41,8 @@ def fit_record(
 ) -> RecordFit:
     """Fit `unknowns` to channels of shape (n,), each weighted by its own spread.
 
-    The noise of a channel is autoregressive and estimated from the residual. The model error
-    counts as noise, so that the interval of a model that does not fit is wide.
+    The noise of a channel is autoregressive and estimated from the residual. Model errors count
+    as noise, so that the intervals are wide where the model does not fit.
     """
     size = {name: max(float(np.std(y)), 1e-9) for name, y in measured.items()}
 

@@ -42,7 +42,7 @@ class Turning:
     half_length: Estimate
     """a [m]"""
     angle_left: Estimate
-    """heading after the impulse, relative to the encoder reading [rad]"""
+    """heading that remains after the impulse, relative to the encoder reading [rad]"""
     position: np.ndarray
     """[m]"""
     angle: np.ndarray
@@ -58,10 +58,10 @@ class Turning:
 
 
 def turning(table: MeasurementTable) -> Turning:
-    """Fit one run. Raises where the wheel was not steered.
+    """Fit one run. Raises FlatplankError where the wheel was not steered.
 
-    The steering may come to rest at another angle than its encoder reads (one count, play of the
-    worm); this difference after the turn is fitted within two counts.
+    After the impulse the steering may rest at another angle than its encoder reads (one count,
+    play of the worm gear). This difference is fitted within two counts.
     """
     rows = np.vstack([table["steer_angle"], table["fy"], table["mz"]])
     position, (angle, fy, mz) = bin_means(table["plank_position"], rows, SPACING)

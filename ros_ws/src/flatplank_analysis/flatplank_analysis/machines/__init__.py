@@ -2,5 +2,5 @@
 """Machines that are not tires: records of a motion, its forces, effects that may be missing.
 
 One degree of freedom: a position over time, moved by weight, springs, drives and friction.
-For other models use `flatplank_analysis.discovery`, of which this is an application.
+Other models use `flatplank_analysis.discovery` directly; this package is an application of it.
 """

@@ -16,7 +16,7 @@ from flatplank_data.errors import FlatplankError
 
 
 def read_table(path: str | os.PathLike[str]) -> pd.DataFrame:
-    """The columns of a file as a table; `table.attrs` has the file's single values.
+    """The columns of a file as a table; `table.attrs` has the single values of a JSON file.
 
     `.csv`, `.txt`, `.dat`: a line of names, then numbers or words. `.mat`: vectors of equal
     length, or Simulink signals with their time (column `time`). `.json`: a list of rows, or an
@@ -47,7 +47,9 @@ def column(table: pd.DataFrame, *names: str, where: str = "table") -> np.ndarray
             try:
                 return np.asarray(table[has[name.lower()]], dtype=float)
             except (TypeError, ValueError):
-                raise FlatplankError(f"column {name} holds no numbers", where, "mend it") from None
+                raise FlatplankError(
+                    f"column {name} holds no numbers", where, "correct the column"
+                ) from None
     remedy = f"it has {', '.join(map(str, table.columns))}"
     raise FlatplankError(f"no column {' or '.join(names)}", where, remedy)
 

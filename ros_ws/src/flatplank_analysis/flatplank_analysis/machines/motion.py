@@ -36,12 +36,13 @@ def named(names: Iterable[str], values: np.ndarray) -> SimpleNamespace:
 
 
 class Missing(Effect):
-    """An effect that a `Motion` may lack: a subclass has parameters made by `param`, and one or
-    more of `force`, `damping` and `friction` of (p, s), as in the model.
+    """An effect that a `Motion` may lack.
 
-    By default the identifier is the name of the class (`LoadFriction`: load_friction), the title
-    the first sentence of its docstring, and `what` the rest. `check` is a check on the machine,
-    `removes` a remedy, `coordinate` where the effect shows.
+    A subclass has parameters made by `param`, and one or more of the methods `force`, `damping`
+    and `friction`, with the arguments (p, s) of those of `Motion`. By default the identifier is
+    the name of the class (`LoadFriction`: load_friction), the title the first sentence of its
+    docstring, and `what` the rest. `check` says how to test the machine for the effect, `removes`
+    how to remove it, `coordinate` over which coordinate it shows.
     """
 
     coordinate = "speed"
@@ -59,7 +60,7 @@ class Missing(Effect):
 
 
 class Motion:
-    """inertia d2x/dt2 = force - damping dx/dt, and friction that resists up to a bound.
+    """Equation of motion: inertia d2x/dt2 = force - damping dx/dt, with dry friction.
 
     A subclass has parameters made by `param` and some of the methods below. `p` has the parameters
     by name; `s` has the position `x`, the speed `v`, the time `t` and, by name, facts and inputs
@@ -138,8 +139,8 @@ class Motion:
             setattr(s, name, self.runs.facts[between(name)][:, round(FINE * (n + share))])
 
     def _speed(self, p: Any, s: Any, added: Sequence[_Added], v: Any, dt: np.ndarray) -> Any:
-        """Speed one step after v, with the forces at the state s; stable for forces of any
-        size."""
+        """Speed one time step after v, with the forces at state s; stable for any damping and
+        friction."""
         s.load = self.load(p, s)
         force, damping, friction = self.force(p, s), self.damping(p, s), self.friction(p, s)
         for effect, rows, values in added:

@@ -55,8 +55,8 @@ def table_of(
     """Records at a number of nodes each, evenly over the used time.
 
     alike: all end with the shortest one, so that their nodes are at the same times. resolution:
-    resolution of the position; None: determined from the record. It is the floor where nothing
-    is repeated.
+    smallest change of the position that is recorded; None: determined from the records. It is the
+    noise floor where no record is repeated. Raises FlatplankError for records that do not match.
     """
     _check(records)
     spans = [r.span or (float(r.time[0]), float(r.time[-1])) for r in records]
@@ -130,7 +130,7 @@ def _at(records, at, values) -> np.ndarray:
 
 
 def step_of(signal: np.ndarray) -> float:
-    """Resolution of a signal: its smallest change; for a smooth signal the finest noise."""
+    """Resolution of a signal: median of its smallest changes; of a smooth signal, its noise."""
     change = np.sort(np.abs(np.diff(signal)))
     change = change[change > 1e-9 * max(np.ptp(signal), 1e-300)]
     return float(np.median(change[: max(len(signal) // 200, 1)])) if len(change) else 0.0

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Inputs of the transient tire models over distance, and the geometry of the contact.
 
-A model is driven by increments of position and angle, not by velocities: rest, reverse and any
-slip waveform need no special case. Arrays are (sets, runs, samples), one row
-per parameter set, so that a Jacobian, or a whole search step, is one call.
+A model is driven by increments of position and angle, not by velocities, so that rest, reverse and
+any slip waveform need no special case. Results are (sets, runs, samples): many parameter sets are
+computed in one call, for a Jacobian or a whole search step.
 """
 
 from __future__ import annotations
@@ -28,7 +28,9 @@ class ContactGeometry:
     nominal_pressure: float = 250e3
     """p_0 [Pa]."""
     q_ra1: float = 0.924
+    """Coefficient of the root of the deflection in (7.20) [-]."""
     q_ra2: float = 0.120
+    """Coefficient of the deflection in (7.20) [-]."""
 
     def stiffness(self, pressure: np.ndarray | float) -> np.ndarray:
         """C_z [N/m] (7.21) at pressure [Pa]."""
@@ -42,7 +44,10 @@ class ContactGeometry:
 
 
 TOYO = ContactGeometry()
-"""Only for studies on the simulated Toyo: a campaign's tire comes from its record."""
+SPEED = 0.03
+"""road speed for models that need one [m/s]"""
+"""Geometry of the Toyo of the thesis, a default for studies: that of a campaign is from its tire
+record."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +100,7 @@ def slip_inputs(
     start_fx: float = 0.0,
     start_fy: float = 0.0,
 ) -> RunInputs:
-    """Inputs of one run from distance [m] and slip; kappa, alpha hold from the sample before."""
+    """Inputs of one run at distances [m]; kappa [-], alpha [rad] hold since the sample before."""
     x = np.asarray(distance, float)
     dx = np.diff(x, prepend=x[0])
 

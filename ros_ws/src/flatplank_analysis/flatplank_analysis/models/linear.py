@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Linear transient model: a contact point on a carcass spring (7.1-7.11), in x or in y."""
+"""Linear transient model: a contact point on a carcass spring (7.1-7.11), in x."""
 
 from __future__ import annotations
 
@@ -13,25 +13,11 @@ class LinearX:
 
     def simulate(self, params: np.ndarray, inputs: RunInputs) -> np.ndarray:
         """Fx [N] (sets, runs, samples); params (sets, 2): sigma [m], slip stiffness [N]."""
-        return _spring_force(params, inputs.travel, inputs.slip_x, inputs.start_fx)
-
-
-class LinearY:
-    """Fy = -C_y v with sigma_y (Pacejka 7.7, 7.8); ISO W: a positive slip angle gives a negative
-    side force."""
-
-    def simulate(self, params: np.ndarray, inputs: RunInputs) -> np.ndarray:
-        """Fy [N] (sets, runs, samples); params (sets, 2): sigma [m], slip stiffness [N/rad]."""
-        return -_spring_force(params, inputs.travel, inputs.slip_y, -inputs.start_fy)
-
-
-def _spring_force(
-    params: np.ndarray, travel: np.ndarray, slip: np.ndarray, start: np.ndarray
-) -> np.ndarray:
-    sigma, stiffness = column(params, 0), column(params, 1)
-    spring = stiffness / sigma
-    first = start[None, :] / np.where(spring == 0.0, 1.0, spring)
-    return spring[..., None] * deflection(travel[None], slip[None], sigma[..., None], first)
+        sigma, stiffness = column(params, 0), column(params, 1)
+        spring = stiffness / sigma
+        first = inputs.start_fx[None, :] / np.where(spring == 0.0, 1.0, spring)
+        u = deflection(inputs.travel[None], inputs.slip_x[None], sigma[..., None], first)
+        return spring[..., None] * u
 
 
 def deflection(

@@ -18,16 +18,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .base import RunInputs
+from .base import SPEED, RunInputs
 from .linear import deflection
 from .magic_formula import Coefficients, OperatingPoint, combined, operating_point, pure, steady
 from .magic_formula import structure as shape
 from .magic_formula.combined import SteadyForces
 
-SPEED = 0.03
-"""Forward speed [m/s]; only its sign and the growth of the radius depend on it."""
 SHORTEST = 5e-3
-"""Relaxation length where the curve no longer rises [m]: no spring can hold a point there."""
+"""Relaxation length where the curve no longer rises [m]: no spring can hold the contact point."""
 NEWTON = 3
 SMALL = 1e-5
 """Slip step for the slope of the curve [-]."""
@@ -80,7 +78,7 @@ def _contact_slip(
 
 
 def _at_start(c: Coefficients, o: OperatingPoint) -> SteadyForces:
-    """Forces and slip stiffnesses at sample 0; the start force is on this tangent (runs,)."""
+    """Forces and slip stiffnesses at sample 0 (runs,): the tangent that has the start force."""
     return steady(c, OperatingPoint(*(v[..., 0] if np.ndim(v) else v for v in o)))
 
 
@@ -140,6 +138,9 @@ def _start(c: Coefficients, o: OperatingPoint, force: np.ndarray) -> np.ndarray:
 
 
 def late_weight(travel: np.ndarray, sigma: np.ndarray) -> np.ndarray:
-    """Weight of the end of an increment, 1/(1 - exp(-r)) - 1/r: 1/2 if short, 1 if long."""
+    """Weight of the end of an increment, 1/(1 - exp(-r)) - 1/r with r = travel / sigma.
+
+    It is 1/2 for short increments and approaches 1 for long ones.
+    """
     ratio = np.maximum(travel / sigma, 1e-4)
     return -1.0 / np.expm1(-ratio) - 1.0 / ratio

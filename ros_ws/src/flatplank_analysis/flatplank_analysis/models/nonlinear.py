@@ -25,15 +25,15 @@ LOWEST_SHARE = 0.01
 NEWTON = 3
 """Newton steps per sample: the law is almost linear over one increment."""
 HOLDS = 0.5
-"""Largest share of the patch's relaxation length that a falling law may take; beyond it the
-spring cannot hold the contact point, and the slip increases without it"""
+"""Limit of a falling curve F_ss(kappa'): |dF_ss/dkappa'| / c_cx over the relaxation length of the
+patch [-]. Beyond it the spring cannot hold the contact point, and the step leaves it out."""
 CLOSE = 1e-9
-"""Change of the slip below which the Newton iteration ends [-]"""
+"""Change of the slip below which the Newton iteration ends [-]."""
 
 
 @dataclass(frozen=True)
 class TableLaw:
-    """Look-up table F_ss(kappa) per run (7.14), fine uniform nodes, linear beyond.
+    """Look-up table F_ss(kappa) per run (7.14), on fine uniform nodes, extrapolated linearly.
 
     `values` (runs or 1, nodes) or (sets, runs or 1, nodes) [N] at slips `first` + i `step`.
     """
@@ -89,9 +89,9 @@ class NonlinearX:
     """Fx from F_ss(kappa'): sigma_c dkappa' + kappa' |dx| = ds - du, c_cx u = F_ss (quasi-static).
 
     `law` gives the table for parameters (sets, 1) of c_cx [N/m]; `friction` mu [-];
-    `tread_stiffness` c_px [N/m2], None ties it to the law, 2 c_px a^2 = C_Fk (brush model), so
-    that errors of the two cannot compensate each other. `longitudinal`: slip also changes
-    the distance that a tread element travels (1 + kappa').
+    `tread_stiffness` c_px [N/m2]; None: it follows from the slope of the table by the brush model,
+    2 c_px a^2 = C_Fk, so that errors of the two cannot compensate each other. `longitudinal`: slip
+    also changes the distance that a tread element travels, by the factor 1 + kappa'.
     """
 
     law: Callable[[np.ndarray], TableLaw]
@@ -166,12 +166,12 @@ def march(
     table: np.ndarray,
     longitudinal: bool,
 ) -> np.ndarray:
-    """Force (sets, runs, samples) by an implicit step over every increment.
+    """Force (sets, runs, samples) [N] by an implicit step over every increment.
 
-    The weights of both ends of the increment are those of the exponential solution: second order
-    where the force relaxes slowly, without oscillation where it follows at once. sigma_c of
-    (7.17), (7.18) shrinks with the adhering share of the contact. Where the law falls so fast that
-    no spring holds the contact point (`HOLDS`), the slip increases without it.
+    The weights of both ends of the increment are those of the exponential solution: of second
+    order where the force relaxes slowly, without oscillation where it follows at once. sigma_c of
+    (7.17), (7.18) shrinks with the adhering share of the contact. Where the table falls so fast
+    that no spring holds the contact point (`HOLDS`), the step leaves the spring out.
 
     `slip` before sample 0, `compliance` (sets, runs); `travel`, `moved` (the slip increments),
     `half` contact length a (runs, samples); `theta` of (7.19) (1 or sets, 1 or runs, samples);

@@ -3,9 +3,9 @@
 
 The reader accepts what the tools of the field write: a key may be in two sections (MASS in [UNITS]
 and in [INERTIA]), a value may be empty, other units are converted, a missing key gets its
-documented default, with a remark. FITTYP determines the law of the coefficients; those outside the
-law are named and not used. Unknown sections and keys are kept in their order, and written
-again. A contradiction is an error of one line.
+documented default, with a remark. FITTYP determines the law, the version of the equations;
+coefficients that the law does not have are named and not used. Unknown sections and keys are kept
+in their order and written again. A contradiction is an error of one line.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from pathlib import Path
 
 from flatplank_data.errors import FlatplankError
 
+from .base import SPEED
 from .magic_formula import DEFAULTS, LATEST, NOT_OF, OLD, REQUIRED, SECTION_OF, Coefficients
 from .magic_formula.coefficients import UNITS, factor
 
@@ -54,7 +55,7 @@ class TirFile:
 
     @property
     def entries(self) -> dict[str, Entry]:
-        """Entries with a value; of a key in two sections that of its proper section."""
+        """Entries with a value; for a key in two sections, the entry of its proper section."""
         out: dict[str, Entry] = {}
         for name, section in self.sections.items():
             for key, entry in section.items():
@@ -84,7 +85,7 @@ class TirFile:
     def coefficients(self) -> Coefficients:
         """Coefficients ready for use; missing ones have their null values."""
         given = self.values
-        # 5.2 has no pressure dependence: any nominal pressure will do
+        # 5.2 has no pressure dependence, so the nominal pressure does not matter
         usual = {"NOMPRES": given.get("INFLPRES") or 1e5} if self.law == OLD else {}
         return Coefficients(usual | given, self.law)
 
@@ -109,7 +110,7 @@ class TirFile:
             sections.setdefault(section, {})[key] = Entry(repr(number))
         return TirFile(sections, self.kept, self.path)
 
-    def warnings(self, vx: float = 0.03) -> list[str]:
+    def warnings(self, vx: float = SPEED) -> list[str]:
         """Remarks for the user of this file, one line each."""
         return list(_warnings(self, vx))
 
@@ -268,14 +269,14 @@ def _text(entry: Entry) -> str:
 def _number(key: str, entry: Entry, path: str) -> float:
     try:
         number = float(entry.value)
-        # a program marks unknown numbers by nan; files leave them out
+        # an entry made by a program (line 0) may be NaN, unknown; one of a file may not
         good = math.isfinite(number) or not entry.line
     except ValueError:
         good = False
     if good:
         return number
     raise FlatplankError(
-        f"{key} = {entry.value} is not a number", f"{path} line {entry.line}", "mend it"
+        f"{key} = {entry.value} is not a number", f"{path} line {entry.line}", "correct the line"
     )
 
 

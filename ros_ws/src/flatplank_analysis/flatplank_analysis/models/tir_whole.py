@@ -24,8 +24,8 @@ HEAD: dict[str, dict[str, str]] = {
     "INERTIA": {"MASS": "0.0", "IXX": "0.0", "IYY": "0.0", "BELT_MASS": "0.0", "BELT_IXX": "0.0",
                 "BELT_IYY": "0.0", "GRAVITY": "-9.81"},
 }  # fmt: skip
-"""sections of every file, with the values of keys that the tire does not give: the bench weighs no
-tires, and 0 adds no mass to the wheel"""
+"""sections of every file, with values for keys that the tire does not give; the bench does not
+weigh tires, and a mass of 0 adds none to the wheel"""
 RANGES: dict[str, tuple[str, str, str, tuple[float, float]]] = {
     "INFLATION_PRESSURE_RANGE": ("PRESMIN", "PRESMAX", "pressure", (1e4, 1e6)),
     "VERTICAL_FORCE_RANGE": ("FZMIN", "FZMAX", "fz", (0.0, 1e5)),
@@ -33,7 +33,7 @@ RANGES: dict[str, tuple[str, str, str, tuple[float, float]]] = {
     "SLIP_ANGLE_RANGE": ("ALPMIN", "ALPMAX", "alpha", (-1.5, 1.5)),
     "INCLINATION_ANGLE_RANGE": ("CAMMIN", "CAMMAX", "gamma", (-0.25, 0.25)),
 }
-"""section -> keys, the quantity, and the range where none was measured [SI]: unlimited"""
+"""section -> its two keys, the quantity, and its widest range, for none measured [SI]"""
 OWN = "FLATPLANK"
 """prefix of this project's sections, ignored by other programs; written only if the file has
 them"""

@@ -61,7 +61,7 @@ PLACEHOLDER = "not measured and not in the tire record: placeholder, typical of 
 
 @dataclass(frozen=True)
 class TireRecord:
-    """Known properties of a mounted tire before any fit. SI, pressure in bar."""
+    """Properties of a mounted tire that are known before any fit. SI, pressure in bar."""
 
     name: str
     free_radius: float
@@ -197,7 +197,7 @@ def shipped_record(name: str) -> TireRecord:
 
 
 def record_of_tir(tir: TirFile, path: str) -> TireRecord:
-    """The record that a `.tir` holds."""
+    """The record with the sizes, nominal values and contact geometry of a `.tir`."""
     c = tir.coefficients
     contact: dict[str, float] = {}
     if math.isfinite(c.VERTICAL_STIFFNESS):

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from flatplank_data.errors import FlatplankError
 
+from .base import SPEED
 from .magic_formula import LATEST, Coefficients, moment, operating_point, steady
 from .magic_formula import structure as shape
 from .tir import TirFile, read_tir
@@ -53,7 +54,7 @@ def tire_state(
     alpha: float = 0.0,
     gamma: float = 0.0,
     pressure: float | None = None,
-    vx: float = 0.03,
+    vx: float = SPEED,
     turn_slip: float | None = None,
 ) -> TireState:
     """State at load fz [N], kappa [-], alpha, gamma [rad], pressure [Pa], speed vx [m/s].

@@ -50,7 +50,7 @@ def bin_means(
 
 
 CUTOFF_PER_METRE = 10.0 / FAST
-"""Path frequency of 10 Hz at 0.03092 m/s: 323 1/m."""
+"""Cut-off path frequency of the low-pass: 10 Hz at 0.03092 m/s, 323 1/m."""
 ORDER = 2
 """order of the filter, which runs forward and backward; not stated in the thesis"""
 
@@ -75,15 +75,14 @@ def low_pass(
 
 
 SPACING = 1e-4
-"""thesis 6.2 [m]"""
+"""spacing of GRID, thesis 6.2 [m]"""
 GRID = np.round(np.arange(41001) * SPACING, 10)
-"""0 m to 4.1 m of road displacement, thesis 6.2 [m]"""
+"""road displacement from 0 to 4.1 m, thesis 6.2 [m]"""
 
 
 @dataclass(frozen=True)
 class Gridded:
-    """Columns over road displacement `position` [m], shape (n,); NaN outside the range of a
-    run."""
+    """Columns over road displacement `position` [m], shape (n,); NaN outside a run's range."""
 
     position: np.ndarray
     columns: Mapping[str, np.ndarray]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Slip, load and road speed before and after a step (Table 6.3, figure 6.5), and its stop."""
+"""Slip, load and road speed before and after a step (Table 6.3, figure 6.5); end of a run."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class StepFacts:
     """desired slip"""
     kappa_before: float
     kappa_actual: float
-    """from the turned angle and the travelled road after the step"""
+    """slip after the step, from turned angle and travelled road"""
     fz_before: float
     fz_after: float
     speed_before: float

@@ -1,2 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Effects outside the library: a grammar of effects, and the search for the best sentence."""
+"""Search for an effect that is not in the library.
+
+A sentence describes one effect: what it acts on (hook), over which coordinate, under which
+condition (modulator), and with which shape. The grammar is the set of all sentences.
+"""

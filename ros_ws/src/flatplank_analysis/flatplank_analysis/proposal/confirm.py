@@ -31,12 +31,12 @@ from flatplank_data.errors import FlatplankError
 CONFIRMED, FAILED = "confirmed", "not confirmed"
 LEAST_RUNS = 3
 BAND, STEP = 1.645, 1e-3
-"""standard errors of a 90 % interval; relative step for the columns of what scatters"""
+"""standard errors of a 90 % interval; step of numerical derivatives, in scales of the parameter"""
 
 
 @dataclass(frozen=True)
 class CheckedRuns:
-    """One set of new runs."""
+    """Size and error in one set of new runs."""
 
     folder: str
     runs: int
@@ -45,8 +45,9 @@ class CheckedRuns:
     """half of the 90 % interval of the size"""
     error_before: float
     error: float
+    """error of Fx without the effect (`error_before`) and with it [N]"""
     limit: float
-    """error at the floor of the first campaign"""
+    """largest error that counts as at the floor of the first campaign [N]"""
     reasons: tuple[str, ...]
 
     def to_dict(self) -> dict[str, Any]:
@@ -61,11 +62,12 @@ class CheckedRuns:
 
 @dataclass(frozen=True)
 class Confirmation:
-    """Result on all sets."""
+    """Result of the test on all sets of new runs."""
 
     name: str
     unit: str
     interval: tuple[float, float]
+    """90 % interval of the size in the search"""
     checked: tuple[CheckedRuns, ...]
 
     @property
@@ -93,7 +95,7 @@ def interval_of(effect: type[Effect]) -> tuple[float, float]:
 
 
 def fitted(session: Session, model: ModelFile | None, name: str) -> Step:
-    """The first campaign, fitted with the effect in its model."""
+    """Fit the first campaign with the effect in its model."""
     if model is not None and any(e.name == name for e in model.effects):
         return session.fit(model)
     return session.add(model or ModelFile(), name)[1]

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Free curves over a coordinate: they show a shape and set the test level, and explain nothing.
+"""Free curves over a coordinate: they show a shape and set the test level; none is proposed.
 
-A curve is a sum of hat functions; the responses of the model to the hats give that to any shape.
+A curve is a sum of hat functions; the model's responses to them give its response to any shape.
 """
 
 from __future__ import annotations
@@ -22,8 +22,9 @@ from flatplank_analysis.proposal.sites import Site
 
 COARSE = {PLACE: 14, LEVEL: 5}
 FINE = {PLACE: 72, LEVEL: 24}
+"""number of knots of a free curve by kind of coordinate: for the ranking, and for the forms"""
 OTHER_COARSE, OTHER_FINE = 6, 24
-"""knots of a free curve over coordinates other than places: for the ranking, and for the forms"""
+"""the same numbers for all other kinds"""
 ORDERS = 4
 """highest order per turn in a curve over an angle"""
 
@@ -55,7 +56,7 @@ def turns(values: np.ndarray) -> np.ndarray:
 
 
 def basis_of(site: Site, fine: bool, u: np.ndarray | None = None) -> np.ndarray:
-    """Functions of a site's curve (k, runs, samples), or at other values u of its coordinate."""
+    """Basis functions of a site's curve (k, runs, samples), or at other values u."""
     place = site.place
     u = place.values if u is None else u
     if not place.name:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Places where a proposed effect may act: one line of the table each, in hooks of `TireEffect`.
+"""Quantities on which a proposed effect may act, each in one hook method of `TireEffect`.
 
-`line` is the code in the effect's file; `change` in it is the value of the shape, in its unit.
+`line` is the code in the effect's file; `change` in it is the value of the shape, in `unit`.
 """
 
 from __future__ import annotations
@@ -18,22 +18,24 @@ SIDES = ("", "driving", "braking")
 
 @dataclass(frozen=True)
 class Hook:
-    """One place where an effect acts."""
+    """One quantity on which an effect may act."""
 
     name: str
     family: str
-    """family: signal, gain, motion, friction, stiffness, load, delay"""
+    """one of signal, gain, motion, friction, stiffness, load, delay"""
     method: str
     line: str
     unit: str
     screen: float
     matters: float
     most: float
+    """largest size"""
     kind: str
     words: str
     check: str
     modulators: tuple[str, ...] = ("",)
     kinds: tuple[str, ...] = ALL
+    """kinds of coordinates over which it is tried"""
     order: int = 0
     needs: str | None = None
     """channel that the runs must have, and that cannot be its coordinate"""

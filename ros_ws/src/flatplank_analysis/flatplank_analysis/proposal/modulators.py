@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Conditions that switch or scale a proposed effect: one line of the table each."""
+"""Conditions that switch or scale a proposed effect."""
 
 from __future__ import annotations
 

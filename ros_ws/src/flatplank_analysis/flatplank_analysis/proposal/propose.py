@@ -143,7 +143,7 @@ def _residual_proposal(
     assert made.numbers is not None and made.sentence is not None
     against = refuted(made.numbers, result.verdict in _AT_FLOOR)
     if against:
-        why = f"{result.verdict}, and the best sentence does not stand its refit"
+        why = f"{result.verdict}, and the best sentence fails when refitted with the tire"
         return Proposal(NOTHING, f"{why}: {made.sentence.words()} ({against})", result, outcome)
     return made
 
@@ -151,7 +151,7 @@ def _residual_proposal(
 def _replacing_proposal(
     session: Session, result: Diagnosis, model: ModelFile | None, progress: Progress | None
 ) -> Proposal | None:
-    """A sentence that fits better than all effects that were found; None when there is none.
+    """A proposal that fits better than all found effects together; None when there is none.
 
     An effect of the library may imitate one that is not in it.
     """
@@ -216,7 +216,7 @@ def _centred(values: np.ndarray) -> np.ndarray:
 
 
 def _refused(outcome: Outcome, proposer: Proposer, result: Diagnosis) -> str:
-    """Reason why there is no proposal; empty when there is one."""
+    """Reason why the search leads to no proposal; otherwise empty."""
     if outcome.best is None:
         near = next((t for t in outcome.tried), None)
         beside = (
@@ -315,7 +315,7 @@ def _named(s: Sentence, session: Session) -> Sentence:
 def _data_sentences(
     session: Session, n: dict[str, Any], outcome: Outcome, after: Step
 ) -> Iterator[str]:
-    """Sentences about the data, for the head of the file."""
+    """Statements about the data, for the docstring of the file."""
     runs, folder = session.data.runs, Path(session.campaign.path).name
     yield f"From {runs.runs} runs of {len(runs.groups)} conditions of {folder}."
     yield (

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Imports for the files of proposed effects."""
+"""Base class and imports for the files of proposed effects."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Proposed(TireEffect):
     """Base of the effects that `flatplank propose` writes, until the cause is known."""
 
     source = "flatplank propose"
-    removes = "Taking away what makes it; until then this file in the model."
+    removes = "Removing its cause; until then this file in the model."
     interval: ClassVar[tuple[float, float]]
     """90 % interval of the size in the search [SI], for comparison with new runs"""
 
@@ -30,7 +30,7 @@ class Proposed(TireEffect):
 
     @classmethod
     def size(cls, values: dict[str, float]) -> float:
-        """The size; of a wave its amplitude."""
+        """Value of the main parameter; amplitude of a wave."""
         if "cos" in values:
             return float(np.hypot(values["cos"], values["sin"]))
         return super().size(values)

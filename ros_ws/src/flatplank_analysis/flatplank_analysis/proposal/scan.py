@@ -21,7 +21,8 @@ from flatplank_analysis.proposal.sites import EVENT, Place, Site, event_place, f
 WAVE_NODES = 6
 """least number of nodes per period of a wave"""
 HINTS = 4
-"""settings of a wave suggested by a force at a place, half of them with the sign of the slip"""
+"""settings of a wave that are tried at every hook: those at which a force over the place gains
+most, half of them with the sign of the slip"""
 AT_ONCE = 40
 """forces over all channels that are computed at once, which limits memory"""
 POINTS, BAND = 240, 1.645
@@ -254,7 +255,7 @@ class Scanner:
     def _waves(
         self, site: Site, settings: Sequence[dict[str, float]], shape: Shape
     ) -> FittedShape | None:
-        """A shape that is no sum of hats: every setting has its own columns."""
+        """Best setting of a shape that is no sum of hats: every setting has its own columns."""
         place, span = site.place, site.place.span
         if not settings:
             return None

@@ -41,7 +41,7 @@ ALIKE_SITES = 3
 WEIGHTS = {CURVE: 2.0, FURTHER: 2.0, WAVE: 1.0, SETTING: 1.0}
 """kind of test -> weight of its share of the test level"""
 DOUBT = 2.0
-"""penalty for a reason against a place, in parameters"""
+"""penalty for a reason against a site, in parameters"""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class RefittedSentence:
         return self.found.chi2 / dispersion + price * self.sentence.shape.price
 
     def cost_with_reasons(self, dispersion: float, price: float) -> float:
-        """The cost with the penalty for every reason against its place."""
+        """The cost with the penalty for every reason against its site."""
         return self.cost(dispersion, price) + DOUBT * price * reasons_against(self.sentence.site)
 
 
@@ -69,7 +69,7 @@ class Outcome:
     tried: tuple[RefittedSentence, ...]
     """all refits, the best first"""
     looked: int
-    """number of parameters of all curves, for the test level"""
+    """number of columns tested at all sites"""
     curve: FreeCurve | None = None
     """the free curve at the best site; None where the form varies faster than the curve"""
 
@@ -118,9 +118,11 @@ def varied(best: Sequence[T], site_of: Callable[[T], Site], most: int) -> list[T
 
 
 def reasons_against(site: Site) -> int:
-    """Number of reasons against a place that the fit does not show: a channel measured along the
-    run may itself follow the cause, the pressure acts in the tire, and an effect that a channel
-    should show, but does not, is unlikely."""
+    """Number of reasons against a site that the fit does not show.
+
+    A channel measured along the run may itself follow the cause; the pressure acts in the tire; an
+    effect that a channel should show, but does not, is unlikely.
+    """
     elsewhere = site.place.name == "pressure" and site.hook.kind != "tire"
     return int(site.place.span.kind == SIGNAL) + int(elsewhere) + int(site.hook.shown)
 
@@ -192,8 +194,8 @@ class Proposer:
         self, scanner: Scanner, ranked: Sequence[ScanResult], tried: Sequence[RefittedSentence],
         looked: dict[str, float],
     ) -> list[RefittedSentence]:  # fmt: skip
-        """Refits of more plausible alternatives to the best sentence, where reasons speak against
-        its place: the best form at each sibling site that was not refitted."""
+        """Refits of alternatives to the best sentence that have fewer reasons against their site:
+        the best form at each sibling site (`is_sibling`) that was not refitted."""
         accepted = [t for t in tried if t.decision.accepted]
         if not accepted:
             return []

@@ -22,8 +22,8 @@ LAWS = ("slip level", "slip travel", "alpha", "fx")
 """coordinates of the force law itself: deviations over them belong to the law"""
 EVENT = "distance since the step"
 ORDER, MIXED = "run order", 0.25
-"""least share of the spread of the run order within conditions; below it the conditions were made
-one after the other, and their differences would look like a change with time"""
+"""least share of the spread of the run order that lies within conditions; below it the conditions
+were made one after the other, and their differences would look like a change with time"""
 
 
 @dataclass(frozen=True)
@@ -49,11 +49,6 @@ class Site:
     @property
     def key(self) -> tuple[str, str, str]:
         return self.hook.name, self.place.name, self.modulator.name
-
-    @property
-    def name(self) -> str:
-        words = [self.hook.name, f"over {self.place.name}" if self.place.name else "constant"]
-        return ", ".join([*words, self.modulator.name] if self.modulator.name else words)
 
 
 def places_of(data: TireRuns) -> list[Place]:

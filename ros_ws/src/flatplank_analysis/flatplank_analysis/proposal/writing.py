@@ -28,7 +28,7 @@ WIDTH = 95
 
 @dataclass(frozen=True)
 class Sentence:
-    """One sentence of the grammar: a shape at a site, with its numbers."""
+    """One sentence of the grammar: an effect as a shape at a site, with its numbers."""
 
     site: Site
     shape: Shape
@@ -37,12 +37,12 @@ class Sentence:
     interval: tuple[float, float] | None = None
     """90 % interval of the size"""
     evidence: Sequence[str] = field(default_factory=tuple)
-    """sentences about the data"""
+    """statements about the data"""
     name: str = ""
 
     @property
     def identifier(self) -> str:
-        """Identifier until the cause is known."""
+        """Identifier of the effect until its cause is known."""
         site = self.site
         words = f"{site.hook.name} {self.shape.name} {site.place.name} {site.modulator.name}"
         return self.name or "proposed_" + "_".join(re.findall("[a-z0-9]+", words.lower()))
@@ -121,7 +121,7 @@ def _body(s: Sentence) -> list[str]:
 
 
 def _summed(terms: Sequence[str]) -> list[str]:
-    """Their sum as `change`, wrapped to the line length."""
+    """Code lines that sum the terms as `change`, wrapped to the line length."""
     lines = [f"change = {terms[0]}"]
     for term in terms[1:]:
         longer = f"{lines[-1]} + {term}"
@@ -208,7 +208,10 @@ def check_of(s: Sentence) -> str:
 
 
 def renamed(text: str, name: str) -> str:
-    """The file of a proposal with another identifier and class name."""
+    """The file of a proposal with another identifier and class name.
+
+    FlatplankError when the name is no identifier.
+    """
     if not re.fullmatch("[a-z][a-z0-9_]*", name):
         what = f"'{name}' is no identifier"
         raise FlatplankError(what, "name", "small letters, digits and _ only")

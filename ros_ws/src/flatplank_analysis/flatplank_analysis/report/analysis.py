@@ -35,9 +35,10 @@ from flatplank_data.problem import Problem, problem_of
 from flatplank_data.table import MeasurementTable
 
 COLUMNS = (*STEP_COLUMNS, "motor_torque", "loaded_radius")
-ROLLING = ("slip", "free_rolling")
+POINT_MEASUREMENTS = ("slip", "free_rolling")
 
 Progress = Callable[[int, int, str], None]
+"""receives the number of jobs done, of all jobs, and the label of the job just done"""
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,7 @@ def analyse(
 ) -> CampaignResult:
     """All results of a campaign; `tire`: by default the record found by `record_for`.
 
-    Raises when no run could be used.
+    Raises NothingUsableError when no run could be used.
     """
     record = tire or record_for([campaign])
     extras = other_measurements(campaign, free_radius=record.free_radius)
@@ -114,7 +115,7 @@ def point_jobs(
     point."""
     groups: dict[Condition, list[Run]] = {}
     for condition, runs in campaign.conditions().items():
-        if condition.measurement in ROLLING:
+        if condition.measurement in POINT_MEASUREMENTS:
             point = condition.operating_point._replace(measurement="slip")
             groups.setdefault(point, []).extend(runs)
     return [PointJob(point, tuple(runs), nonlinear, geometry) for point, runs in groups.items()]
@@ -164,7 +165,7 @@ def _keep(tables: list[MeasurementTable], _: Run, table: MeasurementTable) -> No
 
 
 def _guarded(problems: list[Problem], function: Callable, *args: object, file: str = ""):
-    """The result; None, and the reason added to the problems, when the function fails."""
+    """Result of the function; when it fails, None, and the reason is added to the problems."""
     try:
         return function(*args)
     except FlatplankError as error:

@@ -42,7 +42,7 @@ TAIL = 0.5
 SMALLEST_ANGLE = 0.3
 """smallest slip angle of a lateral step [deg]"""
 LATERAL_SPACING = 0.01
-"""grid of the mean lateral force [m]"""
+"""grid spacing of the mean lateral force [m]"""
 
 
 def condition_result(condition: Condition, tables: Sequence[MeasurementTable]) -> ConditionResult:
@@ -114,10 +114,10 @@ def mean_facts(facts: Sequence[StepFacts], starts: Sequence[int]) -> StepFacts:
 def further_results(
     tables: Sequence[MeasurementTable],
 ) -> tuple[list[float], list[DriveRun], list[StepRun]]:
-    """Further results of slip runs, each where it was measured.
+    """Further results of slip runs, where they were measured.
 
-    C_x of the standing tire [N/m], torques at the end of the run, and the start of rolling at a
-    slip angle as a step in side slip.
+    Returns C_x of the standing tire [N/m], torques at the end of the run, and starts of rolling
+    at a slip angle, as steps in side slip.
     """
     stiffness, drive, lateral = [], [], []
     for table in tables:

@@ -6,7 +6,7 @@ rolling, and waveforms (linear model driven by the measured slip, frequency resp
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -46,11 +46,11 @@ from flatplank_data.table import MeasurementTable
 
 PERIODIC = ("sine", "triangle")
 WAVE_SPACING = 0.005
-"""grid of the fit [m]"""
+"""grid spacing of the fit [m]"""
 SLIP_CUTOFF = 40.0
 """low-pass of the slip, which is a derivative of encoder counts [1/m]"""
 SHORT_WAVE = 3.0
-"""2 pi sigma over the wavelength above which a wave gives only C/sigma: |1 + i 3| is 3 to 5 %"""
+"""2 pi sigma / wavelength above which a wave gives only C/sigma: |1 + 3i| is 3 within 6 %"""
 WAVE_START = np.array([0.4, 9e4])
 WAVE_LOWER, WAVE_UPPER = np.array([0.005, 0.0]), np.array([5.0, 1e7])
 
@@ -90,6 +90,20 @@ def other_measurements(
         if tables := list(runs.tables()):
             found |= function(campaign, tables, known | found)
     return found
+
+
+def stiffness_runs(campaigns: Iterable[Campaign]) -> list[Found]:
+    """Results of the vertical stiffness runs of all campaigns."""
+    found = (other_measurements(c, ("stiffness",)) for c in campaigns)
+    return [run for one in found for run in one.get("vertical_stiffness", [])]
+
+
+def measured_at_rest(campaigns: Sequence[Campaign], free_radius: float) -> Found:
+    """Vertical stiffness runs and footprints of all campaigns, evaluated together."""
+    found: Found = {"vertical_stiffness": stiffness_runs(campaigns)}
+    tables = [t for c in campaigns for t in c.where(partial(_is_of, "footprint")).tables()]
+    known = {"free_radius": free_radius} | found
+    return found | (_footprint(campaigns[0], tables, known) if tables else {})
 
 
 def _is_of(kind: str, info: RunRecord) -> bool:
@@ -157,8 +171,11 @@ def _standing(table: MeasurementTable) -> dict[str, Any]:
 
 
 def _footprint(campaign: Campaign, tables: list[MeasurementTable], found: Mapping) -> Found:
-    """a over load; (7.20) is fitted where the vertical stiffness of that pressure is known."""
-    stiffness = {r["pressure"]: r["mean"] for r in found.get("vertical_stiffness", [])}
+    """Half contact length over load; (7.20) is fitted where C_z of that pressure is known."""
+    runs: dict[float, list[float]] = {}
+    for run in found.get("vertical_stiffness", []):
+        runs.setdefault(run["pressure"], []).append(run["mean"])
+    stiffness = {pressure: float(np.mean(values)) for pressure, values in runs.items()}
     rows = []
     for table in tables:
         bar = table.get("pressure") / 1e5
@@ -253,7 +270,7 @@ def waveform_run(table: MeasurementTable) -> dict[str, Any]:
 
 
 def _until_braking(run: StepRun) -> StepRun:
-    """The run without its end, where plank and wheel stop one after the other, with a slip."""
+    """The run without its end, where plank and wheel stop one after the other, and so slip."""
     keep = run.distance <= run.distance[-1] - BRAKING
     names = ("distance", "fx", "fy", "mz", "fz", "slip")
     return replace(run, **{name: getattr(run, name)[keep] for name in names})

@@ -20,7 +20,7 @@ from flatplank_data.condition import Condition
 
 
 def friction_of(result: CampaignResult) -> FrictionTorque | None:
-    """M_F from the unloaded turns of the campaign."""
+    """Friction torque M_F over motor speed, from the unloaded turns; None without them."""
     return result.extras.get("friction_torque")
 
 
@@ -123,9 +123,7 @@ def standing_table(result: CampaignResult) -> Table:
 def rolling_stiffness(point: PointResult) -> float:
     """C_x = C_Fk / sigma_x (7.7) of the carcass fit [N/m], NaN without one."""
     fit = point.carcass
-    if fit is None or not (fit.sigma_x.determined and fit.slip_stiffness.determined):
-        return math.nan
-    return fit.slip_stiffness.value / fit.sigma_x.value
+    return math.nan if fit is None else fit.rolling_stiffness
 
 
 @dataclass(frozen=True)
@@ -249,13 +247,13 @@ KINDS_TABLES = (
             estimate("C_Fα", "kN/rad", "cornering_stiffness", 1e-3),
             estimate("σy", "m", "relaxation_length"),
             estimate("a", "mm", "half_length", 1e3),
-            estimate("angle left", "mrad", "angle_left", 1e3),
+            estimate("remaining angle", "mrad", "angle_left", 1e3),
             number("RMSE Fy [N]", "rmse"),
             number("RMSE Mz [N m]", "rmse_moment"),
         ),
         "Linear brush of half length a on a lateral carcass spring, Fy and Mz together. Where a "
         "part of the patch slides C_Fα is that of the impulse's size, below that at zero slip. "
-        "Angle left: what remains of the turn below the resolution of the steering encoder.",
+        "Remaining angle: what is left of the turn below the resolution of the steering encoder.",
     ),
     _kind_table(
         "camber_sweep",

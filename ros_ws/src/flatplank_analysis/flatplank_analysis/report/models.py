@@ -35,7 +35,7 @@ from flatplank_data.errors import FlatplankError
 LEAD = 0.1
 """road before the step on which the model is at rest, for the filter [m]"""
 MODEL_SPACING = 0.005
-"""grid of the nonlinear model [m]"""
+"""grid spacing of the nonlinear model [m]"""
 MIN_LEVELS = 5
 """least number of slip levels of one operating point for a Magic Formula"""
 MF_MODELS: dict[str, tuple[str, Callable[[Coefficients], TransientModel]]] = {
@@ -46,7 +46,7 @@ MF_MODELS: dict[str, tuple[str, Callable[[Coefficients], TransientModel]]] = {
 
 
 def positions(c: ConditionResult) -> np.ndarray:
-    """Measured positions from the step on [m since the step], where models are compared."""
+    """Distances since the step [m] at which models are compared with the measured force."""
     return c.since_step[(c.since_step >= 0.0) & np.isfinite(c.measured["fx"])]
 
 
@@ -119,7 +119,7 @@ def fit_points(
 def mf_curves(fit: MFFit, point: PointResult) -> Mapping[str, ModelCurves]:
     """Models after the step of every condition, driven by actual slip and measured load.
 
-    None where Fx or C_x is not known: they would be those of another tire.
+    Empty where Fx or C_x is not known, because the curves would be those of another tire.
     """
     coefficients = fit.tir.coefficients
     if "fx" not in fit.fits or not math.isfinite(coefficients.LONGITUDINAL_STIFFNESS):

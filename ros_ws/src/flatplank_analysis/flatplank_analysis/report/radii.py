@@ -12,10 +12,11 @@ from flatplank_analysis.report.results import CampaignResult
 from flatplank_analysis.report.steps import slip_stiffness
 from flatplank_analysis.report.table import Table, point_table
 from flatplank_analysis.steady import Value, mean_value
+from flatplank_analysis.steady.rolling_radius import FREE_WHEEL
 from flatplank_data.condition import Condition
 
 FLAT = 2e-4
-"""Relative difference below which radii agree [-]"""
+"""Relative difference below which radii agree [-]."""
 
 
 @dataclass(frozen=True)
@@ -25,9 +26,9 @@ class RadiusValue:
     point: Condition
     source: str
     measured: Value
-    """by (5.22) [m]"""
+    """r_e by (5.22) [m]"""
     corrected: Value
-    """at Fx = 0 [m]"""
+    """r_e at Fx = 0 [m]"""
     force: float
     """mean Fx during the measurement [N]"""
     slip_stiffness: float = math.nan
@@ -118,15 +119,15 @@ def _explanation(one: RadiusValue, other: RadiusValue, left: float) -> str:
     error = math.hypot(_relative(one), _relative(other))
     if abs(left) < FLAT or (error > 0.0 and abs(left) < 2.0 * error):
         return "the force explains it"
-    if "flexplates_off" in (one.source, other.source):
-        return "free wheel: told by the wheel encoder, the others by the motor's"
+    if FREE_WHEEL in (one.source, other.source):
+        return "free wheel: measured by the wheel encoder, the others by the motor's"
     fewest = min(one, other, key=lambda v: v.starts)
     if fewest.starts < 3:
         return (
             f"{fewest.source.replace('_', ' ')} from {fewest.starts} of three start angles: "
             "an Fx error that turns with the wheel stays in it"
         )
-    return "not told by the force: look at zero and gain of Fx"
+    return "not explained by the force: look at zero and gain of Fx"
 
 
 def _relative(value: RadiusValue) -> float:

@@ -31,7 +31,7 @@ class ConditionResult:
     condition: Condition
     names: Sequence[str]
     facts: StepFacts
-    """mean over the runs"""
+    """means over the runs"""
     step_position: float
     """[m]"""
     position: np.ndarray
@@ -43,13 +43,13 @@ class ConditionResult:
     same_start: bool
     """True when the scatter is over repeats from one start angle"""
     linear: LinearFit
-    """fit of the mean, as in section 7.1"""
+    """fit of the mean response, as in section 7.1"""
     run_fits: Mapping[str, LinearFit]
     """fit of every run"""
     lateral_steady: float
     """mean Fy over the last half metre [N]"""
     cycles_lost: int = 0
-    """sum over the runs"""
+    """bus cycles without a sample, summed over the runs"""
 
     @property
     def since_step(self) -> np.ndarray:

@@ -45,8 +45,7 @@ def problems_of(
     take: Callable[[Run, MeasurementTable], None],
     columns: Sequence[str] = COLUMNS,
 ) -> list[Problem]:
-    """Pass every run and its table, up to the stop, to `take`; return problems of unusable
-    ones."""
+    """Read every run and pass its table, up to the stop, to `take`; return all problems."""
     problems: list[Problem] = []
     for run in runs:
         try:
@@ -90,7 +89,10 @@ def read_steps(
     executor: Executor,
     read: Callable[[Sequence[Run]], Group] = read_group,
 ) -> tuple[list[StepRun], list[RadiusRun]]:
-    """All step runs of campaigns, read in parallel by operating point."""
+    """All step runs and rolling radii of campaigns, read in parallel by operating point.
+
+    Raises NothingUsableError without a usable step run.
+    """
     steps: list[StepRun] = []
     radii: list[RadiusRun] = []
     for campaign in campaigns:
@@ -117,7 +119,10 @@ def extra_points(
     fits: Sequence[CarcassFit],
     record: TireRecord,
 ) -> list[SteadyPoints]:
-    """Rolling radius at Fx = 0, half contact length and deflection, as points of a fit."""
+    """Points of a Magic Formula fit from other measurements of the campaigns.
+
+    They are the rolling radius at Fx = 0, deflection, size of the contact, C_x and C_y at rest.
+    """
     known = {f.condition: f.slip_stiffness for f in fits if f.slip_stiffness.determined}
     stiffness = small_slip_stiffness(steps) | {c: e.value for c, e in known.items()}
     out = radius_points(radii, stiffness)
@@ -129,7 +134,7 @@ def extra_points(
 def extras_as_points(
     extras: Mapping[str, Any], radii: Sequence[RadiusRun], points: Sequence[PointResult]
 ) -> list[SteadyPoints]:
-    """The same points from existing results."""
+    """Points as those of `extra_points`, from existing results."""
     stiffness = {p.point: slip_stiffness(p) for p in points}
     return [*radius_points(radii, stiffness), *_points_of(extras)]
 

@@ -30,7 +30,7 @@ class Table:
     note: str = ""
 
     def csv(self) -> str:
-        """The table as CSV, with all digits."""
+        """The table as CSV, numbers with ten digits."""
         return csv_text([self.header, *self.rows])
 
 
@@ -62,7 +62,7 @@ def point_table(
 
 
 def estimate(title: str, unit: str, name: str, factor: float = 1.0) -> list[Column]:
-    """Value and standard error of an estimate; a dash where the run does not determine it."""
+    """Columns of an estimate: value and standard error; NaN where it is not determined."""
 
     def of(row: Any, part: str) -> float:
         e: Estimate = getattr(row, name)
@@ -75,7 +75,7 @@ def estimate(title: str, unit: str, name: str, factor: float = 1.0) -> list[Colu
 
 
 def number(title: str, name: str, factor: float = 1.0) -> list[Column]:
-    """A plain number of the row's object."""
+    """Column of a plain number: the attribute `name` of the row's object times `factor`."""
     return [(title, lambda row: factor * getattr(row, name))]
 
 

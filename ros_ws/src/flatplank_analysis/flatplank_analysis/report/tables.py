@@ -26,7 +26,7 @@ def all_tables(result: CampaignResult) -> list[Table]:
 
 
 def step_table(result: CampaignResult) -> Table:
-    """Table 6.3."""
+    """Table 6.3: slip, load and road speed of the steps as measured."""
     columns = (
         ("κ desired [%]", lambda c: f"{100.0 * c.condition.kappa:.10g}"),
         ("κ before [%]", lambda c: 100.0 * c.facts.kappa_before),

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The tire of a fit or report: the given record, otherwise one made from the data. Its contact
-geometry (Table 7.2): measured on the tire at rest, otherwise from the record.
+"""Tire and contact geometry of a fit or report. The tire record is the given one, otherwise made
+from the data; the geometry (Table 7.2) is measured at rest, otherwise that of the record.
 """
 
 from __future__ import annotations
@@ -23,13 +23,14 @@ from flatplank_analysis.models.tire_record import (
     parse_record,
     read_record,
 )
-from flatplank_analysis.report.extras import inside_window, other_measurements
+from flatplank_analysis.report.extras import inside_window, measured_at_rest, stiffness_runs
 from flatplank_data.campaign import Campaign, Run
 from flatplank_data.errors import FlatplankError
+from flatplank_data.machine import USUAL_RADIUS
 from flatplank_data.run_record import RunRecord
 
-BY_ROLLING = 1.022
-"""R0 over r_e where R0 has no other source: 318 mm over 310.8 mm, thesis Tables 5.1, 5.2"""
+BY_ROLLING = TOYO.free_radius / USUAL_RADIUS
+"""R0 / r_e of the tire of the thesis (Tables 5.1, 5.2), used where R0 has no other source"""
 UNTOLD = {"nominal_load": 4000.0, "nominal_pressure": 2.5}
 """defaults [N], [bar] where no run states them"""
 APART = 1.2
@@ -64,7 +65,7 @@ def _of_folders(campaigns: Sequence[Campaign]) -> TireRecord | None:
 
 
 def made_from(campaigns: Sequence[Campaign]) -> TireRecord:
-    """A record with load and pressure of most runs, and R0 from the best available measurement."""
+    """A record with the most frequent load and pressure, and R0 from the best measurement."""
     runs = [run for c in campaigns for run in c.runs]
     usual = {"nominal_load": _usual(r.info.fz for r in runs)}
     usual |= {"nominal_pressure": _usual(r.info.pressure for r in runs)}
@@ -86,7 +87,7 @@ def made_from(campaigns: Sequence[Campaign]) -> TireRecord:
 
 
 def _usual(values: Iterable[float]) -> float:
-    """The most frequent value; of several the middle one, the upper of two."""
+    """The most frequent value; of several such values the middle one, of two the upper one."""
     counts = Counter(v for v in values if math.isfinite(v) and v > 0.0)
     most = max(counts.values(), default=0)
     best = sorted(v for v, n in counts.items() if n == most)
@@ -104,11 +105,7 @@ def _by_record(runs: Sequence[Run]) -> Radius | None:
 
 def _by_stiffness(campaigns: Sequence[Campaign], bar: float) -> Radius | None:
     """R0 where the line of a vertical stiffness run reaches Fz = 0."""
-    found = [
-        r
-        for c in campaigns
-        for r in other_measurements(c, ("stiffness",)).get("vertical_stiffness", [])
-    ]
+    found = stiffness_runs(campaigns)
     if not found:
         return None
     run = min(found, key=lambda r: abs(r["pressure"] - bar))
@@ -147,7 +144,8 @@ def _by_rolling_radius(runs: Sequence[Run]) -> Radius | None:
     known = [v for v in recorded if math.isfinite(v)]
     if not known:
         return None
-    return BY_ROLLING * float(np.median(known)), "by the rolling radius, 2.2 % more as usual"
+    more = f"{100.0 * (BY_ROLLING - 1.0):.2g} % more as usual"
+    return BY_ROLLING * float(np.median(known)), f"by the rolling radius, {more}"
 
 
 @dataclass(frozen=True)
@@ -169,11 +167,7 @@ class Geometry:
 
 def geometry_of_campaigns(campaigns: Sequence[Campaign], record: TireRecord) -> Geometry:
     """Geometry from the measurements at rest in all campaigns."""
-    found: dict[str, Any] = {}
-    kinds = ("stiffness", "footprint")
-    for campaign in campaigns:
-        found |= other_measurements(campaign, kinds, record.free_radius)
-    return geometry_of(found, record)
+    return geometry_of(measured_at_rest(campaigns, record.free_radius), record)
 
 
 def geometry_of(extras: Mapping[str, Any], record: TireRecord) -> Geometry:

@@ -209,7 +209,10 @@ def _cells(table: Table) -> list[list[str]]:
 
 
 def number(value: str | float, digits: int = 4) -> str:
-    """A number as text: with these digits, a true minus, a dash for NaN; text is unchanged."""
+    """A number as text with these digits and a minus sign, a dash for NaN; a text as it is.
+
+    A text that begins with a hyphen gets a minus sign.
+    """
     if isinstance(value, str):
         return value.replace("-", "−") if value[:1] == "-" else value
     if not math.isfinite(value):

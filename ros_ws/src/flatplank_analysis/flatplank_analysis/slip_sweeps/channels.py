@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Names, units and axis systems of the channels of a test bench.
 
-The axis system is determined from physics, reported, and converted to ISO W: the road pushes a
-loaded tire upwards, and pushes a tire that slides to one side towards the other. Each system in
-use (Pacejka, Tire and Vehicle Dynamics, 2012, appendix 1) has its own signs for the two.
+The axis system follows from the signs of two forces: the road pushes a loaded tire upwards, and a
+tire that slips to one side towards the other. Each system in use (Pacejka, Tire and Vehicle
+Dynamics, 2012, appendix 1) has its own signs for the two. The system found is reported, and the
+channels are converted to ISO W.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from flatplank_data.units import canonical, to_si
 
 
 class UnitRule(NamedTuple):
-    """A unit for values of at least this size; the last that applies is used."""
+    """Unit assumed for values of at least `least`; the last rule that applies is used."""
 
     least: float
     unit: str
@@ -33,7 +34,7 @@ class Channel(NamedTuple):
     names: tuple[str, ...]
     """names in files, in lower case; the first that a file has is used"""
     guesses: tuple[UnitRule, ...]
-    """units assumed by the largest value where a file states none"""
+    """rules for the unit where a file states none, by the largest value"""
 
 
 CHANNELS = (
@@ -76,7 +77,7 @@ BY_NAME = {channel.name: channel for channel in CHANNELS}
 
 
 def channel_of(header: Sequence[str]) -> dict[str, str]:
-    """Our name -> column of the file."""
+    """Name of a channel -> column of the file, for the channels that the file has."""
     lower = {name.strip().lower(): name for name in reversed(header)}
     found = {}
     for channel in CHANNELS:
@@ -105,7 +106,7 @@ def in_si(
 
 
 def sizes(columns: Mapping[str, np.ndarray]) -> dict[str, float]:
-    """Channel -> largest value for its unit: all forces have the unit of the load."""
+    """Channel -> largest value, which decides on its unit; that of Fz decides for all forces."""
     largest = {n: float(np.nanmax(np.abs(v), initial=0.0)) for n, v in columns.items()}
     angle = max(largest.get("alpha", 0.0), largest.get("gamma", 0.0))
     alike = {"N": largest.get("fz", 0.0), "rad": angle}
@@ -113,7 +114,7 @@ def sizes(columns: Mapping[str, np.ndarray]) -> dict[str, float]:
 
 
 def needed(columns: Sequence[str], where: str) -> None:
-    """FlatplankError when slip or forces are missing."""
+    """Raise FlatplankError when Fz, both slips, or both Fx and Fy are missing."""
     if "fz" not in columns:
         raise FlatplankError("no vertical force", where, f"name it {', '.join(_names('fz'))}")
     if not {"alpha", "kappa"} & set(columns):
@@ -132,7 +133,7 @@ def _names(channel: str) -> list[str]:
 UP = 0.05
 """share of the largest load above which the tire is loaded [-]"""
 SMALL_ALPHA, SMALL_KAPPA = 0.03, 0.03
-"""slip within which forces are proportional to slip [rad, -]"""
+"""largest slip at which forces are proportional to slip [rad, -]"""
 LEAST_SLOPE = 20
 """least number of samples for a slope"""
 CERTAIN = 0.3
@@ -140,7 +141,7 @@ CERTAIN = 0.3
 
 
 class System(NamedTuple):
-    """Signs of a system, and the channels whose sign changes in ISO W."""
+    """An axis system: its signs, and the channels whose signs change in ISO W."""
 
     title: str
     load: int
@@ -165,7 +166,7 @@ SYSTEMS = {
 def in_iso(
     columns: Mapping[str, np.ndarray], wanted: str | None, where: str
 ) -> tuple[dict[str, np.ndarray], str]:
-    """Columns in ISO W, and how their system was found; `wanted` overrides the signs.
+    """Columns in ISO W, and how their system was found; `wanted` selects one of several.
 
     Raises:
         FlatplankError: no system has these signs, or the wanted one has others.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Division of a recording into conditions: swept slip, and levels of the other quantities."""
+"""Divides a recording into conditions: a swept slip, and levels of the other quantities."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def _valleys(order: np.ndarray, apart: float) -> np.ndarray:
 WIDE = {"alpha": np.radians(2.0), "kappa": 0.04}
 """least range of a swept slip [rad, -]"""
 FORCE = {"alpha": "fy", "kappa": "fx"}
-"""force of interest in a sweep"""
+"""swept slip -> force that is evaluated"""
 UNLOADED = 0.05
 """share of the largest load below which the tire is unloaded"""
 BINS = 30
@@ -114,13 +114,13 @@ class Condition:
     samples: np.ndarray
     """indices of its samples, in time order"""
     visits: int
-    """number of separate visits"""
+    """number of separate times at which the condition was measured"""
     stated: frozenset[str] = frozenset()
     """channels whose level differs between the conditions"""
 
     @property
     def label(self) -> str:
-        """Text: 'slip angle swept, 1100 N, camber 4 deg'."""
+        """The condition as text: 'slip angle swept, 1100 N, camber 4 deg'."""
         words = {"gamma": "camber ", "alpha": "slip angle ", "kappa": "slip "}
         levels = (words.get(h.name, "") + h.word(self.held[h.name]) for h in self.levels())
         return ", ".join([f"{self.slip.title} swept", *levels])
@@ -154,7 +154,7 @@ def _differs(held: HeldChannel, conditions: Sequence[Condition]) -> bool:
 
 
 def _swept(columns: Mapping[str, np.ndarray], loaded: np.ndarray) -> dict[str, np.ndarray]:
-    """Samples by swept slip: the one that varies while the other one is constant."""
+    """Swept slip -> its loaded samples, at which it varies more than the other slip."""
     n = len(loaded)
     window = max(n // 200, 4 * SMOOTH)
     moving = {}
@@ -205,5 +205,5 @@ def _by_levels(columns, slip: str, rows: np.ndarray) -> list[Condition]:
 
 
 def _visits(samples: np.ndarray) -> int:
-    """Number of visits to the condition, separated by long gaps."""
+    """Number of times at which the condition was measured, separated by long gaps."""
     return 1 + int((np.diff(samples) > max(len(samples) // 2, LEAST)).sum())

@@ -22,6 +22,7 @@ FEW = 3
 COMMON = 0.4
 """least share of common bins for a comparison of two passes"""
 Z90 = 1.645
+"""half width of a 90 % interval, in standard deviations"""
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ class Curve:
     floor: float
     """smallest error that any curve can have [N]; NaN: not known"""
     floor_from: str
-    """title of the source, in words"""
+    """source of the floor, as text"""
 
 
 @dataclass(frozen=True)
@@ -78,7 +79,7 @@ def curve_of(columns: Mapping[str, np.ndarray], condition: Condition) -> Curve:
     rising = np.gradient(median_filter(slip, min(SMOOTH, len(slip)), mode="nearest")) > 0.0
     first = None
     if condition.visits > 1:
-        # the second visit begins at the largest gap between sample indices
+        # repeats begin after the largest gap between sample indices
         first = np.arange(len(rows)) <= int(np.argmax(np.diff(rows)))
     up, down = _means(bins, force, rising), _means(bins, force, ~rising)
     floor, source = _floor(bins, force, up, down, first)
@@ -93,7 +94,7 @@ def _means(bins: np.ndarray, values: np.ndarray, chosen: np.ndarray) -> np.ndarr
 
 
 def _floor(bins, force, up, down, first) -> tuple[float, str]:
-    """Floor of a mean curve and its source: repeats, or up and down."""
+    """Floor of a mean curve [N] and its source: repeats, else rising and falling slip."""
     if first is not None:
         a, b = _means(bins, force, first), _means(bins, force, ~first)
         if np.isfinite(a - b).mean() > COMMON:
@@ -167,7 +168,7 @@ class Failure:
     worst_slip: float
     """slip of the largest error [rad, -]"""
     worst: float
-    """measured minus modelled there [N]"""
+    """largest error: measured minus modelled force [N]"""
 
 
 def failures(
@@ -176,7 +177,7 @@ def failures(
     curves: Sequence[Curve],
     tir: TirFile,
 ) -> list[Failure]:
-    """One per condition; the file is evaluated at every sample, then averaged like the force."""
+    """Error of a tire file per condition; evaluated at every sample, then averaged in bins."""
     found = []
     for condition, curve in zip(conditions, curves, strict=True):
         rows = condition.samples

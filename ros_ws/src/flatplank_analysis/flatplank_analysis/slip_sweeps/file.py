@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A file of sweeps: `.mat`, or text with comma, semicolon, tab or blanks between values."""
+"""Reads a file of sweeps: `.mat`, or text with commas, semicolons, tabs or blanks."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Recording:
 
     path: str
     columns: Mapping[str, np.ndarray]
-    """known channels by our names, in SI; the others unchanged"""
+    """known channels by the names of `CHANNELS`, in SI; the others unchanged"""
     further: tuple[str, ...]
     """names of the other columns"""
     said: tuple[str, ...]
@@ -37,7 +37,7 @@ class Recording:
 
 
 def read(path: str | Path) -> Recording:
-    """Read a file of sweeps; FlatplankError says what is wrong with it and what to do."""
+    """Read a file of sweeps. Raises FlatplankError for a file that cannot be used."""
     where = str(path)
     reader = _READERS.get(Path(path).suffix.lower())
     if reader is None:
@@ -111,7 +111,7 @@ def _text(data: bytes, where: str) -> Raw:
     if wrong is not None:
         raise FlatplankError(
             f"{len(_row(lines[wrong]) or [])} values where the first line has {width}",
-            f"{where}, line {wrong + 1}", "mend or cut off that line",
+            f"{where}, line {wrong + 1}", "correct or remove the line",
         )  # fmt: skip
     head = [cells for n in range(first) if len(cells := _cells(lines[n])) == width]
     if not head:

@@ -126,7 +126,7 @@ def study(path: str | Path, system: str | None = None) -> Study:
     system: iso, sae or adapted; None: determined by the signs of the data.
 
     Raises:
-        FlatplankError: what is wrong with the file, and what to do.
+        FlatplankError: the file cannot be used, or the axis system is unknown.
     """
     recording = file.read(path)
     if system is not None and system not in channels.SYSTEMS:

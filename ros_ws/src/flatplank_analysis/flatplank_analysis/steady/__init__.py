@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Steady quantities of tire and machine, each from its own kind of measurement."""
+"""Steady quantities of tire and machine, a module for each kind of quantity."""
 
 from __future__ import annotations
 

@@ -2,8 +2,8 @@
 """Effective rolling radius (5.22) at zero force, and the settling distance of a run (Appendix E).
 
 Three sources are compared, because the thesis found 0.3108 m with the controller and 0.3081 m with
-the flexplates off: the free-rolling controller holds 50 N, slip control holds a speed, a wheel
-without flexplates rolls against its own resistance. At a force F the tire slips by F / C_Fk.
+the flexplates off. The free-rolling controller holds Fx at 50 N, slip control holds a speed, and a
+wheel without flexplates rolls against its own resistance. At a force F the tire slips by F / C_Fk.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from flatplank_data.machine import GEAR_RATIO, USABLE_ROAD
 from flatplank_data.table import MeasurementTable
 
 STEADY_FROM = 1.54
-"""thesis 5.6: settled from here on [m]"""
+"""road displacement from which a free-rolling run has settled, thesis 5.6 [m]"""
 BRAKING = 0.02
 """road at the end of a run on which plank and wheel brake one after the other [m]"""
 FREE_WHEEL = "flexplates_off"
@@ -33,7 +33,7 @@ class RadiusRun:
     condition: Condition
     source: str
     radius: float
-    """by (5.22), not corrected [m]"""
+    """r_e by (5.22), not corrected for Fx [m]"""
     force: float
     """mean Fx over the same road [N]"""
     load: float
@@ -86,6 +86,7 @@ def _rate(table: MeasurementTable, angle: str, velocity: str, keep: np.ndarray) 
 REFERENCE_FORCE = 50.0
 """y_ref of the free-rolling controller [N]"""
 BAND = 0.05
+"""a force within this share of its reference has settled [-]"""
 FIT_RANGE = (0.1, USABLE_ROAD)
 """road displacement that is fitted [m]"""
 RATES = np.geomspace(0.1, 100.0, 61)

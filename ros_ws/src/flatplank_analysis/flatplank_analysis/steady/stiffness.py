@@ -21,8 +21,6 @@ class VerticalStiffness:
 
     loading: float
     unloading: float
-    pressure: float
-    """[bar]"""
     window: tuple[float, float]
 
     @property
@@ -53,7 +51,7 @@ def vertical_stiffness(
             table.info.file,
             "give a window of loaded radius that the run goes through",
         )
-    return VerticalStiffness(values[0], values[1], table.info.pressure, window)
+    return VerticalStiffness(values[0], values[1], window)
 
 
 def _window(radius: np.ndarray) -> tuple[float, float]:

@@ -14,9 +14,9 @@ from flatplank_data.machine import GEAR_RATIO
 from flatplank_data.table import MeasurementTable
 
 CLEAR = 3.0
-"""Least ratio of the net torque to the scatter of the friction ..."""
+"""least net motor torque for an efficiency, over the scatter of the friction torque [-]"""
 SMALLEST_NET = 0.02
-"""... and least net torque [N m]"""
+"""least net motor torque for an efficiency [N m]"""
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 
 By default Fast DDS shares memory between processes, and a killed node leaves locks and segments
 behind on which others can wait for ever. With discovery range LOCALHOST rmw_fastrtps adds shared
-memory whatever FASTDDS_BUILTIN_TRANSPORTS says; only an XML profile prevents this."""
+memory whatever the value of FASTDDS_BUILTIN_TRANSPORTS; only an XML profile prevents this."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def remove_orphans(folder: Path = SHARED_MEMORY) -> list[str]:
 
 
 def _remove(folder: Path, name: str) -> bool:
-    """Remove a file unless a process holds a lock on it; true when removed."""
+    """Remove a segment or port with its locks, unless a process holds one; true when removed."""
     locks = [lock for ending in LOCKS if (lock := folder / f"{name}{ending}").exists()]
     with ExitStack() as held:
         try:

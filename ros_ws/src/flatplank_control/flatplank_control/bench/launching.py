@@ -8,9 +8,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from flatplank_control.bench.setup import DRIVEN, BenchSetup, axes_of
+from flatplank_control.bench.setup import DRIVEN, BenchSetup
 from flatplank_control.bench.simulator import simulator
-from flatplank_control.calibration.book import book_for
 from flatplank_data.params import nearest
 from flatplank_hw.bus.pacing import PACES
 from flatplank_hw.share import config_file
@@ -56,7 +55,7 @@ def setup_of(value: Mapping[str, str]) -> BenchSetup:
             known = ", ".join(argument.choices)
             raise ValueError(f"{name}:={value[name]}: must be one of {known}")
     sim = value["sim"] == "true"
-    bus, book, data = value["bus"], value["calibration"], value["data"]
+    bus, data = value["bus"], value["data"]
     if not sim and not value["interface"]:
         raise ValueError(
             "sim is false and interface is empty: say interface:=NAME in the lab (`ip link` lists "
@@ -64,24 +63,16 @@ def setup_of(value: Mapping[str, str]) -> BenchSetup:
         )
     if bus and not config_file("flatplank_hw", f"bus/{bus}.yaml") and not Path(bus).is_file():
         raise ValueError(f"bus:={bus}: no such bus file; give a path, or leave it empty")
-    if book and not Path(book).is_file():
-        raise ValueError(f"calibration:={book}: no such file; `flatplank calibrate` makes a book")
     if Path(data).expanduser().is_file():
         raise ValueError(f"data:={data}: is a file; give a folder")
-    setup = BenchSetup(
-        kind="sim" if sim else "lab",
-        tire=value["tire"],
-        preset=value["preset"],
-        seed=_number("seed", value["seed"], 0, 2**31 - 1),
-        pace=value["pace"],
-        rate_hz=_number("rate_hz", value["rate_hz"], 50, 1000),
-        batch=_number("batch", value["batch"], 1, 50),
-        interface=value["interface"],
-        bus_file=bus,
-        data=data,
-        calibration=book or str(book_for(Path(data)).path),
-        axes=axes_of(value["axes"], f"axes:={value['axes']}"),
-    )
+    texts = {name: text for name, text in value.items() if name not in ("sim", "bus")}
+    numbers = {
+        "seed": _number("seed", value["seed"], 0, 2**31 - 1),
+        "rate_hz": _number("rate_hz", value["rate_hz"], 50, 1000),
+        "batch": _number("batch", value["batch"], 1, 50),
+    }
+    kind = {"kind": "sim" if sim else "lab", "bus_file": bus}
+    setup = BenchSetup.from_arguments({**texts, **numbers, **kind}, "{}:={}")
     if sim:
         try:
             simulator().check(setup.tire, setup.preset)

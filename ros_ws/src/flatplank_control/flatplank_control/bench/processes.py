@@ -2,7 +2,8 @@
 """Starts the nodes of a bench as processes, supervises their start, and ends them by their ids.
 
 The wait for a start depends on the progress of the nodes, not on the clock. A node that loads its
-modules uses the processor, or waits for it or the disk; while one does so, the wait goes on."""
+modules uses the processor, or waits for the processor or the disk. The wait continues as long as a
+node does so."""
 
 from __future__ import annotations
 
@@ -25,7 +26,7 @@ STALL_TIMEOUT_S = 60.0
 """longest time without progress of any node [s of wall clock]"""
 
 RUNAWAY_CPU_S = 600.0
-"""processor time after which a node that is not up is given up [s]"""
+"""processor time after which the start fails when the node is not up [s]"""
 
 NOTICED_CPU_S = 0.02
 """processor time that counts as progress [s]; the clock tick of the kernel is 0.01 s"""
@@ -104,7 +105,7 @@ class Start:
             return f"{name} runs, but its services are not heard"
         if seen.state in "Tt":
             return f"{name} is stopped"
-        return f"{name} hangs before it is made, and uses no processor"
+        return f"{name} hangs before the node is created, and uses no processor"
 
 
 GRACE = 30.0
@@ -210,7 +211,7 @@ class BenchProcesses:
         return Path(self._folder.name, f"{name}.started")
 
     def _last_words(self, name: str) -> str:
-        """Last line of the log from this node, else the last line without a node name."""
+        """Last line of the log from this node, else the last line that names no other node."""
         if self.log is None:
             return "its last lines are above"
         lines = self.log.read_text(errors="replace").splitlines()
@@ -218,7 +219,7 @@ class BenchProcesses:
         others = "|".join(map(re.escape, self.running.keys() - {name})) or "$^"
         own = [line for line in lines if f"[{name}]" in line]
         rest = [line for line in lines if not re.search(rf"\[({others})\]", line)]
-        return f"{(own or rest or ['no word of it'])[-1]} ({self.log})"
+        return f"{(own or rest or ['it wrote no line'])[-1]} ({self.log})"
 
     def __enter__(self) -> BenchProcesses:
         self.start()

@@ -13,7 +13,9 @@ import yaml
 from flatplank_analysis.models.tire_record import FILE as RECORD
 from flatplank_analysis.models.tire_record import TireRecord
 from flatplank_analysis.steady.rolling_radius import radius_of_run
+from flatplank_control.calibration.book import FREE
 from flatplank_control.calibration.fits import still_fits
+from flatplank_control.free_rolling import FreeRollingParameters
 from flatplank_control.runner.campaign.conductor import Conductor, Job, Outcome
 from flatplank_control.runner.campaign.quality import (
     EVALUATIONS,
@@ -59,8 +61,11 @@ def outcome_of(
 ) -> Outcome:
     """Outcome of a run: verdict, effective rolling radius of a free-rolling run, zeros."""
     table = read(path)
-    enough = ENOUGH in str(describe(open_store(path.parent), path.name).get("stop_reason", ""))
-    verdict = judge(table.columns, job.measurement, limits, job.earlier, enough)
+    record = describe(open_store(path.parent), path.name)
+    enough = ENOUGH in str(record.get("stop_reason", ""))
+    changed = (record.get("parameters") or {}).get(FREE, {})  # parameters other than the default
+    reference = changed.get("reference", FreeRollingParameters.reference)
+    verdict = judge(table.columns, job.measurement, limits, job.earlier, enough, reference)
     facts: dict[str, Any] = {
         "profile": profile(table.columns), "travel": round(travel(table.columns), 3),
     }  # fmt: skip
@@ -93,11 +98,11 @@ def list_kept(conductor: Conductor, folder: Path) -> None:
     """Write the kept runs of the journal to campaign.yaml; called again after a crash between the
     two."""
     kept = conductor.kept()
-    counting = {done.counts for done in kept}
-    others = {file for done in conductor.journal.done.values() for file in done.files} - counting
+    valid = {done.valid_file for done in kept}
+    others = {file for done in conductor.journal.done.values() for file in done.files} - valid
     if kept or (folder / CAMPAIGN_FILE).exists():
         write_tire(folder, conductor.plan.tire.record)
-        runs = [(done.record, done.counts) for done in kept if done.record]
+        runs = [(done.record, done.valid_file) for done in kept if done.record]
         write_campaign(folder, conductor.plan.tire.name, runs, others)
 
 

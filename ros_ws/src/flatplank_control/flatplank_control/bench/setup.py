@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from flatplank_control.bench.simulator import simulator
-from flatplank_control.calibration.book import CALIBRATED, CalibrationBook
+from flatplank_control.calibration.book import CALIBRATED, CalibrationBook, book_for
 from flatplank_data.params import load_parameters, nearest
 from flatplank_hw.share import config_file
 
@@ -76,12 +76,12 @@ DRIVEN: dict[str, tuple[NodeSpec, ...]] = {
 drive"""
 
 
-def axes_of(text: str, option: str) -> tuple[str, ...]:
-    """Parse a list such as `vertical,steer`; ValueError names the option and an unknown axis."""
+def parse_axes(text: str, argument: str) -> tuple[str, ...]:
+    """Parse a list such as `vertical,steer`; ValueError names the argument and an unknown axis."""
     axes = tuple(word.strip() for word in text.split(",") if word.strip())
     for axis in axes:
         if axis not in DRIVEN:
-            raise ValueError(f"{option}: unknown axis '{axis}'{nearest(axis, DRIVEN)}")
+            raise ValueError(f"{argument}: unknown axis '{axis}'{nearest(axis, DRIVEN)}")
     return axes
 
 
@@ -94,9 +94,10 @@ FOLLOW_UNTIL = 0.25
 
 @dataclass(frozen=True)
 class BenchSetup:
-    """A bench to be started; parameters here override those in the files of the packages."""
+    """Set-up of a bench; its parameters override those in the files of the packages."""
 
     kind: str = "sim"
+    """a key of BUSES"""
     tire: str = "toyo"
     preset: str = ""
     plant_file: str = ""
@@ -115,6 +116,21 @@ class BenchSetup:
     """node -> further parameters"""
     calibration: str = ""
     """calibration book with constants for the nodes; empty or missing: packaged constants"""
+
+    @classmethod
+    def from_arguments(cls, values: Mapping[str, Any], written: str) -> BenchSetup:
+        """Bench set-up from arguments of a command line: field -> value, the axes as one text.
+
+        An empty `calibration` is that of the folder `data`. `written`: form of an argument, for
+        ValueError.
+        """
+        axes, book = values["axes"], values["calibration"]
+        if book and not Path(book).is_file():
+            argument = written.format("calibration", book)
+            raise ValueError(f"{argument}: no such file; `flatplank calibrate` makes a book")
+        path = Path(book).resolve() if book else book_for(Path(values["data"])).path
+        known = {"axes": parse_axes(axes, written.format("axes", axes)), "calibration": str(path)}
+        return cls(**{**values, **known})
 
     def nodes(self) -> tuple[NodeSpec, ...]:
         """The processes of this bench, the owner of the bus last."""

@@ -25,13 +25,13 @@ class Simulator(Protocol):
         """Run a campaign plan on the twin."""
 
     def turn_on_twin(self, setup: Any) -> Any:
-        """Raw samples of a turn of the unloaded wheel."""
+        """Raw samples of three turns of the unloaded wheel."""
 
     def filter_on_twin(self, setup: Any, fit: Path, kappa: float) -> dict[str, Any]:
-        """Residual once-per-turn signal of a slip run with the parasitic filter, by channel."""
+        """Once-per-turn amplitude of Fx and Fz in a slip run [N], without and with the filter."""
 
     def make_challenge(self, folder: Path, seed: int, progress: Any) -> Path:
-        """Make a campaign with a hidden defect."""
+        """Make a campaign with a hidden effect and its sealed answer; returns its folder."""
 
 
 def simulator() -> Simulator:

@@ -5,7 +5,6 @@ validity."""
 from __future__ import annotations
 
 import datetime
-import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -13,6 +12,7 @@ from typing import Any, NamedTuple
 
 import yaml
 
+from flatplank_control.values import is_number
 from flatplank_data.files import write_atomic
 from flatplank_data.params import nearest
 from flatplank_data.yaml_text import load_yaml
@@ -80,7 +80,7 @@ class Entry:
             datetime.date.fromisoformat(str(self.date))
         except ValueError:
             raise ValueError(
-                f"{self.instrument}: date '{self.date}' is none; write it as 2026-05-31"
+                f"{self.instrument}: date '{self.date}' is no date; write it as 2026-05-31"
             ) from None
         object.__setattr__(self, "date", str(self.date))
         known = INSTRUMENTS[self.instrument].parameters
@@ -89,7 +89,7 @@ class Entry:
         for name, value in self.parameters.items():
             if name not in known:
                 raise ValueError(f"{self.instrument}: unknown '{name}'{nearest(name, known)}")
-            if not (isinstance(value, str) if name == FIT else _is_number(value)):
+            if not (isinstance(value, str) if name == FIT else is_number(value)):
                 raise ValueError(f"{self.instrument}: {name} is {value!r}; calibrate it again")
 
     def age(self, today: datetime.date) -> int:
@@ -97,13 +97,8 @@ class Entry:
         return (today - datetime.date.fromisoformat(self.date)).days
 
 
-def _is_number(value: Any) -> bool:
-    number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    return number and math.isfinite(value)
-
-
 def book_for(folder: Path) -> CalibrationBook:
-    """Path of the book in a campaign folder, else in the working directory."""
+    """Calibration book of a campaign folder, else of the working directory."""
     own = folder / FILE
     return CalibrationBook((own if own.exists() else Path(FILE)).resolve())
 
@@ -157,7 +152,7 @@ class CalibrationBook:
             if entry is None:
                 found[name] = "absent"
             elif entry.age(today) > instrument.days:
-                found[name] = f"expired: of {entry.date}, {instrument.days} days are believed"
+                found[name] = f"expired: of {entry.date}, valid for {instrument.days} days"
             else:
                 found[name] = f"valid: of {entry.date}"
         return found

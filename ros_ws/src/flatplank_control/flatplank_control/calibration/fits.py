@@ -90,6 +90,6 @@ def under_load(
 
 
 def text(found: Mapping[str, tuple[float, float]]) -> Sequence[str]:
-    """Text for people."""
+    """Lines for the terminal: the amplitude of each force without and with the filter."""
     return [f"{name}: {a:.1f} N once per turn, {b:.1f} N filtered" for name, (a, b) in
             found.items()]  # fmt: skip

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The procedure of Appendix C: three turns of the free wheel, a fit per channel, the residual."""
+"""Identifies a parasitic fit (Appendix C): three unloaded turns, one fit per channel."""
 
 from __future__ import annotations
 

@@ -8,6 +8,7 @@ import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
+from flatplank_control.values import is_number
 from flatplank_data.params import nearest
 from flatplank_data.yaml_text import load_yaml
 
@@ -63,8 +64,7 @@ def starting_values(text: str, where: str) -> dict[str, dict[str, float]]:
         if value is None:
             continue
         line = LINES[name]
-        number = isinstance(value, (int, float)) and not isinstance(value, bool)
-        if not number or not math.isfinite(value) or abs(value) > line.most:
+        if not is_number(value) or abs(value) > line.most:
             raise ValueError(
                 f"{where}: {name} is {value!r}, must be a number within {line.most:g} {line.unit}"
             )

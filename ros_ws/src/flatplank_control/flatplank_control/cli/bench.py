@@ -13,10 +13,10 @@ import time
 from pathlib import Path
 
 from flatplank_control.bench.processes import BenchProcesses, Start
-from flatplank_control.bench.setup import BenchSetup, axes_of
-from flatplank_control.calibration.book import CalibrationBook, book_for
-from flatplank_control.speed_map import with_road
+from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.road_map import with_road
 from flatplank_data.arguments import Parser
+from flatplank_hw.bus.pacing import PACES
 
 
 def parser() -> argparse.ArgumentParser:
@@ -33,41 +33,31 @@ def parser() -> argparse.ArgumentParser:
         "--tire", default="toyo", help="simulated tire: toyo, continental, michelin, racing"
     )
     p.add_argument("--preset", default="", help="defects of the simulated machine: thesis2023")
-    p.add_argument("--plant", default="", help="YAML file laid over the plant's own")
+    p.add_argument(
+        "--plant", dest="plant_file", metavar="FILE", default="",
+        help="YAML file laid over the plant's own",
+    )  # fmt: skip
     p.add_argument("--seed", type=int, default=1, help="of the simulated plant")
-    p.add_argument("--rate", type=int, default=250, help="bus rate [Hz]")
+    p.add_argument("--rate", dest="rate_hz", type=int, default=250, help="bus rate [Hz]")
     p.add_argument("--batch", type=int, default=1, help="bus cycles per message")
-    p.add_argument("--pace", default="realtime", choices=("realtime", "lockstep", "hold"))
+    p.add_argument("--pace", default="realtime", choices=PACES)
     p.add_argument("--axes", default="", help="driven beside the wheel: plank,vertical,...")
     p.add_argument("--road", default="", help="slip by the road's travel: follow, or a map's file")
     p.add_argument("--interface", default="", help="network interface of the bus, with --lab")
-    p.add_argument("--bus", default="", help="bus file of --lab or --emulated-bus; default: ours")
-    p.add_argument("--calibration", type=Path, help="book; default: of --data, else the one here")
-    p.add_argument("--data", type=Path, default=Path("data"), help="folder for the bags")
+    p.add_argument(
+        "--bus", dest="bus_file", metavar="FILE", default="",
+        help="bus file of --lab or --emulated-bus; default: ours",
+    )  # fmt: skip
+    p.add_argument("--calibration", default="", help="book; default: of --data, else the one here")
+    p.add_argument("--data", default="data", help="folder for the bags")
     return p
 
 
 def setup_of(o: argparse.Namespace) -> BenchSetup:
     """Bench set-up from the options; ValueError when a given book does not exist."""
-    if o.calibration is not None and not o.calibration.exists():
-        raise ValueError(f"--calibration {o.calibration}: no such file")
-    book = CalibrationBook(o.calibration.resolve()) if o.calibration else book_for(o.data)
-    setup = BenchSetup(
-        kind=o.kind,
-        tire=o.tire,
-        preset=o.preset,
-        plant_file=o.plant,
-        seed=o.seed,
-        rate_hz=o.rate,
-        batch=o.batch,
-        pace=o.pace,
-        interface=o.interface,
-        bus_file=o.bus,
-        data=str(o.data),
-        axes=axes_of(o.axes, "--axes"),
-        calibration=str(book.path),
-    )
-    return with_road(setup, o.road)
+    values = vars(o)
+    road = values.pop("road")
+    return with_road(BenchSetup.from_arguments(values, "--{} {}"), road)
 
 
 def main(argv: list[str]) -> int:

@@ -69,7 +69,7 @@ def _run(o: argparse.Namespace) -> int:
     except KeyboardInterrupt as end:
         why = f" ({end})" if str(end) else ""
         print(
-            f"flatplank investigate: stopped{why}; the same command goes on where it ended",
+            f"flatplank investigate: stopped{why}; the same command continues it",
             file=sys.stderr,
         )
         return STOPPED

@@ -10,7 +10,7 @@ import numpy as np
 from flatplank_control.bench.results import read
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.calibration.book import ENCODERS, book_for
-from flatplank_control.speed_map import Run, check_follows, learn
+from flatplank_control.road_map import Run, check_follows, learn
 from flatplank_data.arguments import Parser
 from flatplank_data.campaign import Campaign
 

@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from flatplank_control.bench.setup import BenchSetup, axes_of
+from flatplank_control.bench.setup import BenchSetup, parse_axes
 from flatplank_control.calibration.book import book_for
 from flatplank_control.cli.operator import OF_A_CAMPAIGN, Keys, ProgressPrinter, conclude, tell
 from flatplank_control.runner.campaign import (
@@ -23,11 +23,11 @@ from flatplank_control.runner.campaign import (
     load_plan,
     note,
     pressure_after,
+    shipped_plans,
 )
 from flatplank_control.runner.dry_run import DryRun, dry_run
 from flatplank_control.runner.steps import PlanFailed
 from flatplank_data.arguments import Parser
-from flatplank_hw.share import config_file
 
 STOPPED = 130
 KEYS = {
@@ -62,18 +62,11 @@ def find_plan(name: str) -> Path:
     path = Path(name)
     if path.exists() or path.suffix:
         return path
-    shipped = config_file("flatplank_control", f"plans/{name}.yaml")
-    if shipped is None:
-        raise PlanError(
-            [f"{name}: neither a file nor a shipped plan; shipped are {shipped_plans()}"]
-        )
-    return shipped
-
-
-def shipped_plans() -> str:
-    """Names of the packaged plans, as one text."""
-    one = config_file("flatplank_control", "tires.yaml")
-    return ", ".join(sorted(p.stem for p in (one.parent / "plans").glob("*.yaml"))) if one else ""
+    shipped = shipped_plans()
+    if name not in shipped:
+        known = ", ".join(shipped)
+        raise PlanError([f"{name}: neither a file nor a shipped plan; shipped are {known}"])
+    return shipped[name]
 
 
 def redo(plan: CampaignPlan, folder: Path) -> None:
@@ -91,12 +84,12 @@ def redo(plan: CampaignPlan, folder: Path) -> None:
 def on_twin(plan: CampaignPlan, paper: DryRun, o: argparse.Namespace, folder: Path) -> int:
     """Run the campaign on the twin, in this process."""
     from flatplank_control.bench.simulator import simulator
-    from flatplank_control.speed_map import with_road
+    from flatplank_control.road_map import with_road
 
     journal = Journal(folder / f"{plan.name}{SUFFIX}", plan.name, plan.digest)
     setup = BenchSetup(
         preset=o.preset, plant_file=o.plant, seed=o.seed, pace="hold",
-        axes=axes_of(o.axes, "--axes"), calibration=str(book_for(folder).path),
+        axes=parse_axes(o.axes, "--axes"), calibration=str(book_for(folder).path),
     )  # fmt: skip
     conductor = Conductor(plan, journal)
     if conductor.done and o.new:
@@ -182,6 +175,6 @@ def main(argv: list[str]) -> int:
         return 1
     except KeyboardInterrupt as end:
         why = f" ({end})" if str(end) else ""
-        print(f"flatplank run: stopped{why}; the same command goes on where it ended",
+        print(f"flatplank run: stopped{why}; the same command continues it",
               file=sys.stderr)  # fmt: skip
         return STOPPED

@@ -37,8 +37,8 @@ class ControllerState(NamedTuple):
 
 
 class FreeRollingController:
-    """PI and lead compensator, both discretized by the bilinear rule; reset each time the plank
-    starts."""
+    """PI and lead compensator, discretized by the bilinear rule (Tustin); reset each time the
+    plank starts or stops."""
 
     def __init__(self, p: FreeRollingParameters) -> None:
         self.parameters = p
@@ -105,7 +105,7 @@ class FreeRollingController:
         self._set_gains(Gains(p.proportional_gain, p.integral_gain, p.lead_time, p.lead_alpha))
 
     def _begin(self, start: Start, fx: float, encoders: EncoderSample) -> None:
-        """Start-up commands the torque; at its end a bumpless transfer to the force loop."""
+        """Command the torque of the start; at its end the force loop continues without a jump."""
         p = self.parameters
         self._output = start.step(fx, encoders)
         if start.phase != OVER:

@@ -2,10 +2,9 @@
 """Computes gains of the free-rolling controller from the tire's stiffness, in closed form, fast
 enough for the control loop.
 
-Above its resonance the plant (5.9c) is gear eta C_x r_e / (J_eff s^2): only C_x = C_Fk / sigma
-sets the gain at the
-crossover. So the crossover is placed by the delay of the loop, a lead is centred on it, and the
-gain follows from C_x.
+Above its resonance the plant (5.9c) is gear eta C_x r_e / (J_eff s^2): of the tire, only
+C_x = C_Fk / sigma sets the gain at the crossover. The delay of the loop sets the crossover. The
+lead is centred on the crossover, and the gain follows from C_x.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ CROSSOVER = 20.0
 DELAY_PHASE = 0.32
 """largest phase of the delay at the crossover, 18 deg [rad]"""
 LEAD_ALPHA = 0.08
-"""alpha of the lead; gives 58 deg"""
+"""alpha of the lead compensator; its largest phase is 58 deg"""
 INTEGRAL_SHARE = 1.0 / 15.0
 """zero of the PI over the crossover; costs 3.8 deg of phase"""
 

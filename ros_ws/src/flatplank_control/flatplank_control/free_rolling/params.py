@@ -27,8 +27,12 @@ class FreeRollingParameters(Params):
     reference: float = param(
         50.0, "longitudinal force to be held, thesis 5.5", unit="N", bounds=(-1000.0, 1000.0)
     )
-    proportional_gain: float = param(5.0e-3, "of the PI, (5.10)", unit="N m/N", bounds=(0.0, 1.0))
-    integral_gain: float = param(5.0e-4, "of the PI, (5.10)", unit="N m/(N s)", bounds=(0.0, 1.0))
+    proportional_gain: float = param(
+        5.0e-3, "proportional gain of the PI, (5.10)", unit="N m/N", bounds=(0.0, 1.0)
+    )
+    integral_gain: float = param(
+        5.0e-4, "integral gain of the PI, (5.10)", unit="N m/(N s)", bounds=(0.0, 1.0)
+    )
     lead_time: float = param(0.1105, "T_d of (5.11)", unit="s", bounds=(0.0, 10.0))
     lead_alpha: float = param(0.113, "alpha_l of (5.11), thesis 0.2174", bounds=(0.01, 1.0))
     start_torque: float = param(
@@ -48,7 +52,7 @@ class FreeRollingParameters(Params):
     )
     stiffest: float = param(
         1.1e6,
-        "C_x for which the gains are set when no tire is felt",
+        "C_x for the gains when the start measures no tire force",
         unit="N/m",
         bounds=(1e4, 1e8),
     )
@@ -63,16 +67,16 @@ class FreeRollingParameters(Params):
         8.0, "start: lost travel made up at this rate", unit="1/s", bounds=(0.0, 100.0)
     )
     caught: float = param(
-        0.00015, "start: so little lost travel is none", unit="m", bounds=(1e-6, 0.01)
+        0.00015, "start: lost travel that counts as recovered", unit="m", bounds=(1e-6, 0.01)
     )
     settled_band: float = param(
-        0.05, "settled: filtered error within this part of the reference", bounds=(0.001, 1.0)
+        0.05, "settled: largest filtered error, relative to the reference", bounds=(0.001, 1.0)
     )
     settled_filter: float = param(
-        1.0, "time constant of that filter", unit="s", bounds=(0.01, 60.0)
+        1.0, "settled: time constant of the filter of the error", unit="s", bounds=(0.01, 60.0)
     )
     settled_time: float = param(
-        2.0, "settled: within the band for so long", unit="s", bounds=(0.0, 60.0)
+        2.0, "settled: time within settled_band", unit="s", bounds=(0.0, 60.0)
     )
 
     @property

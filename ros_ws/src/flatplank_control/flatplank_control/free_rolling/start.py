@@ -4,11 +4,14 @@ lost.
 
 While the self-locking gear holds the wheel, the moving road deflects the tire: dFx/dx is its
 stiffness C_x = C_Fk / sigma. Then a servo drives the wheel to the angle that corresponds to the
-road's travel, and the force loop takes over.
+road's travel. The force controller follows.
 
-Stiffness and relaxation length follow by least squares from the integrated transient tire model, F
-= F_0 + C_x (r_e theta - x) - (1/sigma) int F dx, with the travel x of the road and the angle theta
-of the wheel since the start. The model is linear in C_x, C_x r_e, 1/sigma and F_0."""
+Stiffness and relaxation length follow by least squares from the integrated transient tire model
+
+    F = F_0 + C_x (r_e theta - x) - (1/sigma) int F dx
+
+with the travel x of the road and the angle theta of the wheel since the start. The model is linear
+in C_x, C_x r_e, 1/sigma and F_0."""
 
 from __future__ import annotations
 
@@ -40,7 +43,7 @@ UNKNOWN = Tire(math.nan, math.nan, math.nan)
 
 
 class StiffnessEstimator:
-    """Sums of the normal equations, one sample per cycle; `solve` once at the end."""
+    """Least-squares fit of the tire; `add` one sample per cycle, `solve` once at the end."""
 
     def __init__(self, radius: float) -> None:
         self._radius = radius
@@ -79,7 +82,8 @@ class StiffnessEstimator:
         return Tire(float(stiffness), float(sigma) if known else math.nan, float(radius))
 
 
-LISTEN, CATCH, OVER = range(3)
+MEASURE_STIFFNESS, CATCH_UP, OVER = range(3)
+"""phases of a start: the held tire gives C_x; the wheel recovers the lost travel; it is over"""
 NOTICED = 25.0
 """smallest force change of a sample that is used [N]"""
 ENOUGH_FORCE = 450.0
@@ -87,12 +91,12 @@ ENOUGH_FORCE = 450.0
 ENOUGH_TRAVEL = 0.0012
 """travel since the first used sample after which the stiffness is computed [m]"""
 LONGEST = 0.004
-"""road without a force change after which the estimate is given up [m]"""
+"""road without a force change after which the wheel starts without an estimate [m]"""
 FEWEST = 5
 """smallest number of samples for the stiffness"""
-CATCH_AT_LEAST = 0.25
+CATCH_UP_MIN_S = 0.25
 """shortest time of the servo phase [s]"""
-CATCH_AT_MOST = 0.05
+CATCH_UP_MAX_M = 0.05
 """longest road of the servo phase [m]"""
 ESTIMATE_OVER = 0.05
 """road over which stiffness, relaxation length and radius are estimated [m]"""
@@ -103,7 +107,7 @@ class Start:
 
     def __init__(self, p: FreeRollingParameters) -> None:
         self._p = p
-        self.phase = LISTEN
+        self.phase = MEASURE_STIFFNESS
         self.stiffness = math.nan
         """C_x [N/m]"""
         self.torque = 0.0
@@ -126,9 +130,9 @@ class Start:
         x = self.observe(fx, encoders)
         assert self._zero is not None, "set by observe"
         force = fx - self._zero[1]
-        if self.phase == LISTEN:
+        if self.phase == MEASURE_STIFFNESS:
             self._estimate_stiffness(x, force)
-            if self.phase == LISTEN:
+            if self.phase == MEASURE_STIFFNESS:
                 return 0.0
         return self._catch_up(x, force, encoders)
 
@@ -151,7 +155,7 @@ class Start:
     def _estimate_stiffness(self, x: float, force: float) -> None:
         if -force < NOTICED:
             if x > LONGEST:
-                self.phase = CATCH
+                self.phase = CATCH_UP
             return
         if not self._n:
             self._first = x
@@ -163,7 +167,7 @@ class Start:
             spread = sxx - sx * sx / self._n
             if spread > 0.0:
                 self.stiffness = -(sxf - sx * sf / self._n) / spread
-            self.phase = CATCH
+            self.phase = CATCH_UP
 
     def _catch_up(self, x: float, force: float, encoders: EncoderSample) -> float:
         p = self._p
@@ -179,7 +183,7 @@ class Start:
         torque = min(max(torque, p.torque_min), p.torque_max)
         self.torque += self._smooth * (torque - self.torque)
         self._caught += 1
-        settled = abs(lost) < p.caught and self._caught > CATCH_AT_LEAST * p.rate_hz
-        if settled or x > CATCH_AT_MOST:
+        settled = abs(lost) < p.caught and self._caught > CATCH_UP_MIN_S * p.rate_hz
+        if settled or x > CATCH_UP_MAX_M:
             self.phase = OVER
         return torque

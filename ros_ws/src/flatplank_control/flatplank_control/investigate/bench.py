@@ -23,8 +23,8 @@ from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError, NothingUsableError
 
 SET_UP = {"fz": 0.0, "pressure": 5.0, "alpha_deg": 2.0}
-"""setting -> time that a real operator needs to change it, beyond that in the dry run [min]:
-inflating and settling of the tire, unlocking of the steering"""
+"""setting -> time to change it by hand, in addition to that of the dry run [min]: the tire is
+inflated and settles, the steering is unlocked"""
 Radii = Mapping[tuple[float, float, float], float]
 """condition of a setting -> effective rolling radius [m], where known"""
 
@@ -86,7 +86,7 @@ def _dry_minutes(text: str) -> float:
 REPORT = "investigation"
 """folder of the report page; contains no run"""
 Execute = Callable[[CampaignPlan, str, float], None]
-"""(plan, its text, minutes of the budget left after it) -> None; makes the plan in the folder"""
+"""(plan, its text, minutes left after it) -> None; makes the runs of the plan in the folder"""
 
 
 class CampaignBench:
@@ -146,8 +146,8 @@ class CampaignBench:
         for key, setting in settings_of(parsed).items():
             done = journal.done.get(key)
             self._stands = setting
-            if done and done.counts and done.facts.get("good") and not done.skipped:
-                good.append(done.counts)
+            if done and done.valid_file and done.facts.get("good") and not done.skipped:
+                good.append(done.valid_file)
             else:
                 back.append(setting)
                 bad += done.files if done else []

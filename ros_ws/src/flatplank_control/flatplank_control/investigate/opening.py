@@ -87,8 +87,8 @@ def batches_of_runner(folder: Path) -> Execute:
         conductor = conductor_of(folder, plan)
         if not conductor.over:
             raise PlanFailed(
-                f"{plan.name}: {conductor.done} of {conductor.total} runs are made; begin again "
-                "goes on there"
+                f"{plan.name}: {conductor.done} of {conductor.total} runs are made; "
+                "start the investigation again to continue"
             )
 
     return execute

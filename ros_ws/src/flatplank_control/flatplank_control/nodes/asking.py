@@ -24,7 +24,7 @@ class _Question(NamedTuple):
 
 
 class PendingCalls:
-    """Waits for answers while the called nodes exist; call `look` now and then.
+    """Waits for answers as long as the called nodes exist; call `look` regularly.
 
     A node that ends leaves the graph at once; a killed one when its lease expires (20 s with Fast
     DDS). A new node with the same name has not received the call, so servers are identified by
@@ -66,7 +66,7 @@ class PendingCalls:
 
 
 class NodeParameters:
-    """Parameters of all running nodes; `wake` is called at each answer."""
+    """Requests for the parameters of all running nodes; `wake` is called at each answer."""
 
     def __init__(self, clients: dict[str, Client], wake: Callable[[], None]) -> None:
         self._clients = {n: c for n, c in clients.items() if c.service_is_ready()}

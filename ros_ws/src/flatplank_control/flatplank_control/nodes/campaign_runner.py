@@ -50,7 +50,7 @@ class CampaignRunner:
         if self.conductor.done and not resume:
             raise ValueError(
                 f"{self.folder} has {self.conductor.done} runs of this plan; "
-                "have them gone on with, or give another folder"
+                "set resume to continue them, or give another folder"
             )
 
     async def run(self, cancelled: Callable[[], bool], tell: Callable[[str], None]) -> None:
@@ -77,14 +77,16 @@ class CampaignRunner:
         return self.conductor.time_left(self._durations)
 
     async def _clean_up(self) -> None:
-        """Clean up after an interrupted runner: stop the wheel, close its bag."""
+        """After an interrupted runner: stop the wheel, close its bag, adopt a complete one."""
         if not self.journal.interrupted:
             return
         self._tell("an earlier campaign was interrupted: stop the wheel, close its bag")
         await self._end("interrupted", "the runner ended")
         adopted = self._adopt()
         if adopted is not None:
-            self._tell(f"{self.journal.path.name}: the run that was not written down is there")
+            self._tell(
+                f"{self.journal.path.name}: a complete run missing in the journal was adopted"
+            )
             self._tell(f"{adopted.file}: {adopted.text()}")
             if self.conductor.over:  # no further run follows that would unload the tire
                 await self.bench.do(Manual("unload", 0.0))

@@ -286,5 +286,5 @@ class BenchClient:
                 seen = time.monotonic()
             elif time.monotonic() - seen > SERVER_GONE:
                 raise BenchError(
-                    "the runner has gone; start it again, the same command goes on where it ended"
+                    "the runner has gone; start it again, the same command continues it"
                 )

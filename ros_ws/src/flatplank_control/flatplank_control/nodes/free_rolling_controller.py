@@ -15,7 +15,7 @@ from flatplank_msgs.msg import ControllerState
 
 
 class FreeRollingControllerNode(SourceNode):
-    """Contact wrench and encoders -> /wheel_drive/reference and ~/state."""
+    """Publishes /wheel_drive/reference and ~/state from contact wrench and encoders."""
 
     PARAMETERS = FreeRollingParameters
     MODE = "free_rolling"

@@ -158,8 +158,10 @@ class MeasurementRunnerNode(BenchNode):
         try:
             self.bench = bench
             data = mapping_of(request.plan)
-            make = self.many if is_campaign(data) else self.one
-            result.message = await make(goal, bench, data, feedback)
+            if is_campaign(data):
+                result.message = await self.many(goal, bench, feedback)
+            else:
+                result.message = await self.one(goal, bench, data, feedback)
             result.success = True
         except Exception as error:  # after any error the bench is left safe
             result.message = await self.stopped(bench, error, request.simulated)
@@ -203,9 +205,7 @@ class MeasurementRunnerNode(BenchNode):
             feedback.next_step()
         return "complete"
 
-    async def many(
-        self, goal: ServerGoalHandle, bench: RosBench, _data: Any, feedback: Feedback
-    ) -> str:
+    async def many(self, goal: ServerGoalHandle, bench: RosBench, feedback: Feedback) -> str:
         """Make a campaign; its journal lies beside its bags."""
         request = goal.request
         self.campaign = campaign = CampaignRunner(

@@ -21,7 +21,7 @@ from flatplank_control.calibration.book import CalibrationBook
 from flatplank_control.nodes.asking import NodeParameters, clients
 from flatplank_control.recording.bus_cycles import Arrivals
 from flatplank_control.recording.filled import in_words, requested_record
-from flatplank_control.recording.recovery import mend
+from flatplank_control.recording.recovery import repair
 from flatplank_control.recording.session import RecordingSession, State
 from flatplank_control.recording.topics import RECORDED, at_every_cycle
 from flatplank_control.runner.provenance import InForce, complete, software_version
@@ -37,7 +37,7 @@ CLOSE_TIMEOUT_S = 5.0
 """time-out for messages in transit when a bag is closed [s]; a lost one is sent again after 3 s"""
 MODE = "/wheel_drive/mode"
 INTRODUCTION = 8.0
-"""time-out for the first messages of running nodes at a start [s]; clients wait 10 s"""
+"""time-out for the first messages of running nodes at a start [s]; clients wait for 10 s"""
 
 
 @dataclass(frozen=True)
@@ -62,17 +62,16 @@ def utc_now() -> str:
 
 
 class RecorderNode(BenchNode):
-    """All topics of the table, serialised as received -> one MCAP bag per measurement; publishes
-    /run.
-    """
+    """Writes all topics of the table, serialised as received, into one MCAP bag per measurement;
+    publishes /run."""
 
     PARAMETERS = RecorderParameters
 
     def configure(self, parameters: RecorderParameters) -> None:
         folder = Path(parameters.folder).expanduser()
         folder.mkdir(parents=True, exist_ok=True)
-        for mended in mend(folder):
-            self.troubles.happened("bag_mended", str(mended))
+        for repaired in repair(folder):
+            self.troubles.happened("bag_mended", str(repaired))
         self.session = RecordingSession(folder, RECORDED, pre_trigger=parameters.pre_trigger)
         self.arrivals = Arrivals()
         self.requested = requested_record("")
@@ -168,7 +167,7 @@ class RecorderNode(BenchNode):
         silent = await self.hear(request.after, INTRODUCTION)
         in_force = await self.answers(asked, end)
         if silent:
-            what = f"nothing comes on {', '.join(silent)} though somebody speaks there"
+            what = f"no message on {', '.join(silent)} although a node publishes it"
             do = "start again in a moment, or start that node anew"
             return answer(response, False, f"{what}; {do}")
         try:

@@ -30,7 +30,7 @@ from flatplank_control.runner.conditions import (
 from flatplank_control.runner.measurement import TRIGGER_AT
 from flatplank_control.runner.moves import SPEED, by_drive
 from flatplank_control.runner.plans import release_axes, safe_end
-from flatplank_control.runner.steps import CHUNK, StopWatch, WaitMonitor
+from flatplank_control.runner.steps import CHUNK, StopDetector, WaitMonitor
 from flatplank_msgs.srv import (
     Advance,
     MoveTo,
@@ -45,12 +45,14 @@ from flatplank_msgs.srv import (
 
 PLANT = "/simulated_plant"
 TICK = 0.25
+"""interval between checks of pending calls and of `interrupt` [s]"""
 SAMPLES_TIMEOUT_S = 2.0
 """time-out for the samples of a completed cycle [s]"""
 ATTEMPTS = 10
+"""attempts to get the first samples of a held bus"""
 SILENCE = 5.0
 """a bench without messages for this time is gone [s]"""
-BY_HAND = {
+SERVICE_OF = {
     "load": "load_to",
     "steer_deg": "set_steer_deg",
     "road_camber_deg": "set_road_camber_deg",
@@ -109,7 +111,7 @@ class RosBench:
         """true once a step was performed"""
         self.passing: Callable[[float], None] = lambda _seconds: None
         """called during waits with the time waited [s of bench time]"""
-        self._stops = StopWatch()
+        self._stops = StopDetector()
         self._stopped = False
         """true when the operator has turned the plank's switch to stop"""
         self._clients: dict[str, Any] = {}
@@ -184,8 +186,8 @@ class RosBench:
     async def advance(self, cycles: int) -> None:
         """Let a held bus make cycles, and wait for the samples of the last one.
 
-        Samples are lost only before DDS has connected a node with this one, and a held bus sends
-        no more by itself. So the bus makes one more cycle in that case. Later samples all arrive.
+        Samples are lost only before DDS has connected a node with this one. A held bus sends no
+        more by itself, so until the first samples arrive it is asked for one more cycle.
         """
         cycle = (await self.call(Advance, f"{PLANT}/advance", cycles=cycles)).cycle
         for _ in range(ATTEMPTS):
@@ -231,7 +233,7 @@ class RosBench:
         elif step.quantity == "flexplates":
             await self.call(SetBool, f"{PLANT}/connect_flexplates", data=bool(step.value))
         else:
-            await self.call(SetValue, f"{PLANT}/{BY_HAND[step.quantity]}", value=step.value)
+            await self.call(SetValue, f"{PLANT}/{SERVICE_OF[step.quantity]}", value=step.value)
         timeout = QUANTITIES[step.quantity].timeout
         await self._wait(S.Wait(f"done: {text}", condition_of(step), timeout, 0.2))
 

@@ -15,7 +15,7 @@ from flatplank_msgs.srv import SetSlipStep, SetWaveform
 
 
 class SlipSequencerNode(SourceNode):
-    """Encoders -> /wheel_drive/reference and ~/state; slip steps and waveforms by service."""
+    """Publishes /wheel_drive/reference and ~/state from the encoders; waveforms by service."""
 
     PARAMETERS = SequencerParameters
     MODE = "slip"

@@ -21,9 +21,9 @@ from flatplank_data.files import write_atomic
 from flatplank_data.naming import check_name
 
 CHUNK_SIZE = 512 * 1024
-"""[bytes]"""
+"""size at which a chunk is written to disk [bytes]"""
 FLUSH_PERIOD = 0.5
-"""a kill loses at most the messages of this time [s]"""
+"""longest time between two writes to disk [s]; a kill loses the messages since the last one"""
 RESERVE_NAME = ".reserve"
 RESERVE_SIZE = 1024 * 1024
 """disk space reserved to finish the bag when the disk is full [bytes]"""
@@ -104,7 +104,7 @@ class BagWriter:
             self._guarded(lambda: self._file.add_chunk(*chunk))
 
     def poll(self) -> None:
-        """Flush when it is due; call it now and then while no message comes."""
+        """Flush when it is due; call it regularly while no message comes."""
         if not self.error and not self._closed and self._clock() >= self._next_flush:
             self.flush()
 
@@ -131,7 +131,7 @@ class BagWriter:
             self._file.abandon()
             self.error = (
                 f"{self.path}: not finished ({error.strerror}); what is written is kept, "
-                "free the disk and start the recorder again to mend it"
+                "free the disk and start the recorder again to repair it"
             )
             raise RecordingError(self.error) from error
 

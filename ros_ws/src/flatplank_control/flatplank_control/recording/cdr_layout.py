@@ -21,6 +21,7 @@ from flatplank_data.errors import RecordingError
 from flatplank_data.params import nearest
 
 ENCAPSULATION = b"\x00\x01\x00\x00"
+"""first bytes of a CDR message: XCDR1, little endian"""
 _FORMATS = {kind: f"<{code}" for kind, code in PRIMITIVES.items()} | {"bool": "?"}
 
 
@@ -60,7 +61,7 @@ class CdrLayout:
         self._template = np.frombuffer(bytes(template), np.uint8)
 
     def new(self, count: int) -> np.ndarray:
-        """`count` messages, all numbers zero; an array of `dtype`."""
+        """Array of `count` messages of `dtype`, all numbers zero."""
         rows: np.ndarray = np.empty((count, self.itemsize), np.uint8)
         rows[:] = self._template
         return rows.view(self.dtype).reshape(count)
@@ -138,9 +139,3 @@ def set_stamps(messages: np.ndarray, stamps_ns: np.ndarray, path: str = "header.
     seconds, rest = np.divmod(stamps_ns, 1_000_000_000)
     messages[path + ".sec"] = seconds
     messages[path + ".nanosec"] = rest
-
-
-def to_bytes(messages: np.ndarray) -> list[bytes]:
-    """Convert each row to the bytes of one message."""
-    data, size = np.ascontiguousarray(messages).tobytes(), messages.dtype.itemsize
-    return [data[at : at + size] for at in range(0, len(data), size)]

@@ -25,7 +25,7 @@ BY_HAND = "by_hand"
 
 @dataclass(frozen=True)
 class RequestedRecord:
-    """A record, and the keys that the request has set."""
+    """Record of a start request; `said`: the keys that the request has set."""
 
     record: RunRecord
     said: Collection[str]

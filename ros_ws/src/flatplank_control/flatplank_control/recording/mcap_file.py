@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """An MCAP file that grows by whole chunks, so that it stays readable after any interruption.
 
-It uses the records of the `mcap` package. Beyond its writer, a chunk and its index are written at
-once, a failed write is undone, and a truncated file can be continued and finished (`recovery`).
+It uses the records of the `mcap` package, but not its writer: here a chunk and its index are
+written at once, a failed write is undone, and a truncated file can be finished (`recovery`).
 Format: https://mcap.dev/spec.
 """
 
@@ -37,6 +37,7 @@ LIBRARY = "flatplank"
 MESSAGE = Struct("<BQHIQQ")
 """opcode, length, channel, sequence, log time, publish time"""
 CHUNK = Struct("<BQQQQIIQ")
+"""opcode, length, first and last stamp, size, CRC, length of the compression's name, size"""
 
 
 def encode(*records: McapRecord) -> bytes:
@@ -122,7 +123,7 @@ class McapFile:
         return self._offset
 
     def add_schema(self, name: str, definition: str) -> int:
-        """Number of the new schema."""
+        """Add a schema; returns its number."""
         number = len(self.index.schemas) + 1
         schema = Schema(id=number, data=definition.encode(), encoding="ros2msg", name=name)
         self._append(encode(schema))
@@ -130,7 +131,7 @@ class McapFile:
         return number
 
     def add_channel(self, topic: str, schema: int, metadata: dict[str, str]) -> int:
-        """Number of the new channel."""
+        """Add a channel; returns its number."""
         number = len(self.index.channels) + 1
         channel = Channel(
             id=number, topic=topic, message_encoding="cdr", metadata=metadata, schema_id=schema

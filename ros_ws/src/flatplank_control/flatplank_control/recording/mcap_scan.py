@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scans an unfinished MCAP file of the recorder for complete records and its truncation."""
+"""Finds the complete records of an unfinished MCAP file of the recorder, and where they end."""
 
 from __future__ import annotations
 
@@ -70,7 +70,8 @@ def stored_messages(path: Path, index: Index) -> Iterator[ScannedMessage]:
 
 
 def scan(path: Path) -> Scan:
-    """Scan `path` from its beginning; refuse a file from another writer."""
+    """Scan a file from its beginning; RecordingError for a file of another writer or a damaged
+    one."""
     with path.open("rb") as file:
         data = file.read()
     result = Scan(finished=data.endswith(MAGIC) and len(data) > 2 * len(MAGIC))

@@ -30,7 +30,7 @@ from flatplank_data.run_record import RunRecord
 
 _OPEN_STATUSES = ("described", "armed", "recording")
 _STATUS = re.compile(r"^status: (\w+)", re.MULTILINE)
-_REASON = "the recorder ended without closing the bag; mended at the next start"
+_REASON = "the recorder ended without closing the bag; repaired at the next start"
 
 
 class RepairedBag(NamedTuple):
@@ -45,22 +45,22 @@ class RepairedBag(NamedTuple):
         return f"{self.path.name}: {self.note}"
 
 
-def mend(folder: Path | str) -> list[RepairedBag]:
+def repair(folder: Path | str) -> list[RepairedBag]:
     """Repair every bag of this recorder in the data folder, except those being written."""
-    mended = []
+    repaired = []
     for path in sorted(path for path in Path(folder).iterdir() if path.is_dir()):
         if not (path / bag_file_name(path.name)).is_file():
             continue
         try:
-            result = mend_bag(path)
+            result = repair_bag(path)
         except (RecordingError, OSError) as error:
-            result = RepairedBag(path, 0, f"not mended: {error}")
+            result = RepairedBag(path, 0, f"not repaired: {error}")
         if result is not None:
-            mended.append(result)
-    return mended
+            repaired.append(result)
+    return repaired
 
 
-def mend_bag(path: Path) -> RepairedBag | None:
+def repair_bag(path: Path) -> RepairedBag | None:
     """Repair one bag; None when there is nothing to do."""
     if _is_whole(path):
         return None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The core of the recorder, with states idle, armed (waits for the motion trigger), recording."""
+"""The recorder without ROS: idle, armed (waits for the motion trigger) or recording."""
 
 from __future__ import annotations
 
@@ -184,7 +184,7 @@ class RecordingSession:
         bag = self._bag
         if bag is None or self.record is None:
             raise RecordingError(NOTHING)
-        self.record.with_changes(status=status)
+        self.record.with_changes(status=status)  # refuses an unknown status
         if fill is not None and self.state is State.RECORDING:
             self._guarded(bag.flush)
             self.record = fill(self.record, bag.path)

@@ -15,6 +15,7 @@ from flatplank_hw.hub.params import SETUP_CONSTANTS as OF_HUB
 
 Condition = Callable[[Snapshot], bool]
 AT_ANGLE = math.radians(0.2)
+"""tolerance of a wheel angle [rad]"""
 STILL = 1e-3
 """a wheel stands below this speed [rad/s]"""
 PRELOAD = 300.0
@@ -34,7 +35,7 @@ def plank_moves() -> Condition:
 
 
 def travelled(distance: float) -> Condition:
-    """The plank has travelled `distance` [m] since the first call, or has come to rest."""
+    """Condition: the plank has travelled `distance` [m] since the first call, or rests."""
     first: float | None = None
 
     def check(s: Snapshot) -> bool:
@@ -48,13 +49,12 @@ def travelled(distance: float) -> Condition:
 
 
 def plank_beyond(position: float) -> Condition:
-    """The plank has passed `position` [m] after the trigger, or rests before it, at the end of the
-    road."""
+    """Condition: the plank has passed `position` [m], or rests before it."""
     return lambda s: s.encoders.plank_position >= position or not s.encoders.plank_moving
 
 
 class CachedCondition:
-    """A condition that remembers its last result."""
+    """Condition that keeps its last result in `held`."""
 
     def __init__(self, condition: Condition) -> None:
         self._condition = condition
@@ -75,7 +75,7 @@ def wheel_at(angle_deg: float) -> Condition:
 
 
 def loaded(fz: float, zero: float = math.nan) -> Condition:
-    """The load [N] is reached, within 1 % and 10 N.
+    """Condition: the load [N] is reached, within 1 % and 10 N.
 
     `zero`: Fz of the unloaded hub at this wheel angle [N]. Without it the tolerance includes the
     largest spurious force of the preloaded shaft.
@@ -91,7 +91,7 @@ def loaded(fz: float, zero: float = math.nan) -> Condition:
 
 
 def unloaded() -> Condition:
-    """The force is small, and the axle is at rest."""
+    """Condition: the force is small, and the axle rests."""
     radius, since = math.inf, 0
 
     def check(s: Snapshot) -> bool:
@@ -112,6 +112,7 @@ class Quantity:
     prompt: str
     """text with {value}"""
     verify: Callable[..., Condition]
+    """value, for a load also the zero of the hub [N] -> condition that confirms the setting"""
     timeout: float = 120.0
     """time-out of a simulated operator [s of bench time]"""
 

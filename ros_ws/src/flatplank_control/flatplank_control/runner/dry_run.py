@@ -25,17 +25,21 @@ STEP = 0.1
 """time step [s]"""
 WHEEL_SPEED = 0.15
 """wheel speed of a move [rad/s]"""
-BY_HAND = {"load": 7.0, "unload": 5.0, "pressure_bar": 0.2, "cleat_mm": 0.2}
-"""setting -> typical time of an operator on the simulated bench [s]; angles change at 2 deg/s"""
+SETTING_TIME_S = {
+    "load": 7.0, "unload": 5.0, "pressure_bar": 0.2, "cleat_mm": 0.2, "flexplates": 0.2,
+}  # fmt: skip
+"""setting -> typical time of an operator on the simulated bench [s]; all others are angles"""
 ANGLE_SPEED = 2.0
+"""speed at which an operator changes an angle [deg/s]"""
 
 
 class DryBench:
-    """Kinematic bench; `time` is the bench time [s] of all performed steps."""
+    """Bench with kinematics only; `time` is the bench time of all performed steps [s]."""
 
     def __init__(self) -> None:
         self.time = 0.0
         self.plank = self.wheel = 0.0
+        """machine position of the plank [m], angle of the wheel [rad]"""
         self.road_used = 0.0
         """farthest position of the plank from the trigger [m]"""
         self.steps: list[S.Step] = []
@@ -66,7 +70,7 @@ class DryBench:
         self._set[step.quantity] = step.value
         if step.quantity == "unload":
             self._set["load"] = 0.0
-        needed = BY_HAND.get(step.quantity)
+        needed = SETTING_TIME_S.get(step.quantity)
         needed = abs(step.value - before) / ANGLE_SPEED if needed is None else needed
         quantity = QUANTITIES[step.quantity]
         self._wait(S.Wait(quantity.prompt, condition_of(step), quantity.timeout, needed + 0.2))
@@ -85,7 +89,7 @@ class DryBench:
 
     def _advance(self) -> None:
         self.time += STEP
-        speed = self._direction * (SPEED if self._fast or self._direction < 0 else SLOW)
+        speed = self._speed
         self.plank = min(max(self.plank + speed * STEP, -0.01), ROAD_LENGTH)
         if self._direction > 0 and self.plank >= self._stop_at:
             self.plank, self._direction = self._stop_at, 0
@@ -98,6 +102,11 @@ class DryBench:
             self.wheel, self._omega = self.wheel + step, step / STEP
         elif self._direction > 0:
             self.wheel += speed * STEP / 0.31
+
+    @property
+    def _speed(self) -> float:
+        """Speed of the plank by its switch [m/s]."""
+        return self._direction * (SPEED if self._fast or self._direction < 0 else SLOW)
 
     @property
     def _moves(self) -> bool:
@@ -114,7 +123,7 @@ class DryBench:
         moves = self._moves
         fz = self._set.get("load", 0.0)
         force = Wrench(0.0, 0.0, fz, 0.0, 0.0, 0.0)
-        speed = SPEED * self._direction if moves else 0.0
+        speed = self._speed if moves else 0.0
         steer = math.radians(self._set.get("steer_deg", 0.0))
         camber = math.radians(self._set.get("road_camber_deg", 0.0))
         encoders = EncoderSample(
@@ -179,7 +188,7 @@ class DryRun:
         return sum(self.durations.values())
 
     def lines(self, plan: CampaignPlan) -> list[str]:
-        """Text for people."""
+        """Summary for the terminal."""
         kinds = ", ".join(f"{n} {kind}" for kind, n in self.kinds.items())
         hours = self.total / 3600.0
         return [

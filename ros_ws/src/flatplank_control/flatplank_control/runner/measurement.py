@@ -36,17 +36,18 @@ ON_THE_ROAD = ("slip", "cleat", "turning", "camber_sweep")
 DRAGGED = ("stiffness_longitudinal", "stiffness_lateral", "locked_wheel")
 """kinds with a held wheel, where the road may move in both directions"""
 PROFILED = ("parking", "turning", "camber_sweep")
+"""kinds in which the steering or the road camber follows a profile"""
 OF_THE_PLAN = (
     "end_position", "distance", "cleat_mm", "profile_time", "hold_load", "optical_trigger",
     "flexplates",
 )  # fmt: skip
-"""fields about the procedure, which the run record does not have"""
+"""fields that are not copied to the run record"""
 START_ANGLES = {1: 0.0, 2: 120.0, 3: 240.0}
 """start position -> wheel angle [deg]"""
 
 
 class MeasurementError(ValueError):
-    """An impossible measurement; `key`: field at fault, `reason`: what is wrong."""
+    """Error for an impossible measurement. `key`: field at fault; `reason`: what is wrong."""
 
     def __init__(self, text: str, key: str = "", reason: str = "") -> None:
         super().__init__(text)

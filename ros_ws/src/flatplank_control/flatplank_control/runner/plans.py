@@ -24,11 +24,11 @@ PAUSE = 0.5
 """rest before a standing tire is loaded tangentially [s]"""
 EXAMPLE = "{measurement: slip, kappa: 0.05, effective_rolling_radius: 0.3108}"
 SAYS_WHAT = ("measurement", "kappa", "waveform")
-"""a goal must have one of these keys; the others only say how to measure"""
+"""keys that state what to measure: a goal needs one of them"""
 
 
 def slip(m: Measurement) -> Plan:
-    """A slip waveform over a rolling tire (section 6.2)."""
+    """A slip waveform over a rolling tire (thesis 6.2)."""
     yield from moves.go_back(m)
     yield from moves.at_speed(m)
     yield S.SlipWaveform(
@@ -59,7 +59,7 @@ def free_rolling(m: Measurement) -> Plan:
 
 
 def unloaded_turn(m: Measurement) -> Plan:
-    """Three turns of the free wheel: the parasitic signal of the preloaded shaft (Appendix C)."""
+    """Three turns of the unloaded wheel: signal of the preloaded shaft (Appendix C)."""
     yield from moves.mounted(m)
     yield from moves.to_rest()
     yield S.Manual("unload", 0.0)
@@ -73,7 +73,7 @@ def unloaded_turn(m: Measurement) -> Plan:
 
 
 def _onto_the_road(m: Measurement, room: float = 0.0) -> Plan:
-    """Move the plank past the trigger, so that the whole record is after it.
+    """Move the plank past the trigger, so that the plank position is known in the whole record.
 
     `room`: additional distance, for a road that moves backward [m].
     """
@@ -102,7 +102,8 @@ def vertical(m: Measurement) -> Plan:
 
 
 def locked_wheel_plan(usual: float, fast: bool) -> Callable[[Measurement], Plan]:
-    """The road moves under the held wheel, by `usual` [m] unless the plan says otherwise."""
+    """Plan in which the road moves under the held wheel: by `usual` [m], or by the distance of
+    the measurement."""
 
     def plan(m: Measurement) -> Plan:
         way, distance = DIRECTIONS[m.direction], m.distance or usual
@@ -152,7 +153,7 @@ def parking(m: Measurement) -> Plan:
 
 
 def turned(axis: str) -> Callable[[Measurement], Plan]:
-    """The rolling tire with a profile of an axis, from the step position on."""
+    """Plan of a rolling tire: from the step position on, an axis follows a profile."""
 
     def plan(m: Measurement) -> Plan:
         yield from moves.go_back(m)
@@ -197,7 +198,7 @@ def plan_of(m: Measurement) -> Plan:
 
 
 def safe_end() -> Plan:
-    """Safe end of any plan: stop all motion."""
+    """Stop the plank and switch off the drive of the wheel: the safe end of any plan."""
     yield S.Plank(0)
     yield S.Enable(False)
 
@@ -215,7 +216,7 @@ def axes_of(m: Measurement) -> tuple[str, ...]:
 
 
 class GoalError(ValueError):
-    """A goal without a possible measurement; one line."""
+    """Error for a goal that states no measurement; one line."""
 
 
 def mapping_of(text: str) -> Mapping[str, Any]:

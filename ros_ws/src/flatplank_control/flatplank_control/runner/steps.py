@@ -179,16 +179,19 @@ Step = (
 
 
 class PlanFailed(Exception):
-    """A measurement could not be finished; states why, and what to do."""
+    """Error that ends a measurement; the text states why, and what to do."""
 
 
 CHUNK = 25
-"""batches of cycles between checks of a held bench"""
+"""number of batches that a held bench makes between two checks of a wait"""
 
 
-class StopWatch:
-    """Ends a plan when a safety rule stops the drive of the wheel. It ignores a stop from before
-    the plan, which the plan must clear, and the stop of a plank by the plan itself."""
+class StopDetector:
+    """Ends a plan when a safety rule stops the drive of the wheel.
+
+    It ignores a stop from before the plan, which the plan clears, and the stop of the wheel that
+    follows when the plan itself stops the plank.
+    """
 
     def __init__(self) -> None:
         self._ran = False
@@ -223,8 +226,5 @@ class WaitMonitor:
         if elapsed > step.timeout:
             stop = snapshot.drive.stop_reason if snapshot else 0
             drive = f" (drive: {REASONS[stop]})" if stop else ""
-            raise PlanFailed(
-                f"waited {step.timeout:g} s of bench time and it is not true that {step.what}"
-                f"{drive}"
-            )
+            raise PlanFailed(f"after {step.timeout:g} s still not: {step.what}{drive}")
         return False

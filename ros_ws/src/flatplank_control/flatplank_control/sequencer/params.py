@@ -18,7 +18,11 @@ RADIUS = LIMITS["effective_rolling_radius"]
 
 @dataclass(frozen=True)
 class SequencerParameters(Params):
-    """Road speed for the reference, and limits of requests."""
+    """Road speed for the reference, and limits of requests.
+
+    The mesh error is the travel of the road minus that of the plank encoder, with a part once per
+    turn of the pinion and one once per tooth of the rack.
+    """
 
     commanded_speed: float = param(
         FAST,
@@ -32,35 +36,36 @@ class SequencerParameters(Params):
     )
     speed_tolerance: float = param(
         0.2,
-        "the reference is not valid when the measured speed is off by more, as part of it",
+        "largest relative deviation of the measured speed for a valid reference",
         bounds=(0.01, 10.0),
     )
     speed_patience: float = param(
-        0.5, "and has been for so long; a start takes 0.25 s", unit="s", bounds=(0.0, 60.0)
+        0.5,
+        "time off speed until the reference becomes invalid; a start takes 0.25 s",
+        unit="s",
+        bounds=(0.0, 60.0),
     )
     follow_until: float = param(
         0.0,
-        "road up to which the wheel's angle follows it, which makes up a late start; 0: never",
+        "road over which the wheel's angle follows the travel and recovers a late start; 0: never",
         unit="m",
         bounds=(0.0, 100.0),
     )
     follow_rate: float = param(
-        8.0, "lost travel is made up at this rate", unit="1/s", bounds=(0.0, 100.0)
+        8.0, "rate at which lost travel is recovered", unit="1/s", bounds=(0.0, 100.0)
     )
     road_scale: float = param(
         1.0, "true travel of the road over that of the plank encoder", bounds=(0.9, 1.1)
     )
-    mesh_turn_cos: float = param(
-        0.0, "road beyond the encoder's, once per turn of the pinion", unit="m", bounds=_MESH
-    )
-    mesh_turn_sin: float = param(0.0, "the same, sine", unit="m", bounds=_MESH)
-    mesh_tooth_cos: float = param(0.0, "the same once per tooth", unit="m", bounds=_MESH)
-    mesh_tooth_sin: float = param(0.0, "the same, sine", unit="m", bounds=_MESH)
+    mesh_turn_cos: float = param(0.0, "once-per-turn mesh error, cosine", unit="m", bounds=_MESH)
+    mesh_turn_sin: float = param(0.0, "once-per-turn mesh error, sine", unit="m", bounds=_MESH)
+    mesh_tooth_cos: float = param(0.0, "once-per-tooth mesh error, cosine", unit="m", bounds=_MESH)
+    mesh_tooth_sin: float = param(0.0, "once-per-tooth mesh error, sine", unit="m", bounds=_MESH)
     pinion_pitch_radius: float = param(
-        0.05, "of the plank's pinion", unit="m", bounds=(0.001, 1.0), placeholder=True
+        0.05, "pitch radius of the plank's pinion", unit="m", bounds=(0.001, 1.0), placeholder=True
     )
     tooth_pitch: float = param(
-        0.01571, "of the rack", unit="m", bounds=(0.001, 0.2), placeholder=True
+        0.01571, "tooth pitch of the rack", unit="m", bounds=(0.001, 0.2), placeholder=True
     )
     use_road_encoder: bool = param(
         True, "the second road encoder, where it is fitted, tells the travel instead"

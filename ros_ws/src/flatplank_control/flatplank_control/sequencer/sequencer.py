@@ -124,11 +124,6 @@ class SlipSequencer:
         self._follower = Follower(p) if p.follow_until > 0.0 else None
 
     @property
-    def waveform(self) -> Waveform | None:
-        """The present waveform, with its parameters."""
-        return self._wave
-
-    @property
     def state(self) -> SequencerState:
         """State after the last step."""
         return SequencerState(

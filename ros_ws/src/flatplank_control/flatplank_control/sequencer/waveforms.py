@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The waveforms: each a parameter set with one pure function of distance."""
+"""Waveforms of slip over the road: each is a parameter set with a pure function of distance."""
 
 from __future__ import annotations
 
@@ -15,6 +15,11 @@ MAX_SLIP = SLIP[1]
 LENGTH = (1e-3, 100.0)
 
 
+def triangle(turns: float) -> float:
+    """Triangle of period 1 between -1 and 1 that starts upwards from 0."""
+    return 1.0 - 4.0 * abs((turns + 0.25) % 1.0 - 0.5)
+
+
 @dataclass(frozen=True)
 class Waveform(Params):
     """Slip over the distance since the start position; before it the tire rolls freely."""
@@ -28,14 +33,14 @@ class Waveform(Params):
 
 @dataclass(frozen=True)
 class Wave(Waveform):
-    """Slip that goes up and down over the road."""
+    """Periodic slip without end."""
 
-    amplitude: float = param(0.0, "of the slip", bounds=SLIP)
-    wavelength: float = param(1.0, "of the wave on the road", unit="m", bounds=LENGTH)
+    amplitude: float = param(0.0, "amplitude of the slip", bounds=SLIP)
+    wavelength: float = param(1.0, "wavelength on the road", unit="m", bounds=LENGTH)
     offset: float = param(0.0, "mean slip", bounds=SLIP)
 
     def check(self) -> str | None:
-        """Why the wave cannot be: it goes beyond the largest slip."""
+        """Reason of a refusal when the largest slip is exceeded, else None."""
         peak = abs(self.offset) + abs(self.amplitude)
         return f"the slip reaches {peak:g}, beyond {MAX_SLIP:g}" if peak > MAX_SLIP else None
 
@@ -58,7 +63,7 @@ class Step(Waveform):
 
     name = "step"
     kappa: float = param(0.0, "slip after the step", bounds=SLIP)
-    length: float = param(100.0, "of the step", unit="m", bounds=LENGTH)
+    length: float = param(100.0, "length of the step", unit="m", bounds=LENGTH)
 
     def slip(self, distance: float) -> float:
         return self.kappa if distance < self.length else 0.0
@@ -71,7 +76,7 @@ class DoubleStep(Waveform):
     name = "double_step"
     kappa_1: float = param(0.0, "slip after the first step", bounds=SLIP)
     kappa_2: float = param(0.0, "slip after the second step", bounds=SLIP)
-    length: float = param(1.0, "from the first step to the second", unit="m", bounds=LENGTH)
+    length: float = param(1.0, "road from the first step to the second", unit="m", bounds=LENGTH)
 
     def slip(self, distance: float) -> float:
         return self.kappa_1 if distance < self.length else self.kappa_2
@@ -94,8 +99,7 @@ class Triangle(Wave):
     name = "triangle"
 
     def slip(self, distance: float) -> float:
-        quarter = (distance / self.wavelength + 0.25) % 1.0
-        return self.offset + self.amplitude * (1.0 - 4.0 * abs(quarter - 0.5))
+        return self.offset + self.amplitude * triangle(distance / self.wavelength)
 
 
 WAVEFORMS: dict[str, type[Waveform]] = {

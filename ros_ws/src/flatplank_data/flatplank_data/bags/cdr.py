@@ -139,7 +139,7 @@ class Layout:
 
 
 class _Walk:
-    """Walks one payload along its type."""
+    """Finds the offset of every member of one payload."""
 
     def __init__(self, kind: MessageType, payload: bytes) -> None:
         if len(payload) < _START or payload[0] != 0 or payload[1] not in (0, 1):

@@ -37,7 +37,6 @@ class Channel:
     topic: str
     type: str
     definition: str
-    encoding: str
 
 
 @dataclass(frozen=True)
@@ -74,7 +73,7 @@ class McapFile:
         with open(self.path, "rb") as stream:
             if stream.read(len(MAGIC)) != MAGIC:
                 what = "not an MCAP file, or empty"
-                raise FlatplankError(what, self.path.name, "let the recorder mend it")
+                raise FlatplankError(what, self.path.name, "start the recorder again to repair it")
             with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
                 yield from self._read(data, wanted)
 
@@ -161,6 +160,7 @@ class McapFile:
         return offsets
 
     def _describe(self, opcode: int, record: bytes) -> None:
+        """Register the schema or channel of a record; ignore other records."""
         if opcode == SCHEMA:
             (number,) = struct.unpack_from("<H", record)
             name, at = _text(record, 2)
@@ -169,10 +169,9 @@ class McapFile:
             self._schemas[number] = (name, definition)
         elif opcode == CHANNEL:
             number, schema = struct.unpack_from("<HH", record)
-            topic, at = _text(record, 4)
-            encoding, _ = _text(record, at)
+            topic, _ = _text(record, 4)
             name, definition = self._schemas.get(schema, ("", ""))
-            self._channels[number] = Channel(topic, name, definition, encoding)
+            self._channels[number] = Channel(topic, name, definition)
 
     def _select(
         self, buffer: np.ndarray, found: dict[int, np.ndarray], wanted: set[str]
@@ -237,7 +236,7 @@ class SqliteFile:
                 topics = base.execute("SELECT id, name, type FROM topics").fetchall()
                 for number, topic, kind in topics:
                     if topic in wanted:
-                        channel = Channel(topic, kind, definitions.get(kind, ""), "cdr")
+                        channel = Channel(topic, kind, definitions.get(kind, ""))
                         yield from _messages(base, number, channel)
         except sqlite3.DatabaseError as error:
             raise FlatplankError(

@@ -28,7 +28,7 @@ RUN_TOPIC = "/run"
 
 @dataclass(frozen=True)
 class Source:
-    """Message member that fills a column: value * factor + offset is SI."""
+    """Message member that fills a column; value * factor + offset is in SI."""
 
     column: str
     path: str

@@ -18,11 +18,11 @@ from flatplank_data.errors import FlatplankError, YamlError
 from flatplank_data.measured import measured_facts
 from flatplank_data.readers import cache
 from flatplank_data.readers.base import Loaded, Request, describer, reader
+from flatplank_data.run_record import FILE_NAME
 from flatplank_data.store import Store
 from flatplank_data.table import STANDARD_COLUMNS
 from flatplank_data.yaml_text import load_yaml
 
-RECORD_FILE = "run.yaml"
 METADATA_FILE = "metadata.yaml"
 MEASURED = "measured"
 """key of the facts that were derived from the samples"""
@@ -55,8 +55,8 @@ def read_bag(request: Request) -> Loaded:
 
 @describer(*_STORAGE)
 def describe_bag(store: Store, name: str) -> dict[str, Any]:
-    """The run record beside the bag, else the last `/run` message, which has the final status."""
-    record = f"{name}/{RECORD_FILE}" if store.is_dir(name) else _record_of_bag(name)
+    """Facts of the run record beside the bag, else of the last `/run` message (final status)."""
+    record = f"{name}/{FILE_NAME}" if store.is_dir(name) else _record_of_bag(name)
     if store.exists(record):
         with store.open(record) as stream:
             return _record({"record": stream.read().decode("utf-8")})
@@ -71,7 +71,7 @@ def describe_bag(store: Store, name: str) -> dict[str, Any]:
 def _record_of_bag(name: str) -> str:
     """The run record of a bag whose own folder was opened."""
     folder, _, _ = name.rpartition("/")
-    return f"{folder}/{RECORD_FILE}" if folder else RECORD_FILE
+    return f"{folder}/{FILE_NAME}" if folder else FILE_NAME
 
 
 def import_bag(path: Path, topics: TopicMap) -> Loaded:
@@ -210,10 +210,11 @@ def _sorted(parts: list, paths: list[str]) -> tuple[np.ndarray, dict[str, np.nda
 
 
 def _received(base: np.ndarray, stamp: np.ndarray) -> np.ndarray:
-    """Mask of the base cycles that a topic has, or that lie outside its time range. All are kept
-    when it has another clock or rate: then it is interpolated.
+    """Mask (base,) of the base cycles that are kept for a topic.
 
-    A cycle that one topic lost is dropped, not interpolated from its neighbours.
+    A cycle that the topic lost is dropped, not interpolated from its neighbours. All are kept when
+    the topic has another clock or rate, because it is then interpolated; those outside its time
+    range are always kept.
     """
     everything = np.ones(base.size, dtype=bool)
     if base.size < 3 or stamp.size < 3 or np.array_equal(base, stamp):

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One reader per file format, found by suffix; and mapping of foreign columns: their names, and
-which have the opposite sign."""
+"""One reader per file format, found by suffix; and the mapping of foreign columns, of their names
+and of those with the opposite sign."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Loaded:
 
 @dataclass(frozen=True)
 class Request:
-    """What to read."""
+    """What a reader is to read."""
 
     store: Store
     name: str
@@ -79,7 +79,7 @@ def describer(*suffixes: str) -> Callable[[Describer], Describer]:
 
 
 def describe(store: Store, name: str) -> Mapping[str, Any]:
-    """Facts of the run record that can be read without the samples."""
+    """Facts of the run record that can be read without the samples; empty if none."""
     function = _DESCRIBERS.get(_suffix(store, name))
     return function(store, name) if function else {}
 
@@ -90,7 +90,7 @@ def suffixes() -> list[str]:
 
 
 def reader_for(store: Store, name: str) -> Reader:
-    """The reader of a file; a folder is read as a bag."""
+    """The reader of a file; a folder is read as a bag. Raises FlatplankError without a reader."""
     suffix = _suffix(store, name)
     try:
         return _READERS[suffix]

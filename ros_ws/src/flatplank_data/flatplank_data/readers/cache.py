@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parquet cache beside the bags, keyed by size and time of the files; it may be deleted."""
+"""Parquet cache of tables read from bags, in a folder beside them, which may be deleted.
+
+Its key contains size and time of the files of a bag.
+"""
 
 from __future__ import annotations
 
 import contextlib
+import glob
 import hashlib
 import json
 import os
@@ -17,6 +21,8 @@ from flatplank_data.store import LocalStore
 
 FOLDER = ".flatplank-cache"
 _VERSION = 2
+_KEY = 16
+"""length of a key"""
 _FACTS, _REMARKS = b"flatplank.facts", b"flatplank.remarks"
 
 
@@ -29,7 +35,7 @@ def key_of(request: Request) -> str:
         names = sorted(f"{request.name}/{p.name}" for p in folder.iterdir() if p.is_file())
     parts = [(name, *store.stamp(name)) for name in names]
     text = json.dumps([_VERSION, parts, request.mapping], sort_keys=True, default=str)
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
+    return hashlib.sha256(text.encode()).hexdigest()[:_KEY]
 
 
 def load(request: Request, key: str) -> Loaded | None:
@@ -62,7 +68,7 @@ def save(request: Request, key: str, loaded: Loaded) -> None:
     part = path.with_name(f"{path.name}.{os.getpid()}.part")
     try:
         path.parent.mkdir(exist_ok=True)
-        for old in path.parent.glob(f"{request.name}-*.parquet"):
+        for old in path.parent.glob(f"{glob.escape(request.name)}-{'?' * _KEY}.parquet"):
             old.unlink()
         pq.write_table(table, part, compression="zstd", use_dictionary=False)
         os.replace(part, path)

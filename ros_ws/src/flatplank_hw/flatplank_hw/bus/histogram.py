@@ -9,8 +9,8 @@ from typing import Any
 
 
 def percentile(counts: Sequence[int], share: float) -> int:
-    """Lowest bin that, together with all lower bins, holds `share` of all counts; 0 without
-    counts."""
+    """Index of the lowest bin that, together with all lower bins, holds `share` of all counts; 0
+    without counts."""
     wanted, seen = share * sum(counts), 0
     for place, count in enumerate(counts):
         seen += count
@@ -20,13 +20,15 @@ def percentile(counts: Sequence[int], share: float) -> int:
 
 
 FIRST_US = 10.0
+"""upper edge of the first bin [us]"""
 GROWTH = 1.25
+"""upper edge of a bin over that of the bin before [-]"""
 BINS = 50
 _LOG = math.log(GROWTH)
 
 
 class Histogram:
-    """Counts of durations given in ns; each bin is a quarter wider than the one before."""
+    """Histogram of durations with bins of equal width in the logarithm."""
 
     def __init__(self) -> None:
         self.counts = [0] * BINS

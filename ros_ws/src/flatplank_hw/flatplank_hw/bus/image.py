@@ -23,7 +23,11 @@ class Digital(IntFlag):
 
 
 class Health(IntEnum):
-    """Health of the bus, as judged by the node that owns it, published with every image."""
+    """Health of the bus, determined by the owner of the bus and published with every image.
+
+    DEGRADED: single frames are lost, and bridged. STALE: the answers are of an older cycle. LOST:
+    no answer of all slaves for more than two cycles. SLAVE_FAULT: a slave is not in OP.
+    """
 
     OK = 0
     DEGRADED = 1
@@ -66,6 +70,12 @@ class BusInputs(NamedTuple):
     digital: int
     health: int
     axes: tuple[AxisInputs, ...]
+
+
+CHANNELS = 6
+"""number of bridge channels"""
+PER_CYCLE = BusInputs._fields[3:-2]
+"""fields of `BusInputs` with one number per cycle of a batch"""
 
 
 class AxisCommand(NamedTuple):

@@ -13,8 +13,8 @@ ABSENT_TIMEOUT_S = 0.002
 
 
 class Pacer:
-    """Makes cycles by the wall clock (realtime), by the answers of the nodes (lockstep), or not at
-    all (hold).
+    """Paces the cycles by the wall clock (realtime) or by the answers of the nodes (lockstep), or
+    makes none (hold).
 
     Wall times are arguments [s]. In lockstep the bus waits for a missing answer once for the whole
     time-out. Until the answers return it then waits only briefly, so that bench time goes on and
@@ -30,8 +30,11 @@ class Pacer:
         self.timeout = timeout
         self.cycle = -1
         self.until: int | None = None
+        """last cycle to make before the bus is held; None: no end"""
         self.missing: set[int] = set()
+        """axes that have not answered the last batch"""
         self.absent = False
+        """true when an answer has not come within the time-out"""
         self.skipped = 0
         """batches that a real-time bus dropped because it was late"""
         self._last = 0.0

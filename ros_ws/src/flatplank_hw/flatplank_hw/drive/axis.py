@@ -11,10 +11,9 @@ from flatplank_hw.drive import safety
 from flatplank_hw.drive.modes import STAND, Mode, SetPoint
 from flatplank_hw.drive.params import DriveParameters
 from flatplank_hw.drive.requests import DriveRequests
-from flatplank_hw.drive.safety import RULES
+from flatplank_hw.drive.safety import NS, RULES
 from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Reference
 
-NS = 1_000_000_000
 _ENABLED = State.OPERATION_ENABLED
 _BRAKE_TIME = NS // 2
 
@@ -36,7 +35,7 @@ class AxisDrive(DriveRequests):
         hub: HubSample | None,
         reference: Reference | None,
     ) -> tuple[AxisCommand, DriveSample]:
-        """One cycle; about 5 us.
+        """Return command and sample of one bus cycle; takes about 5 us.
 
         A `reference` from another source than that of the mode is ignored.
         """
@@ -54,9 +53,9 @@ class AxisDrive(DriveRequests):
         source = self._mode.source
         if reference is not None and reference.source == source and _usable(reference):
             self._reference = reference
-        watch.look(inputs, self._state, shaft, dt_ns)
-        watch.listen(now, dt_ns, encoders, hub)
-        watch.follow(now, source is not None, self._reference)
+        watch.update_from_bus(inputs, self._state, shaft, dt_ns)
+        watch.update_from_samples(now, dt_ns, encoders, hub)
+        watch.update_reference(now, source is not None, self._reference)
 
         held = self._guard(now) if self._wanted else self._idle()
         word, point = self._decide(axis, now, held, dt_ns)
@@ -79,7 +78,7 @@ class AxisDrive(DriveRequests):
         held."""
         watch = self._watch
         if safety.heartbeat_gone(watch.situation, self.parameters):
-            watch.charge.release()
+            watch.claim.release()
         return True
 
     def _guard(self, now: int) -> bool:
@@ -108,7 +107,7 @@ class AxisDrive(DriveRequests):
                 return self._home(axis, now)
             if not held:
                 return word, self._ask(dt_ns)
-        # after the hold the mode begins anew from the present position
+        # after a hold the mode restarts from the present position
         self._entered = False
         return word, STAND
 
@@ -164,7 +163,7 @@ class AxisDrive(DriveRequests):
             self._homer.running = False
             self._mode = self._position_mode
         if code == RULES["heartbeat"].code:
-            self._watch.charge.release()
+            self._watch.claim.release()
 
     def _start_homing(self) -> None:
         self._change(self._modes["homing"])

@@ -15,8 +15,8 @@ from flatplank_hw.cia402 import (
     CiaMode,
 )
 from flatplank_hw.drive.params import DriveParameters
+from flatplank_hw.drive.safety import NS
 
-NS = 1_000_000_000
 _NAN = math.nan
 _ANSWER_CYCLES = 4
 """Shortest delay from a command to its effect in the inputs [cycles]."""
@@ -72,7 +72,7 @@ STAND = SetPoint(CiaMode.CYCLIC_VELOCITY, _NAN, 0.0, _NAN)
 
 
 class Mode:
-    """Hooks with identity defaults; a mode overrides what it needs."""
+    """Base class of the operation modes; a mode overrides the methods that it needs."""
 
     name: ClassVar[str]
     code: ClassVar[int]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters of one drive. The defaults are those of the wheel; each other axis has its file."""
+"""Parameters of one drive; the defaults are those of the wheel, other axes have YAML files."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class DriveParameters(Params):
         unit="unit",
         bounds=_POSITIVE,
     )
-    unit: str = param("rad", "of the output", choices=("rad", "m"))
+    unit: str = param("rad", "unit of the output", choices=("rad", "m"))
     direction: int = param(1, "1 or -1: sense of the motor against the output", bounds=(-1, 1))
 
     speed_limit: float = param(0.3, "fastest set-point", unit="unit/s", bounds=_POSITIVE)
@@ -48,7 +48,7 @@ class DriveParameters(Params):
     )
     move_speed: float = param(0.15, "speed of a move", unit="unit/s", bounds=_POSITIVE)
     acceleration: float = param(
-        0.5, "of moves and of velocity control", unit="unit/s^2", bounds=_POSITIVE
+        0.5, "acceleration of moves and of velocity control", unit="unit/s^2", bounds=_POSITIVE
     )
     standstill_speed: float = param(
         0.005, "slower than this counts as standing", unit="unit/s", bounds=_POSITIVE
@@ -84,7 +84,10 @@ class DriveParameters(Params):
         bounds=_TIMEOUT,
     )
     heartbeat_timeout: float = param(
-        0.5, "of a claimed operator, R2 of thesis 4.2", unit="s", bounds=(0.05, 10.0)
+        0.5,
+        "oldest heartbeat of the client in charge, R2 of thesis 4.2",
+        unit="s",
+        bounds=(0.05, 10.0),
     )
     trip_time: float = param(
         0.05, "Fz and torque trip when they are too high for so long", unit="s", bounds=(0.0, 1.0)

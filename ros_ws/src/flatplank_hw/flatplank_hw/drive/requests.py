@@ -52,7 +52,7 @@ class DriveRequests:
         return self._mode.name
 
     @property
-    def listens_to(self) -> str | None:
+    def reference_source(self) -> str | None:
         """Source of the references that the present mode follows."""
         return self._mode.source
 
@@ -181,31 +181,31 @@ class DriveRequests:
     def claim(self, client: str) -> Answer:
         """Give control to `client`: from now on the axis stops without its `heartbeat`. The same
         client may claim again, also after its claim has lapsed."""
-        charge = self._watch.charge
+        claim = self._watch.claim
         if not client:
             return refused("a claim needs the name of the client")
-        if charge.client not in ("", client):
-            return refused(f"'{charge.client}' is in charge")
-        return self._agenda.accept(lambda: charge.claim(client))
+        if claim.client not in ("", client):
+            return refused(f"'{claim.client}' is in charge")
+        return self._agenda.accept(lambda: claim.take(client))
 
     def release(self) -> Answer:
         """Release the claim; no client is in charge then."""
-        return self._agenda.accept(self._watch.charge.release)
+        return self._agenda.accept(self._watch.claim.release)
 
     def adopt_claim(self, client: str) -> Answer:
         """Take over a claim that another drive has answered: `client` is in charge of this axis,
         too; empty: none."""
         if not client:
             return self.release()
-        charge = self._watch.charge
-        return self._agenda.accept(lambda: charge.claim(client))
+        claim = self._watch.claim
+        return self._agenda.accept(lambda: claim.take(client))
 
     def heartbeat(self, client: str) -> Answer:
         """Register a heartbeat of the client in charge."""
-        charge = self._watch.charge
-        if not client or charge.client != client:
+        claim = self._watch.claim
+        if not client or claim.client != client:
             return refused(f"'{client}' is not in charge")
-        charge.beat()
+        claim.beat()
         return Answer(True, "", self._agenda.last_cycle + 1)
 
     # reasons for refusal

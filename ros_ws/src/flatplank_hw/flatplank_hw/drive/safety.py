@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Safety rules of a drive: small pure functions of the situation, one line of registration each.
+"""Safety rules of a drive: pure functions of the situation, each registered in `_RULES`.
 
 A latching rule stops the axis until the drive is enabled again; a holding rule keeps it at zero
 speed while it applies.
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from flatplank_hw.drive.params import DriveParameters
 
 NS = 1_000_000_000
+"""[ns/s]"""
 REVERSE_SPEED = -0.0005
 """the plank moves backward below this velocity [m/s]; its slow speed is 0.0015 m/s"""
 _EMERGENCY_OK = int(Digital.EMERGENCY_STOP_OK)
@@ -37,8 +38,8 @@ class Situation:
     state: int = State.SWITCH_ON_DISABLED
     sample_age_ns: int = 0
     """age of the older of the hub and encoder samples"""
-    follows_plank: bool = False
-    """the mode follows references from a source instead of a value of its own"""
+    follows_reference: bool = False
+    """the mode follows the references of a source (of any axis), not a value of its own"""
     reference_age_ns: int = 0
     """age of the last valid reference, at most the time since the plank started"""
     turning: bool = False
@@ -88,7 +89,7 @@ def unloaded(s: Situation, p: DriveParameters) -> bool:
 
 def may_turn(s: Situation, p: DriveParameters) -> bool:
     """True when the road moves, or the tire is unloaded and the mode needs no moving plank."""
-    return s.moving or (not s.follows_plank and unloaded(s, p))
+    return s.moving or (not s.follows_reference and unloaded(s, p))
 
 
 def heartbeat_gone(s: Situation, p: DriveParameters) -> bool:
@@ -96,8 +97,8 @@ def heartbeat_gone(s: Situation, p: DriveParameters) -> bool:
 
 
 def reference_gone(s: Situation, p: DriveParameters) -> bool:
-    """True when references are missing; for an axis that moves also while the plank rests."""
-    return s.follows_plank and s.reference_age_ns > p.reference_timeout * NS
+    """True when the last reference is too old."""
+    return s.follows_reference and s.reference_age_ns > p.reference_timeout * NS
 
 
 _RULES = (
@@ -121,7 +122,7 @@ _RULES = (
     Rule(12, "plank_stands", False, lambda s, p: not may_turn(s, p)),
     Rule(
         13, "plank_reverses", False,
-        lambda s, p: s.follows_plank and not s.plank_velocity >= REVERSE_SPEED,
+        lambda s, p: s.follows_reference and not s.plank_velocity >= REVERSE_SPEED,
     ),
     # for the wheel, which needs references only while the plank moves
     Rule(14, "reference", True, lambda s, p: s.moving and reference_gone(s, p)),
@@ -179,7 +180,7 @@ def _road(s: Situation, p: DriveParameters) -> str:
 
 DETAILS: dict[str, Callable[[Situation, DriveParameters], str]] = {
     "inputs": _inputs,
-    "samples": lambda s, p: f"the older one is {s.sample_age_ns * MS:.0f} ms old",
+    "samples": lambda s, p: f"the older sample is {s.sample_age_ns * MS:.0f} ms old",
     "heartbeat": lambda s, p: f"for {s.heartbeat_age_ns * MS:.0f} ms",
     "speed": lambda s, p: f"{s.speed:.3g} {p.unit}/s, limit {p.speed_trip:g} {p.unit}/s",
     "torque": lambda s, p: f"limit {p.torque_trip:g} N m at the motor",

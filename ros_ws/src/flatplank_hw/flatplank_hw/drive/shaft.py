@@ -8,11 +8,12 @@ import math
 from flatplank_hw.bus.image import AxisInputs
 from flatplank_hw.cia402 import TORQUE_UNIT
 from flatplank_hw.drive.params import DriveParameters
-from flatplank_hw.encoders.counter import turns_between, wrapped
+from flatplank_hw.encoders.counter import counts_between, wrapped
 
 
 class Shaft:
-    """Gear output: position [unit] from zero, velocity [unit/s], torque at the motor [N m]."""
+    """Motion of the gear output: position [unit] from zero, velocity [unit/s]; torque at the motor
+    [N m]."""
 
     __slots__ = ("_counts", "_per_count", "_sign", "_zero", "known", "position", "raw", "torque",
                  "velocity")  # fmt: skip
@@ -26,21 +27,21 @@ class Shaft:
         self.position = self.velocity = self.torque = 0.0
 
     def read(self, axis: AxisInputs, counter_is_set: bool) -> None:
-        """Take a reading; while the drive resets its counter, a change of the counter is no
-        motion."""
+        """Read the inputs of the drive. While the drive sets its counter (`counter_is_set`), a
+        change of the counter is no motion."""
         raw = axis.position
         if not self.known:
             self._counts = self._zero = raw
             self.known = True
         elif not counter_is_set:
-            self._counts += turns_between(self.raw, raw)
+            self._counts += counts_between(self.raw, raw)
         self.raw = raw
         self.position = (self._counts - self._zero) * self._per_count
         self.velocity = axis.velocity * self._per_count
         self.torque = axis.torque * TORQUE_UNIT * self._sign
 
     def make_zero(self) -> None:
-        """The present position is zero."""
+        """Make the present position zero."""
         self._zero, self.position = self._counts, 0.0
 
     def raw_position(self, position: float) -> int:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Updates the situation that the safety rules judge, cycle by cycle."""
+"""Updates the situation that the safety rules check, cycle by cycle."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class ControlClaim:
         self._beat_at = 0
         self._heard = False
 
-    def claim(self, client: str) -> None:
+    def take(self, client: str) -> None:
         """Register the claim; a new claim counts as a heartbeat, its renewal by the same client
         does not."""
         self._heard |= client != self.client
@@ -49,14 +49,14 @@ WHEEL = AXES.index("wheel")
 class Watch:
     """Keeps `situation` up to date, including ages and times above trip values."""
 
-    __slots__ = ("_minds_wheel", "_p", "_since", "_wheel_ran", "charge", "situation")
+    __slots__ = ("_minds_wheel", "_p", "_since", "_wheel_ran", "claim", "situation")
 
     def __init__(self, p: DriveParameters) -> None:
         self._p = p
         self._since = 0
         self._minds_wheel, self._wheel_ran = "wheel_stopped" in p.rules, False
         self.situation = Situation()
-        self.charge = ControlClaim()
+        self.claim = ControlClaim()
 
     def start(self, now: int) -> None:
         """Start at bench time `now` [ns], when the axis is enabled: references are due from then
@@ -64,22 +64,22 @@ class Watch:
         self._since = now
         self.situation.wheel_left = False
 
-    def look(self, inputs: BusInputs, state: int, shaft: Shaft, dt_ns: int) -> None:
-        """Update from the bus and the drive."""
+    def update_from_bus(self, inputs: BusInputs, state: int, shaft: Shaft, dt_ns: int) -> None:
+        """Update from the bus inputs and the drive; `dt_ns`: time since the last inputs [ns]."""
         s, p = self.situation, self._p
         s.health, s.digital, s.gap_ns = inputs.health, inputs.digital, dt_ns
         s.state, s.speed = state, shaft.velocity
         high = not -p.torque_trip <= shaft.torque <= p.torque_trip
         s.torque_high_ns = s.torque_high_ns + dt_ns if high else 0
-        s.claimed = bool(self.charge.client)
+        s.claimed = bool(self.claim.client)
         if s.claimed:
-            s.heartbeat_age_ns = self.charge.age(inputs.stamp_ns)
+            s.heartbeat_age_ns = self.claim.age(inputs.stamp_ns)
         if self._minds_wheel:
             runs = decode(inputs.axes[WHEEL].status_word) is State.OPERATION_ENABLED
             s.wheel_left = (s.wheel_left or self._wheel_ran) and not runs
             self._wheel_ran = runs
 
-    def listen(
+    def update_from_samples(
         self, now: int, dt_ns: int, encoders: EncoderSample | None, hub: HubSample | None
     ) -> None:
         """Update from hub and encoders; without them their values stay, and their age is 0."""
@@ -97,10 +97,12 @@ class Watch:
             s.plank_position, s.steer_angle = encoders.plank_position, encoders.steer_angle
         s.sample_age_ns = age
 
-    def follow(self, now: int, follows_plank: bool, reference: Reference | None) -> None:
+    def update_reference(
+        self, now: int, follows_reference: bool, reference: Reference | None
+    ) -> None:
         """Update the age of the reference; it counts from the start of the plank if that was
         later."""
         s, since = self.situation, self._since
         if reference is not None and reference.stamp_ns > since:
             since = reference.stamp_ns
-        s.follows_plank, s.reference_age_ns = follows_plank, now - since
+        s.follows_reference, s.reference_age_ns = follows_reference, now - since

@@ -7,7 +7,7 @@ _HALF = 1 << 31
 _MASK = (1 << 32) - 1
 
 
-def turns_between(before: int, now: int) -> int:
+def counts_between(before: int, now: int) -> int:
     """Counts from one reading to the next, by the shorter way round the 32-bit range."""
     return ((now - before + _HALF) & _MASK) - _HALF
 
@@ -48,7 +48,7 @@ class SlopeCounter:
         self.counts, self.slope = counts, 0.0
 
     def update(self, raw: int) -> int:
-        """Take a reading; returns the counts moved since the previous one."""
+        """Add a reading; returns the counts since the previous one."""
         if self._raw is None:
             self._raw = raw
             self.refill(raw)
@@ -68,8 +68,16 @@ class SlopeCounter:
         self.slope = self._factor * (self._s1 - self._mean * self._s0)
         return moved
 
+    def bridge(self, raw: int, gap: int) -> None:
+        """Add readings for the lost samples before `raw`, which comes `gap` samples after the
+        last one."""
+        before = raw if self._raw is None else self._raw
+        moved = counts_between(before, raw)
+        for k in range(1, gap):
+            self.update(before + moved * k // gap)
+
     def rezero(self, raw: int) -> None:
-        """The device has reset its counter: continue as if it had not moved."""
+        """Continue from `raw` without motion, after the device has reset its counter."""
         self._raw = raw
 
     def back(self, samples: int) -> int:

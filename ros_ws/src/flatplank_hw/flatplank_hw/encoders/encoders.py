@@ -9,7 +9,7 @@ from flatplank_data.params import require_changes_only
 from flatplank_hw.answers import ActionQueue, Answer
 from flatplank_hw.bus.image import BusInputs, Digital
 from flatplank_hw.cia402 import CiaMode
-from flatplank_hw.encoders.counter import SlopeCounter, turns_between
+from flatplank_hw.encoders.counter import SlopeCounter
 from flatplank_hw.encoders.params import SETUP_CONSTANTS, EncoderParameters
 from flatplank_hw.samples import EncoderSample
 
@@ -64,25 +64,25 @@ class Encoders:
         return self._agenda.accept(lambda: setattr(self, "_armed", True))
 
     def step(self, inputs: BusInputs) -> EncoderSample:
-        """One cycle; about 5 us."""
+        """Return the sample of one bus cycle; takes about 5 us."""
         cycle = inputs.cycle
         agenda = self._agenda
         if agenda.due:
             agenda.run()
         agenda.last_cycle = cycle
         plank, wheel, motor = self._plank, self._wheel, self._motor
+        motor_axis = inputs.axes[0]
+        # homing resets the counter of the drive: that is no motion
+        if motor_axis.mode_display == CiaMode.HOMING:
+            motor.rezero(motor_axis.position)
         last = self._last
         if last is not None and (cycle - last.cycle != 1 or inputs.stamp_ns <= last.stamp_ns):
-            self._bridge(last, inputs)
+            self._bridge(cycle - last.cycle, inputs)
         elif last is not None:
             self._check_rate(inputs.stamp_ns - last.stamp_ns)
         self._last = inputs
         plank.update(inputs.plank_counts)
         wheel.update(inputs.wheel_counts)
-        motor_axis = inputs.axes[0]
-        # homing resets the counter of the drive: that is no motion
-        if motor_axis.mode_display == CiaMode.HOMING:
-            motor.rezero(motor_axis.position)
         motor.update(motor_axis.position)
         moving = self._watch_plank(plank)
         trigger = bool(inputs.digital & _TRIGGER)
@@ -138,20 +138,14 @@ class Encoders:
         if abs(period_ns * self._rate * 1e-9 - 1.0) > _RATE_TOLERANCE and period_ns > 0:
             self._rate = 1e9 / period_ns
 
-    def _bridge(self, last: BusInputs, now: BusInputs) -> None:
+    def _bridge(self, gap: int, now: BusInputs) -> None:
         """Interpolate the readings of lost cycles linearly, so that velocities stay correct."""
-        gap = now.cycle - last.cycle
         if not 1 < gap <= _MAX_GAP:
             for counter in (self._plank, self._wheel, self._motor):
                 counter.refill(counter.counts)
             return
-        pairs = (
-            (self._plank, last.plank_counts, now.plank_counts),
-            (self._wheel, last.wheel_counts, now.wheel_counts),
-            (self._motor, last.axes[0].position, now.axes[0].position),
-            (self._road, last.road_counts, now.road_counts),
-        )
-        for counter, before, after in pairs:
-            moved = turns_between(before, after)
-            for k in range(1, gap):
-                counter.update(before + moved * k // gap)
+        self._plank.bridge(now.plank_counts, gap)
+        self._wheel.bridge(now.wheel_counts, gap)
+        self._motor.bridge(now.axes[0].position, gap)
+        if self.parameters.road_encoder_fitted:
+            self._road.bridge(now.road_counts, gap)

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The EtherCAT bus of the bench: bus file, master and emulator. No rclpy in here."""
+"""The EtherCAT bus of the bench: bus file, import of vendor files, master. Without rclpy."""

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The bus file: the slaves on the bus, their identity and the meaning of their process data.
 
-It holds raw facts only (full scale of a terminal, counts per turn, unit of a torque word). Master,
+It contains facts of the devices only (full scale of a terminal, unit of a torque word). Master,
 emulator and the import of vendor files use the same file.
 """
 
@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from flatplank_hw.bus.image import AXES, Digital
+from flatplank_hw.bus.image import AXES, AxisInputs, Digital
 
 FORMAT = "flatplank-bus/1"
 
@@ -55,7 +55,7 @@ class Pdo:
 
 @dataclass(frozen=True)
 class SdoValue:
-    """A value of the object dictionary: the master writes it at start, or the emulator has it."""
+    """A value of the object dictionary: the master writes it, or the emulator stores it."""
 
     index: int
     subindex: int
@@ -137,7 +137,7 @@ class Slave:
 
     @property
     def memory(self) -> SyncManagers:
-        """Sync managers as given, or the usual ones for a slave with or without mailbox."""
+        """Sync managers as given, or the defaults for a slave with or without mailbox."""
         if self.sync_managers is not None:
             return self.sync_managers
         if self.mailbox is not None:
@@ -181,7 +181,7 @@ DIGITAL = {
     "limit_rear": Digital.LIMIT_REAR,
 }
 
-AXIS_INPUTS = ("status_word", "mode_display", "position", "velocity", "torque", "error_code")
+AXIS_INPUTS = AxisInputs._fields
 AXIS_OUTPUTS = ("control_word", "mode", "target_position", "target_velocity", "target_torque")
 TORQUES = ("torque", "target_torque")
 

@@ -30,9 +30,16 @@ def limits(kind: str) -> tuple[int, int]:
     return (-(1 << (bits - 1)), (1 << (bits - 1)) - 1) if signed else (0, (1 << bits) - 1)
 
 
+def encode_value(kind: str, value: int | str) -> bytes:
+    """A value of the bus file as CoE bytes."""
+    if kind == "string":
+        return str(value).encode("utf-8")
+    bits = TYPES[kind][0]
+    return (int(value) & ((1 << bits) - 1)).to_bytes((bits + 7) // 8, "little")
+
+
 class Layout:
-    """Sequence of typed entries; an entry of type '' is padding, whose bits are read as a number,
-    too.
+    """Layout of typed entries; an entry of type '' is padding, also read as a number.
 
     Entries of whole bytes are packed by `struct`, others by bit shifts.
     """
@@ -48,7 +55,7 @@ class Layout:
             self._struct = struct.Struct("<" + "".join(codes))
 
     def pack(self, values: Sequence[int]) -> bytes:
-        """Numbers to bytes; the values must be in the range of their type."""
+        """Pack numbers to bytes; the values must be in the range of their type."""
         if self._struct is not None:
             return self._struct.pack(*values)
         word = shift = 0
@@ -58,7 +65,7 @@ class Layout:
         return word.to_bytes(self.size, "little")
 
     def unpack(self, data: bytes) -> tuple[int, ...]:
-        """Bytes to numbers."""
+        """Unpack bytes to numbers."""
         if self._struct is not None:
             return self._struct.unpack_from(data)
         word = int.from_bytes(data[: self.size], "little")

@@ -56,7 +56,7 @@ def sequence(value: Any, where: str) -> list[tuple[str, Any]]:
 
 
 def integer(value: Any, where: str, low: int = 0, high: int = 0xFFFFFFFF) -> int:
-    """An integer (decimal or 0x...) in a range."""
+    """Return an integer (decimal or 0x...); BusFileError outside `low`..`high`."""
     if isinstance(value, str):
         try:
             value = int(value, 0)
@@ -70,7 +70,7 @@ def integer(value: Any, where: str, low: int = 0, high: int = 0xFFFFFFFF) -> int
 
 
 def number(value: Any, where: str) -> float:
-    """A finite number."""
+    """Return a finite number; BusFileError for anything else."""
     if isinstance(value, bool) or not isinstance(value, int | float) or value - value != 0:
         raise BusFileError(f"{where}: {value!r} is not a number")
     return float(value)
@@ -204,7 +204,7 @@ def _check_facts(entry: Entry, where: str) -> None:
 
 
 def parse_object(text: Any, where: str) -> tuple[int, int]:
-    """'0x6040:1' or 0x6040 to (index, subindex)."""
+    """Parse '0x6040:1' or 0x6040 to (index, subindex)."""
     head, _, tail = str(text).partition(":")
     return (
         integer(head, f"{where}: object", 0x1000, 0xFFFF),

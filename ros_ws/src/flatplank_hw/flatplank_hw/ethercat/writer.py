@@ -46,7 +46,7 @@ def write_bus(bus: BusFile) -> str:
 
 
 def slave_mapping(slave: Slave) -> dict[str, Any]:
-    """One slave; default values are left out."""
+    """Convert one slave to plain data; default values are left out."""
     out: dict[str, Any] = {"name": slave.name, "device": slave.device}
     for key in ("vendor", "product", "revision"):
         out[key] = Hex(getattr(slave, key))

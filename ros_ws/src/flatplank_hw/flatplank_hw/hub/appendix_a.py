@@ -39,7 +39,7 @@ class Gains(NamedTuple):
 
 
 def gains(p: HubParameters) -> Gains:
-    """Factors of (A.1): g 4e5 / (A k)."""
+    """Compute the gains of (A.1), g 4e5 / (A k), and the arms."""
     base = p.gravity * 4e5
     shift = p.adapter_thickness - p.et_value
     return Gains(
@@ -54,7 +54,7 @@ def gains(p: HubParameters) -> Gains:
 
 
 def wheel_from_volts(volts: Volts, g: Gains, my: float = 0.0) -> Wrench:
-    """(A.1): wrench at the wheel centre [N, N m] from C1..C6 [V]; C4 is not used."""
+    """Compute the wrench at the wheel centre from C1..C6 [V] by (A.1); C4 is not used."""
     c1, c2, c3, _, c5, c6 = volts
     x1, x2, z1, z2 = g.c2 * c2, g.c3 * c3, g.c6 * c6, g.c5 * c5
     return Wrench(
@@ -68,8 +68,10 @@ def wheel_from_volts(volts: Volts, g: Gains, my: float = 0.0) -> Wrench:
 
 
 def contact_from_wheel(wheel: Wrench, loaded_radius: float, cos: float, sin: float) -> Wrench:
-    """(A.2) for total camber gamma, with M_yc of the wrench in M_yw and M_zw (zero in the
-    thesis)."""
+    """Compute the wrench at the contact point by (A.2).
+
+    cos, sin: of the total camber. M_yc of the wrench, zero in the thesis, acts in M_yw and M_zw.
+    """
     fx, fy, fz, mx, my, mz = wheel
     spin = loaded_radius * fx + my
     return Wrench(
@@ -83,13 +85,13 @@ def contact_from_wheel(wheel: Wrench, loaded_radius: float, cos: float, sin: flo
 
 
 def force_balance(inputs: BusInputs, fx: float, loaded_radius: float, p: HubParameters) -> float:
-    """M_yc = -r_l Fx: all of the drive moment acts through Fx; rolling resistance is neglected."""
+    """Estimate M_yc = -r_l Fx [N m]: the drive moment balances Fx, no rolling resistance."""
     return -loaded_radius * fx
 
 
 def motor_torque(inputs: BusInputs, fx: float, loaded_radius: float, p: HubParameters) -> float:
-    """M_yc = -eta i (M_M - M_F), only for a driven wheel: the self-locking gear hides braking
-    (5.3)."""
+    """Estimate M_yc = -eta i (M_M - M_F) [N m] by (5.3), 0 when braking: the gear is self-locking,
+    so the motor does not carry a braking moment."""
     torque = inputs.axes[0].torque * TORQUE_UNIT
     return -p.efficiency * p.gear_ratio * max(torque - p.friction_torque, 0.0)
 

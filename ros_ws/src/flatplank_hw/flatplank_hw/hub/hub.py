@@ -10,7 +10,7 @@ from typing import NamedTuple
 from flatplank_data.params import require_changes_only
 from flatplank_hw.answers import ActionQueue, Answer, refused
 from flatplank_hw.bus.image import BusInputs
-from flatplank_hw.encoders.counter import turns_between
+from flatplank_hw.encoders.counter import counts_between
 from flatplank_hw.hub import parasitic
 from flatplank_hw.hub.appendix_a import SOURCES, contact_from_wheel, gains, wheel_from_volts
 from flatplank_hw.hub.params import SETUP_CONSTANTS, HubParameters
@@ -144,7 +144,7 @@ class MeasurementHub:
 
     # the cycle
     def step(self, inputs: BusInputs) -> HubSample:
-        """One cycle; about 5 us."""
+        """Return the sample of one bus cycle; takes about 5 us."""
         cycle, stamp = inputs.cycle, inputs.stamp_ns
         agenda = self._agenda
         if agenda.due:
@@ -205,12 +205,12 @@ class MeasurementHub:
         if self._wheel_raw is None:
             self._wheel_counts = raw
         else:
-            self._wheel_counts += turns_between(self._wheel_raw, raw)
+            self._wheel_counts += counts_between(self._wheel_raw, raw)
         self._wheel_raw = raw
         return self._wheel_counts * self._wheel_scale
 
     def _watch_plank(self, raw: int, stamp: int) -> None:
-        if not -2 < turns_between(self._plank_raw, raw) < 2:
+        if not -2 < counts_between(self._plank_raw, raw) < 2:
             if self._stamp is not None:
                 self._moved_at = stamp
             self._plank_raw = raw

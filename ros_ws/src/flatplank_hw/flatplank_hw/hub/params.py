@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters of the measurement hub: raw facts, each with its source; the core derives factors."""
+"""Parameters of the measurement hub, each with its source; the core derives the gains of (A.1)."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from flatplank_data.limits import LIMITS
 from flatplank_data.machine import GEAR_RATIO
 from flatplank_data.params import Params, param
-from flatplank_hw.encoders.params import counts
+from flatplank_hw.encoders.params import counts_param
 from flatplank_hw.hub.appendix_a import SOURCES
 
 _GAIN = (1.0, 1e5)
 _BRIDGE = (0.01, 100.0)
 SETUP_CONSTANTS = ("et_value", "adapter_thickness", "wheel_camber_deg", "road_camber_offset_deg")
-"""parameters that the operator may change while the bench runs, for another wheel"""
+"""parameters that may change while the bench runs, after a change of the wheel"""
 
 
 @dataclass(frozen=True)
@@ -46,9 +46,9 @@ class HubParameters(Params):
     road_camber_offset_deg: float = param(
         0.0, "added to the measured road camber", unit="deg", bounds=LIMITS["camber_deg"].bounds
     )
-    camber_counts_per_turn: int = counts("road camber encoder", placeholder=True)
-    wheel_counts_per_turn: int = counts("wheel encoder, chapter 3")
-    plank_counts_per_turn: int = counts("pinion encoder, chapter 3")
+    camber_counts_per_turn: int = counts_param("road camber encoder", placeholder=True)
+    wheel_counts_per_turn: int = counts_param("wheel encoder, chapter 3")
+    plank_counts_per_turn: int = counts_param("pinion encoder, chapter 3")
 
     lvdt_gain: float = param(
         0.02, "axle height over LVDT volts", unit="m/V", bounds=(-1.0, 1.0), placeholder=True
@@ -82,9 +82,13 @@ class HubParameters(Params):
     )
     drive_moment_source: str = param("force_balance", "estimate of M_yc", choices=sorted(SOURCES))
     gear_ratio: float = param(GEAR_RATIO, "motor to wheel, 30.32 * 47", bounds=(1.0, 1e6))
-    efficiency: float = param(0.392, "of the wheel drive, Table 5.1", bounds=(0.01, 1.0))
+    efficiency: float = param(0.392, "wheel drive's efficiency, Table 5.1", bounds=(0.01, 1.0))
     friction_torque: float = param(
-        1.5, "of the wheel drive at the motor", unit="N m", bounds=(0.0, 100.0), placeholder=True
+        1.5,
+        "wheel drive's friction torque at the motor",
+        unit="N m",
+        bounds=(0.0, 100.0),
+        placeholder=True,
     )
 
     def check(self) -> str | None:

@@ -12,7 +12,14 @@ from typing import Any
 from geometry_msgs.msg import WrenchStamped
 from std_msgs.msg import Header
 
-from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs
+from flatplank_hw.bus.image import (
+    AXES,
+    CHANNELS,
+    PER_CYCLE,
+    AxisCommand,
+    AxisInputs,
+    BusInputs,
+)
 from flatplank_hw.drive import REASONS
 from flatplank_hw.samples import SOURCES, DriveSample, EncoderSample, HubSample, Reference, Wrench
 from flatplank_msgs.msg import BusInputs as BusInputsMsg
@@ -20,14 +27,10 @@ from flatplank_msgs.msg import BusOutputs, DriveStatus, EncoderState, HubState
 from flatplank_msgs.msg import Reference as ReferenceMsg
 
 NO_WRENCH = Wrench(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-CHANNELS = 6
 _AXES = len(AXES)
 _STAMP = Struct("<iI")
-_CYCLE_ARRAYS = {
-    "lvdt_volts": "d", "plank_counts": "i", "wheel_counts": "i", "steer_counts": "i",
-    "camber_counts": "i", "road_counts": "i", "digital": "B",
-}  # fmt: skip
-"""array of a message with a value per cycle, in the order of `BusInputs` -> type code"""
+_CYCLE_ARRAYS = dict(zip(PER_CYCLE, "diiiiiB", strict=True))
+"""array of a message with a value per cycle -> type code"""
 _AXIS_ARRAYS = dict(zip(AxisInputs._fields, "HbiiiH", strict=True))
 """array of a message with a value per cycle and axis -> type code"""
 _HUB, _ENCODERS, _DRIVE = HubSample._fields[4:], EncoderSample._fields[2:], DriveSample._fields[2:]

@@ -12,13 +12,12 @@ from flatplank_hw.encoders import EncoderParameters, Encoders
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import STREAM
 from flatplank_hw.nodes.support import BenchNode, run
+from flatplank_hw.samples import JOINTS
 from flatplank_msgs.msg import BusInputs, EncoderState
-
-JOINTS = ("plank", "wheel", "steer", "road_camber")
 
 
 class EncodersNode(BenchNode):
-    """/bus/inputs -> ~/state and ~/joint_states."""
+    """Converts /bus/inputs to ~/state and ~/joint_states."""
 
     PARAMETERS = EncoderParameters
 

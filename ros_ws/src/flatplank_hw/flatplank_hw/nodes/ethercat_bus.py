@@ -62,7 +62,7 @@ class EthercatBus(BenchNode):
         self.oldest = 0
         self.health = int(Health.OK)
         self.worst = int(Health.OK)
-        """time since the last request for diagnostics"""
+        """worst health since the last request for diagnostics"""
         self.asked = False
         self.found: dict[str, Any] = {}
         # by the wall clock: the stamps of a restarted bus are later than those of the last one
@@ -72,7 +72,7 @@ class EthercatBus(BenchNode):
         self.client.start()
 
     def client_for(self, p: BusParameters, path: Path) -> BusClient:
-        """The master of this bus, not started yet."""
+        """Make the client of the master of this bus, not started yet."""
         return BusClient(path, p.interface, p.rate_hz, fifo=p.fifo, on_event=self.on_event)
 
     def connect(self) -> None:
@@ -135,9 +135,9 @@ class EthercatBus(BenchNode):
             self.give_up("bus_ended")
 
     def on_diagnosed(self, done: Errand) -> None:
-        """Report an exception in the thread of the diagnosis."""
+        """Log an exception of `diagnose`, which runs in another thread."""
         if not done.cancelled() and done.exception() is not None:
-            self.get_logger().error(f"the bus could not be looked at: {done.exception()!r}")
+            self.get_logger().error(f"no diagnostics of the bus: {done.exception()!r}")
 
     def numbers(self) -> dict[str, Any]:
         return {"bus file": self.parameters.bus_file, **self.found}
@@ -190,7 +190,7 @@ class EthercatBus(BenchNode):
             self.reader.join()
 
     def finish(self) -> None:
-        """Stop the bus in order, whatever ends the node."""
+        """Stop the bus in order, whatever the reason for the end of the node."""
         self.stop_publishing()
         if hasattr(self, "threads"):
             self.threads.shutdown(cancel_futures=True)

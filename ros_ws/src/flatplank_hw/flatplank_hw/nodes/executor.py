@@ -22,7 +22,7 @@ MOST_AT_ONCE = 50
 
 
 def _never() -> bool:
-    """Shared callback for all rounds: rclpy loses ready entities when it gets another object."""
+    """Shared by all rounds: rclpy drops its ready entities when it gets another function."""
     return False
 
 

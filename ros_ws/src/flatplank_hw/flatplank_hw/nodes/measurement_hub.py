@@ -6,6 +6,7 @@ from __future__ import annotations
 from geometry_msgs.msg import WrenchStamped
 from std_srvs.srv import SetBool, Trigger
 
+from flatplank_hw.bus.image import CHANNELS
 from flatplank_hw.hub import HubParameters, MeasurementHub
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import STREAM
@@ -15,7 +16,7 @@ from flatplank_msgs.srv import LoadParasiticFit
 
 
 class MeasurementHubNode(BenchNode):
-    """/bus/inputs -> ~/wrench_wheel, ~/wrench_contact, ~/state."""
+    """Converts /bus/inputs to ~/wrench_wheel, ~/wrench_contact and ~/state."""
 
     PARAMETERS = HubParameters
 
@@ -30,7 +31,7 @@ class MeasurementHubNode(BenchNode):
     def connect(self) -> None:
         self.reported = 0
         """channels whose saturation was reported, as bits"""
-        self.told_of_tare = ""
+        self.reported_tare_reason = ""
         self.wheel, self.contact, self.state = WrenchStamped(), WrenchStamped(), HubState()
         self.wheel.header.frame_id = "wheel_center"
         self.contact.header.frame_id = self.state.header.frame_id = "contact_point"
@@ -58,11 +59,11 @@ class MeasurementHubNode(BenchNode):
         self.publish_wheel(self.wheel)
         if saturated != self.reported:
             self.reported = saturated
-            names = [f"C{i + 1}" for i in range(convert.CHANNELS) if saturated >> i & 1]
+            names = [f"C{i + 1}" for i in range(CHANNELS) if saturated >> i & 1]
             self.troubles.now({"saturated": ", ".join(names)} if names else {}, ("saturated",))
         reason = self.hub.tare_status.reason
-        if reason != self.told_of_tare:
-            self.told_of_tare = reason
+        if reason != self.reported_tare_reason:
+            self.reported_tare_reason = reason
             if reason:
                 self.troubles.happened("tare_given_up", reason)
 

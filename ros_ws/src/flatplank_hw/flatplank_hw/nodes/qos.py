@@ -7,7 +7,7 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPo
 STREAM = QoSProfile(
     reliability=ReliabilityPolicy.RELIABLE, history=HistoryPolicy.KEEP_LAST, depth=2000
 )
-"""no sample may be lost: depth for eight seconds at 250 Hz"""
+"""for samples of which none may be lost; the depth is eight seconds at 250 Hz"""
 
 REFERENCE = QoSProfile(
     reliability=ReliabilityPolicy.RELIABLE,
@@ -15,9 +15,7 @@ REFERENCE = QoSProfile(
     depth=2000,
     deadline=Duration(nanoseconds=100_000_000),
 )
-"""A set-point older than 100 ms is stale: the drive checks the stamps, the deadline is for ROS
-tools.
-"""
+"""for references; the drive checks their age by the stamps, the deadline is only for ROS tools"""
 
 LATCHED = QoSProfile(
     reliability=ReliabilityPolicy.RELIABLE,
@@ -30,4 +28,4 @@ LATCHED = QoSProfile(
 LATEST = QoSProfile(
     reliability=ReliabilityPolicy.BEST_EFFORT, history=HistoryPolicy.KEEP_LAST, depth=1
 )
-"""for readers that need only the newest sample, and for whom no writer waits"""
+"""for readers that need only the newest sample and must not delay the writer"""

@@ -34,13 +34,13 @@ class Reporter:
     """Present troubles of one node; may be called from several threads."""
 
     def __init__(self, name: str, logger: Any, changed: Callable[[], None]) -> None:
-        """`changed` is called when there is something new to publish."""
+        """changed: called when there is something new to publish."""
         self._name, self._logger, self._changed = name, logger, changed
         self._present: dict[tuple[str, str], _Present] = {}
         self._lock = threading.RLock()
 
     def now(self, wanted: Mapping[str, str], among: Collection[str]) -> None:
-        """Of the troubles `among`, exactly those in `wanted` (name -> detail) are present now."""
+        """Begin the troubles in `wanted` (name -> detail) and end all others of `among`."""
         with self._lock:
             lasting = [name for name, of in self._present if not of]
         for name in lasting:
@@ -119,6 +119,7 @@ class Collector:
         self._lock = threading.Lock()
 
     def hear(self, message: DiagnosticArray) -> None:
+        """Store the status messages of a node."""
         now = time.monotonic()
         with self._lock:
             self._latest.update({status.name: (status, now) for status in message.status})

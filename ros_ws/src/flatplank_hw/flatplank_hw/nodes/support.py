@@ -40,23 +40,21 @@ TO_END = 4.0
 """time for the middleware to shut down after all work of the node is done [s]"""
 
 TO_COME, TO_COME_BACK = 30.0, 3.0
-"""a missing publisher or subscription is reported after this time: at the start, later [s]"""
+"""a topic without partner is reported after this time [s]: after the start, later"""
 
 
 class BenchNode(LifecycleNode):
     """Lifecycle node around one core.
 
-    Streams have no QoS event handlers, since each would be checked with every message.
-
     A subclass names its parameter class in `PARAMETERS`, makes its core in `configure(parameters)`
     and its subscriptions and publishers in `connect()`. Subscriptions exist only while the node is
-    active.
+    active. Streams have no QoS event handlers, since each would be checked with every message.
     """
 
     PARAMETERS: type
 
     OWNS_BUS = False
-    """publishes /diagnostics for all nodes; without such a node each publishes its own"""
+    """true: publishes /diagnostics for all nodes; without such a node each publishes its own"""
 
     ended = False
     """true when the node cannot continue; it ends with exit code 1"""
@@ -148,7 +146,7 @@ class BenchNode(LifecycleNode):
         return timer
 
     def give_up(self, trouble: str) -> None:
-        """End the node: its device is gone and does not come back by itself."""
+        """Report a trouble and end the node, when its device does not return by itself."""
         self.troubles.begin(trouble)
         self.ended = True
 
@@ -184,8 +182,8 @@ class BenchNode(LifecycleNode):
         return SetParametersResult(successful=True)
 
     def changed(self, parameters: Any) -> None:
-        """Called when a valid parameter is set at run time; overridden where the core can adopt
-        it."""
+        """Refuse a change at run time (ValueError); overridden where the core can change its
+        parameters."""
         if getattr(self, "parameters", None) not in (None, parameters):
             raise ValueError(
                 f"{self.get_name()}: parameters are read when the node is configured; "
@@ -213,7 +211,7 @@ class BenchNode(LifecycleNode):
             self._missed_from = now + TO_COME_BACK
             self.troubles.end("unconnected")
         elif now > self._missed_from:
-            self.troubles.begin("unconnected", "nobody on " + ", ".join(missing))
+            self.troubles.begin("unconnected", "no partner on " + ", ".join(missing))
         for name, silent in self._collector.silent().items():
             if silent:
                 self.troubles.begin("node_silent", name, of=name)
@@ -235,7 +233,7 @@ class BenchNode(LifecycleNode):
     def _connected(self, _request, response):
         missing = self._missing()
         response.success = not missing
-        response.message = "" if response.success else "nobody on " + ", ".join(missing)
+        response.message = "" if response.success else "no partner on " + ", ".join(missing)
         return response
 
 

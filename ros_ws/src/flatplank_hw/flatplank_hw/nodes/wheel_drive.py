@@ -32,7 +32,8 @@ REFERENCES = {"reference", "reference_gone"}
 
 
 class DriveNode(BenchNode):
-    """/bus/inputs, hub, encoders, reference of the active source -> /bus/outputs, ~/status."""
+    """Answers /bus/inputs with /bus/outputs and ~/status, from hub, encoders and the reference of
+    the active source."""
 
     PARAMETERS = DriveParameters
 
@@ -46,13 +47,13 @@ class DriveNode(BenchNode):
         self.command.header.frame_id = self.status.header.frame_id = axis
         self.joints.name = [axis]
         self.join = CycleJoin(("inputs", "encoders", "hub", "reference"), self.on_cycle)
-        self.said = ""
+        self.published_mode = ""
         self.reported: tuple[int, int, bool] | None = None
         self.publish = self.add_publisher(BusOutputs, "/bus/outputs", STREAM, needed=True)
         self.publish_status = self.add_publisher(DriveStatus, "~/status", STREAM)
         self.publish_joints = self.add_publisher(JointState, "~/joint_states", STREAM)
         self.publish_mode = self.add_publisher(String, "~/mode", LATCHED)
-        self.say_mode(self.drive.mode)
+        self.publish_mode_change(self.drive.mode)
         self.add_subscription(BusInputs, "/bus/inputs", self.on_inputs, STREAM)
         self.join_topic("hub", HubState, "/measurement_hub/state", convert.hub_from_msg)
         self.join_topic("encoders", EncoderState, "/encoders/state", convert.encoders_from_msg)
@@ -117,18 +118,18 @@ class DriveNode(BenchNode):
         joints.velocity = array("d", (sample.velocity,))
         joints.effort = array("d", (sample.torque,))
         self.publish_joints(joints)
-        if self.drive.mode != self.said:
-            self.say_mode(self.drive.mode)
+        if self.drive.mode != self.published_mode:
+            self.publish_mode_change(self.drive.mode)
         seen = (sample.stop_reason, sample.error_code, self.drive.drags)
         if seen != self.reported:
             self.reported = seen
             self.troubles.now(self.drive.troubles, DRIVE)
 
-    def say_mode(self, mode: str) -> None:
-        """Publish the mode: each source works only in its own mode, and only then a reference is
-        awaited."""
+    def publish_mode_change(self, mode: str) -> None:
+        """Publish the mode, because each source works only in its own mode. Await references only
+        in a mode that has a source."""
         (self.join.needed.add if MODES[mode].source else self.join.needed.discard)("reference")
-        self.said = mode
+        self.published_mode = mode
         self.publish_mode(String(data=mode))
 
     # requests
@@ -137,14 +138,14 @@ class DriveNode(BenchNode):
     ) -> SetOperationMode.Response:
         done = self.drive.set_operation_mode(request.mode, request.value)
         if done.accepted:
-            self.say_mode(request.mode)
+            self.publish_mode_change(request.mode)
         return answer(response, *done)
 
     def on_move(self, request: MoveTo.Request, response: MoveTo.Response) -> MoveTo.Response:
         target = request.angle_deg if self.linear else math.radians(request.angle_deg)
         done = self.drive.move_to(target, request.velocity)
         if done.accepted:
-            self.say_mode("position")
+            self.publish_mode_change("position")
         return answer(response, *done)
 
     def on_claim(self, request: Claim.Request, response: Claim.Response) -> Claim.Response:

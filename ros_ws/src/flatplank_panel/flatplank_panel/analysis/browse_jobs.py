@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from flatplank_control.calibration.parasitic import identify_turn, turn_of_bag
+from flatplank_control.recording.bag_writer import METADATA, bag_file_name
 from flatplank_control.runner.campaign import SUFFIX, read_lines
 from flatplank_data.campaign import CAMPAIGN_FILE, Campaign
 from flatplank_data.errors import FlatplankError
@@ -23,7 +24,9 @@ Line = Mapping[str, Any]
 Stamp = tuple[tuple[str, int, int], ...]
 """name, time [ns] and size of each file"""
 DEPTH = 3
+"""levels below the data folder that are searched for campaigns"""
 POINTS = 400
+"""a curve is averaged over 1/POINTS of its length, and drawn with twice as many points"""
 UNLOADED_TURN = "\nmeasurement: unloaded_turn\n"
 
 
@@ -34,10 +37,11 @@ def campaigns(_progress: Progress, root: str) -> list[dict[str, Any]]:
         parts = folder.relative_to(base).parts
         if len(parts) > DEPTH or any(p.startswith(".") for p in parts):
             continue
-        if (folder / "metadata.yaml").exists():
+        of_a_bag = (METADATA, bag_file_name(folder.name))
+        if any((folder / name).exists() for name in of_a_bag):
             continue
-        bags = sum(1 for _ in folder.glob("*/metadata.yaml"))
-        tables = sum(1 for _ in folder.glob("*.parquet")) + sum(1 for _ in folder.glob("*.csv"))
+        bags = sum(1 for _ in folder.glob(f"*/{METADATA}"))
+        tables = sum(1 for p in folder.iterdir() if p.name.lower().endswith(tuple(suffixes())))
         if (folder / CAMPAIGN_FILE).exists() or bags or tables:
             found.append({"folder": str(folder.relative_to(base)) or ".", "runs": bags or tables})
     return found

@@ -14,6 +14,7 @@ from typing import Any
 from flatplank_hw.process import END_WITH_PARENT
 
 LINE = 64 * 1024 * 1024
+"""largest length of an answer [bytes]"""
 Progress = Callable[[str, float], None]
 
 

@@ -25,8 +25,11 @@ from flatplank_panel.analysis.browse_jobs import Stamp, stamp_of
 from flatplank_panel.analysis.client import Progress
 
 POINTS = 250
+"""points of a drawn curve"""
 MAPS = 4
+"""number of residual maps"""
 RANKED = 12
+"""number of ranked effects"""
 CONSTANT = ("fz", "pressure", "alpha_deg", "gamma_deg")
 """settings that may be constant in a campaign"""
 

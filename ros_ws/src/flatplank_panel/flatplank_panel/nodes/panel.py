@@ -29,7 +29,7 @@ from flatplank_hw.nodes.qos import LATCHED, LATEST
 from flatplank_msgs import srv
 from flatplank_msgs.action import RunMeasurement
 from flatplank_msgs.msg import BusInputs, DriveStatus, EncoderState, HubState, Run, SequencerState
-from flatplank_panel.bench_state import POLL_HZ, BenchState, Progress, RunWord, Samples, Slip
+from flatplank_panel.bench_state import POLL_HZ, BenchState, Progress, RunStatus, Samples, Slip
 from flatplank_panel.link import Reply
 
 TOPICS = {
@@ -50,7 +50,6 @@ REQUESTS: dict[str, tuple[type, str]] = {
     "enable": (SetBool, "/wheel_drive/enable"),
     "reset_fault": (Trigger, "/wheel_drive/reset_fault"),
     "quick_stop": (Trigger, "/wheel_drive/quick_stop"),
-    "home": (Trigger, "/wheel_drive/home"),
     "mode": (srv.SetOperationMode, "/wheel_drive/set_operation_mode"),
     "move_to": (srv.MoveTo, "/wheel_drive/move_to"),
     "waveform": (srv.SetWaveform, "/slip_sequencer/set_waveform"),
@@ -58,7 +57,6 @@ REQUESTS: dict[str, tuple[type, str]] = {
     "tare": (Trigger, "/measurement_hub/tare"),
     "filter": (SetBool, "/measurement_hub/set_parasitic_filter"),
     "load_fit": (srv.LoadParasiticFit, "/measurement_hub/load_parasitic_fit"),
-    "arm": (Trigger, "/encoders/arm"),
     "record": (srv.StartRecording, "/recorder/start"),
     "stop_record": (srv.StopRecording, "/recorder/stop"),
     "discard": (Trigger, "/recorder/discard"),
@@ -86,15 +84,15 @@ def reply_of(response: Any) -> Reply:
 
 
 class PanelNode:
-    """ROS nodes and threads of the panel (two of each); a context manager."""
+    """The two ROS nodes and two threads of the panel; a context manager."""
 
     def __init__(self, state: BenchState, name: str = "panel") -> None:
         self.state = state
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         self.node = Node(name)
-        self._ear = Node(f"{name}_ear", start_parameter_services=False, enable_rosout=False)
-        self._glances = {
-            key: self._ear.create_subscription(kind, topic, lambda _m: None, LATEST)
+        self._reader = Node(f"{name}_reader", start_parameter_services=False, enable_rosout=False)
+        self._subscriptions = {
+            key: self._reader.create_subscription(kind, topic, lambda _m: None, LATEST)
             for key, (kind, topic) in TOPICS.items()
         }
         self._latest: dict[str, Any] = {}
@@ -122,7 +120,7 @@ class PanelNode:
         for thread in self._threads:
             thread.join(2.0)
         self.node.destroy_node()
-        self._ear.destroy_node()
+        self._reader.destroy_node()
         rclpy.try_shutdown()
 
     # threads
@@ -138,8 +136,8 @@ class PanelNode:
             self.look()
 
     def look(self) -> None:
-        """Take the latest of every topic."""
-        for key, subscription in self._glances.items():
+        """Take the latest message of every topic, and update the state."""
+        for key, subscription in self._subscriptions.items():
             with subscription.handle:
                 taken = subscription.handle.take_message(subscription.msg_type, False)
             if taken is not None:
@@ -163,7 +161,7 @@ class PanelNode:
         return samples
 
     def _on_run(self, msg: Run) -> None:
-        self.state.run = RunWord(msg.name, msg.status, msg.uuid)
+        self.state.run = RunStatus(msg.name, msg.status)
 
     # requests
     async def ask(self, request: str, **fields: Any) -> Reply:

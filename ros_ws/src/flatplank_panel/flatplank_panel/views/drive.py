@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from nicegui import ui
 
+from flatplank_control.free_rolling import FreeRollingParameters
 from flatplank_control.sequencer.waveforms import WAVEFORMS
 from flatplank_data.machine import USABLE_ROAD, USUAL_RADIUS
 from flatplank_data.params import describe
@@ -45,9 +46,8 @@ def build(page: Page) -> None:
             _value(page, mode, start)
         with page.row():
             page.button("Free rolling", lambda: op.set_mode(page.id, "free_rolling"))
-            ui.label("holds Fx near zero (50 N, thesis 5.5) while the plank moves").classes(
-                "fp-quiet"
-            )
+            held = f"{FreeRollingParameters.reference:g} N, thesis 5.5"
+            ui.label(f"holds Fx near zero ({held}) while the plank moves").classes("fp-quiet")
 
 
 def _value(page: Page, mode: str, start: float) -> None:

@@ -48,7 +48,7 @@ def build(page: Page) -> None:
                 strong=True,
             )
             page.button("Stop bench", lambda: op.stop_bench(page.id))
-    with page.card("Simulated machine: the operator's hands"):
+    with page.card("Simulated machine: settings made by hand"):
         with page.row():
             page.button("Plank forward", lambda: op.plank(page.id, 1, fast.value, stop_at.value))
             page.button("Stop plank", lambda: op.plank(page.id, 0))

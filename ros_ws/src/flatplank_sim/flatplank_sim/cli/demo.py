@@ -106,40 +106,40 @@ SLIP_ON_GRAPH = (0.05, 1)
 STARTS = (1, 2, 3)
 
 
-def measure(folder: Path, seed: int, jobs: int | None, teller: StepPrinter) -> float:
+def measure(folder: Path, seed: int, jobs: int | None, printer: StepPrinter) -> float:
     """Make one free-rolling run and 27 slip steps, a bag each; returns the effective rolling
     radius [m]."""
     from flatplank_control.nodes.client import BenchClient
 
     setup = BenchSetup(pace="hold", seed=seed, data=str(folder))
-    teller.step("a free-rolling run on the twin: the effective rolling radius")
+    printer.step("a free-rolling run on the twin: the effective rolling radius")
     (path,) = simulate_many([FREE_ROLLING], setup, folder, bags=True, jobs=1)
     (run,) = [r for r in Campaign.load(folder).runs if r.info.name == path.name]
     radius = radius_of_run(run.table()).radius
-    teller.now(f"effective rolling radius by (5.22): {radius:.4f} m")
+    printer.now(f"effective rolling radius by (5.22): {radius:.4f} m")
     base = Measurement(effective_rolling_radius=radius, r_e_source="controller")
     runs = matrix(base, SLIPS, STARTS)
     (on_graph,) = [m for m in runs if (m.kappa, m.start) == SLIP_ON_GRAPH]
     others = [m for m in runs if m is not on_graph]
-    teller.step("one slip step on the ROS graph, recorded in a bag")
+    printer.step("one slip step on the ROS graph, recorded in a bag")
     for key, value in loopback().items():
         os.environ.setdefault(key, value)
     with BenchProcesses(setup, log=folder.parent / "nodes.log") as bench, BenchClient() as client:
-        client.wait_connected(bench, say=teller.now)
+        client.wait_connected(bench, say=printer.now)
         plan = {k: v for k, v in vars(on_graph).items() if v not in ("", {})}
-        bags = client.measure(plan, simulated=True, folder=str(folder), say=teller.now)
-    teller.step(f"the other {len(others)} slip steps on the twin, a bag each")
-    simulate_many(others, setup, folder, bags=True, jobs=jobs, progress=teller.count)
+        bags = client.measure(plan, simulated=True, folder=str(folder), say=printer.now)
+    printer.step(f"the other {len(others)} slip steps on the twin, a bag each")
+    simulate_many(others, setup, folder, bags=True, jobs=jobs, progress=printer.count)
     write_campaign(folder, base.tire, [(on_graph.record(), Path(bags[-1]).name)])
     write_tire(folder, known_tires()[base.tire].record)
     return radius
 
 
 def fit_and_report(
-    folder: Path, out: Path, jobs: int | None, teller: StepPrinter
+    folder: Path, out: Path, jobs: int | None, printer: StepPrinter
 ) -> tuple[Path, list[str]]:
     """Write the report page; returns it and the results of the fits as text."""
-    teller.step("models fitted to the bags, figures and report")
+    printer.step("models fitted to the bags, figures and report")
     campaign = Campaign.load(folder)
     result = analyse(campaign, jobs=jobs)
     page = write(result, out)
@@ -168,20 +168,20 @@ def _found(result: CampaignResult) -> list[str]:
     return lines
 
 
-def sealed_challenge(folder: Path, seed: int, teller: StepPrinter) -> list[str]:
+def sealed_challenge(folder: Path, seed: int, printer: StepPrinter) -> list[str]:
     """Go once through the loop of diagnosis; returns the result as text."""
-    teller.step("a sealed challenge: a campaign with something hidden")
-    make_challenge(folder, seed, teller.count)
-    teller.step("diagnose: where the model fails, and which effect is missing")
+    printer.step("a sealed challenge: a campaign with something hidden")
+    make_challenge(folder, seed, printer.count)
+    printer.step("diagnose: where the model fails, and which effect is missing")
     session = Session.open(folder, [])
-    result = session.diagnose(None, lambda text, share: teller.now(f"{share:4.0%} {text}"))
+    result = session.diagnose(None, lambda text, share: printer.now(f"{share:4.0%} {text}"))
     data = result.to_dict()
     write_atomic(folder / DIAGNOSIS, json.dumps(data, indent=1) + "\n")
     lines = [
         f"challenge: verdict {data['verdict']}, error {data['rmse_before']:.1f} N, "
         f"floor {data['floor_rmse']:.1f} N"
     ]
-    teller.step("add what was found, watch the error fall, open the answer")
+    printer.step("add what was found, watch the error fall, open the answer")
     model = ModelFile(campaign=str(folder))
     for effect in data["effects"]:
         model, _, n = session.add(model, effect["name"])
@@ -190,7 +190,7 @@ def sealed_challenge(folder: Path, seed: int, teller: StepPrinter) -> list[str]:
             f"  + {effect['name']} {quantity(n['size'], n['unit'])}: error "
             f"{n['rmse_before']:.1f} -> {n['rmse']:.1f} N (held out {n['held_out']:.1f} N)"
         )
-        teller.now(lines[-1].strip())
+        printer.now(lines[-1].strip())
     page = write_report(result, folder / "report", session.campaign.path, model.history)
     answer = unseal(folder)
     lines += [f"  {line}" for line in text_of(answer, score(data, answer))]
@@ -207,15 +207,15 @@ def parser() -> argparse.ArgumentParser:
 
 
 def main(argv: list[str]) -> int:
-    """Exit code 0: everything was made; the last lines say what was found and where it is."""
+    """Make everything and return 0; the last lines state the results and where they are."""
     o = parser().parse_args(argv)
     out = o.out.resolve()
-    teller = StepPrinter(steps=7)
+    printer = StepPrinter(steps=7)
     campaign = out / "campaign"
-    radius = measure(campaign, o.seed, o.jobs, teller)
-    page, found = fit_and_report(campaign, out / "report", o.jobs, teller)
-    challenge = sealed_challenge(out / "challenge", o.hidden, teller)
-    teller.close(
+    radius = measure(campaign, o.seed, o.jobs, printer)
+    page, found = fit_and_report(campaign, out / "report", o.jobs, printer)
+    challenge = sealed_challenge(out / "challenge", o.hidden, printer)
+    printer.close(
         [
             f"effective rolling radius (free-rolling controller, Toyo, 3700 N): {radius:.4f} m",
             *found,

@@ -29,7 +29,7 @@ def read_diagnosis(path: Path, folder: Path) -> dict[str, Any]:
 
 
 def main(argv: list[str]) -> int:
-    """Exit code 0: right; 1: not right."""
+    """Print answer and score; return 0 when the diagnosis is right, else 1."""
     p = Parser(prog="flatplank reveal", description=__doc__)
     p.add_argument("folder", type=Path, help="made by `flatplank simulate DIR --hidden SEED`")
     p.add_argument("--diagnosis", type=Path, help=f"JSON of diagnose; default: DIR/{DIAGNOSIS}")

@@ -23,7 +23,7 @@ from flatplank_sim.sealed.generate import make_challenge, more_runs
 from flatplank_sim.sealed.menu import OUTSIDE
 from flatplank_sim.twin.campaign import SLIPS, matrix, simulate_many, starts_of
 
-RULED = {
+COMPATIBLE_OPTIONS = {
     "hidden": ({"outside", "jobs"}, "--hidden has a campaign of its own; leave it out"),
     "more": (
         {"slips", "starts", "at", "jobs"},
@@ -32,7 +32,7 @@ RULED = {
     ),
     "plan": (
         {"preset", "plant", "seed", "bags", "jobs"},
-        "with --plan it stands in the plan; leave it out, or write it into a plan of your own",
+        "with --plan it is set in the plan; leave it out, or write it into a plan of your own",
     ),
 }
 """option that selects the measurements -> compatible options, and the message for others"""
@@ -96,15 +96,15 @@ def plan_arguments(o: argparse.Namespace) -> list[str]:
     return [*words, "--bags"] if o.bags else words
 
 
-def refuse_unheard(argv: list[str]) -> None:
-    """Raise ValueError for options without effect beside the one that selects the measurements."""
+def refuse_ignored_options(argv: list[str]) -> None:
+    """Raise ValueError for options without effect next to --hidden, --more or --plan."""
     names = vars(parser().parse_args(argv))
-    said = vars(parser().parse_args(argv, argparse.Namespace(**dict.fromkeys(names))))
-    given = [name for name, value in said.items() if value is not None and name != "folder"]
-    for ruler, (along, text) in RULED.items():
-        unheard = [f"--{n.replace('_', '-')}" for n in given if n not in along | {ruler}]
-        if ruler in given and unheard:
-            raise ValueError(f"{', '.join(unheard)}: {text}")
+    values = vars(parser().parse_args(argv, argparse.Namespace(**dict.fromkeys(names))))
+    given = [name for name, value in values.items() if value is not None and name != "folder"]
+    for selector, (compatible, text) in COMPATIBLE_OPTIONS.items():
+        ignored = [f"--{n.replace('_', '-')}" for n in given if n not in compatible | {selector}]
+        if selector in given and ignored:
+            raise ValueError(f"{', '.join(ignored)}: {text}")
 
 
 def slips_of(text: str | None) -> list[float]:
@@ -124,9 +124,9 @@ def show(done: int, count: int, name: str) -> None:
 
 
 def main(argv: list[str]) -> int:
-    """Exit code 0: all runs were made."""
+    """Make all runs and return 0."""
     o = parser().parse_args(argv)
-    refuse_unheard(argv)
+    refuse_ignored_options(argv)
     if o.outside and o.hidden is None:
         raise ValueError("--outside hides something: give --hidden SEED, too")
     if o.hidden is not None:
@@ -146,7 +146,7 @@ def main(argv: list[str]) -> int:
     setup = BenchSetup(
         tire=o.tire, preset=o.preset, plant_file=o.plant, seed=o.seed, rate_hz=o.rate, pace="hold"
     )
-    record, radius = mounted(o)
+    record, radius = tire_and_radius(o)
     base = Measurement(
         tire=record.name,
         measurement="free_rolling" if o.free_rolling else "slip",
@@ -174,8 +174,8 @@ def main(argv: list[str]) -> int:
     return 0
 
 
-def mounted(o: argparse.Namespace) -> tuple[TireRecord, float]:
-    """Record of the tire on the plant, and its effective rolling radius [m]; NaN: unknown."""
+def tire_and_radius(o: argparse.Namespace) -> tuple[TireRecord, float]:
+    """Record of the mounted tire, and its effective rolling radius [m]; NaN: unknown."""
     entry = tire_on(o.tire)
     if entry is None:  # a file of the user
         t = PlantConfig.load(o.tire).tire

@@ -12,8 +12,8 @@ from flatplank_hw.ethercat.reader import read_bus_file
 from flatplank_sim.emulator.bench import EmulatedBench, make_plant
 from flatplank_sim.emulator.control import ControlServer
 from flatplank_sim.emulator.faults import FaultTargets
+from flatplank_sim.emulator.requests import RequestHandler
 from flatplank_sim.emulator.runner import Port, Runner
-from flatplank_sim.emulator.vocabulary import RequestHandler
 from flatplank_sim.emulator.wire import Wire
 
 WARM_UP = 5
@@ -60,12 +60,12 @@ def make(options: argparse.Namespace) -> Runner:
     wire = Wire(max_age_ns=round(options.max_age_ms * 1e6), seed=options.seed)
     runner = Runner(bench, wire, port, master_timeout_ns=round(options.master_timeout_ms * 1e6))
     if options.control:
-        vocabulary = RequestHandler(
+        handler = RequestHandler(
             FaultTargets(bench, wire, port.set_link),
             stop=lambda: setattr(runner, "running", False),
             facts=runner.facts,
         )
-        runner.attach(ControlServer(options.control, vocabulary))
+        runner.attach(ControlServer(options.control, handler))
     return runner
 
 

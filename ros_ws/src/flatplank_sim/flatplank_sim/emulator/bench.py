@@ -19,12 +19,12 @@ class PlantLike(Protocol):
     """Interface of a plant for the emulator."""
 
     def step(self, commands: Sequence[AxisCommand]) -> BusInputs:
-        """One bus cycle."""
+        """Advance by one bus cycle and return its inputs."""
 
 
 class EmulatedBench:
-    """Emulated bench: each process data frame advances bench time by one period; without frames
-    the runner does."""
+    """Emulated bench. Each process data frame advances bench time by one period; without frames
+    the runner calls `step`."""
 
     def __init__(self, bus: BusFile, plant: PlantLike) -> None:
         self.bus = bus
@@ -67,7 +67,7 @@ class EmulatedBench:
         self.coupling.publish(self.inputs, self.now)
         for slave in self.slaves:
             slave.tick(self.now)
-        self.monitor.states(self.now, all([slave.operational for slave in self.slaves]))
+        self.monitor.register_states(self.now, all([slave.operational for slave in self.slaves]))
 
     def at(self, cycle: int, action: Callable[[], None]) -> None:
         """Call `action` when the bench reaches a cycle; at once when it has passed."""

@@ -17,7 +17,7 @@ Getter = Callable[[BusInputs], int]
 
 
 class Coupling:
-    """Reads commands out of the slaves, writes inputs into them."""
+    """Reads the commands from the slaves and writes the inputs of the plant to them."""
 
     def __init__(self, slaves: list[EmulatedSlave]) -> None:
         self.slaves = slaves

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from flatplank_hw.ethercat.layout import TYPES
+from flatplank_hw.ethercat.layout import TYPES, encode_value
 
 VARIABLE, RECORD = 7, 9
 
@@ -62,17 +62,9 @@ class Object:
     subs: dict[int, Variable] = field(default_factory=dict)
 
 
-def encode(kind: str, value: int | str) -> bytes:
-    """A value as CoE bytes."""
-    if kind == "string":
-        return str(value).encode("utf-8")
-    bits = TYPES[kind][0]
-    return (int(value) & ((1 << bits) - 1)).to_bytes((bits + 7) // 8, "little")
-
-
 def variable(kind: str, value: int | str, name: str = "", writable: bool = False) -> Variable:
     """A plain stored variable."""
-    return Variable(kind, encode(kind, value), writable, name)
+    return Variable(kind, encode_value(kind, value), writable, name)
 
 
 class Dictionary:

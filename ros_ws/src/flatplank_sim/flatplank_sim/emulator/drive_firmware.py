@@ -2,8 +2,8 @@
 """Firmware of a servo drive between process data and motor: communication faults, injected faults,
 stops.
 
-The plant has the motor, its CiA 402 states and modes; this layer decides which commands reach
-them.
+The plant simulates the motor, its CiA 402 states and modes. The firmware passes the commands on,
+or brakes instead.
 """
 
 from __future__ import annotations

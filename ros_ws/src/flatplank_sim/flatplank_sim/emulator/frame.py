@@ -32,7 +32,7 @@ class Command(IntEnum):
 
 
 class FrameError(ValueError):
-    """Not an EtherCAT frame, or one whose lengths do not fit."""
+    """The bytes are no EtherCAT frame, or its lengths do not match."""
 
 
 @dataclass(slots=True)

@@ -17,7 +17,7 @@ UNSUPPORTED_PROTOCOL, INVALID_HEADER = 2, 5
 
 
 class Mailbox:
-    """Queue of messages for the master and the services behind it.
+    """CoE mailbox of a slave: answers requests, and queues the messages for the master.
 
     Injected faults: `hang` ignores requests, `late_ns` delays the answers [ns of bench time].
     """

@@ -15,7 +15,7 @@ MOVING = 800
 
 
 class MotionMonitor:
-    """Time of the last motion of each motor shaft, and number of times each power stage was
+    """Registers when each motor shaft last moved, and how many times each power stage was
     enabled."""
 
     def __init__(self) -> None:
@@ -55,7 +55,7 @@ class MotionMonitor:
                 self.enables[i] += 1
             self.enabled[i] = on
 
-    def states(self, now: int, in_op: bool) -> None:
+    def register_states(self, now: int, in_op: bool) -> None:
         """Register whether all slaves are in OP."""
         if self._in_op and not in_op:
             self.left_op = now

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 from flatplank_hw.ethercat.busfile import Entry, Pdo
-from flatplank_hw.ethercat.layout import Layout
+from flatplank_hw.ethercat.layout import Layout, encode_value
 from flatplank_sim.emulator.dictionary import (
     ABORT_CANNOT_MAP,
     ABORT_PDO_LENGTH,
@@ -16,7 +16,6 @@ from flatplank_sim.emulator.dictionary import (
     Object,
     SdoAbort,
     Variable,
-    encode,
 )
 
 SLOTS = 32
@@ -61,7 +60,7 @@ class PdoDirection:
         if len(self.values) == len(self.entries):
             for entry, value in zip(self.entries, self.values, strict=True):
                 if (entry.index, entry.subindex) == (index, subindex):
-                    return encode(entry.kind, value)
+                    return encode_value(entry.kind, value)
         return item.value
 
     def add_objects(self, dictionary: Dictionary) -> None:
@@ -99,7 +98,7 @@ class PdoDirection:
         for i in range(slots):
             word = words[i] if i < len(words) else 0
             found.subs[i + 1] = Variable(
-                kind, encode(kind, word), writable, "entry", wrote=slot_written
+                kind, encode_value(kind, word), writable, "entry", wrote=slot_written
             )
         return found
 

@@ -78,7 +78,7 @@ class SyncManager:
         return SYNC_MANAGER + self.number * SYNC_MANAGER_SIZE
 
     def continued(self, new: SyncManager) -> SyncManager:
-        """The new configuration, with the old contents if address and size are unchanged."""
+        """The new configuration; the old object if address, size and control are unchanged."""
         if (new.start, new.length, new.control) == (self.start, self.length, self.control):
             return self
         return new

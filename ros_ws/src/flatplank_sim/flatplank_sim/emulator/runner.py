@@ -11,16 +11,19 @@ import struct
 import time
 from typing import Any
 
+from flatplank_hw.ethercat.master.interface import (
+    ETHERCAT,
+    IFF_UP,
+    NAME_LIMIT,
+    SIOCGIFFLAGS,
+)
 from flatplank_hw.process import prepare
 from flatplank_sim.emulator.bench import EmulatedBench
 from flatplank_sim.emulator.control import ControlServer
 from flatplank_sim.emulator.wire import Wire
 
-ETHERCAT = 0x88A4
 SO_TIMESTAMPNS = 35
-IFF_UP = 0x1
-SIOCGIFFLAGS, SIOCSIFFLAGS = 0x8913, 0x8914
-NAME_LIMIT = 15
+SIOCSIFFLAGS = 0x8914
 
 
 class PortError(ValueError):
@@ -85,11 +88,12 @@ class Port:
             fcntl.ioctl(control, SIOCSIFFLAGS, name + struct.pack("H", flags) + bytes(22))
 
     def close(self) -> None:
-        """Close the socket and restore the interface."""
+        """Close the socket."""
         self.socket.close()
 
 
 STALL_NS = 3_000_000
+"""a wait that ends later than this counts as a stall of this process [ns]"""
 SILENT_CYCLES = 5
 """cycles without process data after which bench time follows the wall clock"""
 
@@ -125,13 +129,13 @@ class Runner:
             self._poll.register(fd, select.POLLIN)
 
     def close(self) -> None:
-        """Close the interface and the control socket."""
+        """Close the port and the control socket."""
         self.port.close()
         if self.control is not None:
             self.control.close()
 
     def end_with(self, fd: int) -> None:
-        """End when the other side of a pipe is closed, as when the parent dies."""
+        """End when the other end of the pipe `fd` is closed, as when the parent process ends."""
         self._parent = fd
         self._poll.register(fd, select.POLLHUP)
 

@@ -44,8 +44,8 @@ class SdoServer:
         self._services |= {2: self._upload_start, 3: self._upload_segment}
 
     def serve(self, request: bytes) -> bytes:
-        """Serve a request: command, index, subindex, data; the response has the same form, empty:
-        none."""
+        """Serve a request (command, index, subindex, data); returns a response of the same form,
+        or b"" after an abort of the master."""
         request = request.ljust(8, b"\0")
         command = request[0]
         if command >> 5 == 4:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A line of slaves: a frame passes through all of them and returns."""
+"""Line of slaves: a frame passes through all of them and returns."""
 
 from __future__ import annotations
 

@@ -84,7 +84,7 @@ class EmulatedSlave:
 
     @property
     def operational(self) -> bool:
-        """True in OP, where alone outputs are valid."""
+        """True in OP with power; outputs are valid only then."""
         return self.al.state == State.OP and not self.absent
 
     def drop(self, state: State, code: int) -> None:

@@ -12,12 +12,12 @@ class Wire:
     """Passes frames on, with injected faults. Times are wall times [ns]."""
 
     max_age_ns: int = 5_000_000
-    """largest age of a request; older ones are dropped, as no frame waits on a real wire"""
+    """largest age of a frame from the master; older ones are dropped: on a real wire none waits"""
     seed: int = 1
     lose_next: int = 0
     """number of process data frames to lose before they reach the slaves"""
     lose_answers: int = 0
-    """number of process data answers to lose behind the slaves"""
+    """number of process data answers to lose on their way back"""
     lose_share: float = 0.0
     """share of all frames that is lost"""
     delay_ns: int = 0

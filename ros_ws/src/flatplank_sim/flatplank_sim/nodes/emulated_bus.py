@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Node of the emulated EtherCAT bus: the real master on an emulated bus."""
+"""Node of the emulated EtherCAT bus, with the same master as the real bus."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,13 +22,13 @@ class EmulatedBusParameters(BusParameters):
 
     wait_for_nodes: bool = param(
         True,
-        "it stalls together with the nodes; false: as a machine, which stops when commands are "
-        "older than 44 ms",
+        "the bus waits for the nodes; false: as a machine, which stops when commands are older "
+        "than 44 ms",
     )
-    tire: str = param("toyo", "of the simulated plant behind the emulated bus")
-    preset: str = param("", "its defects")
-    config: str = param("", "YAML file laid over it")
-    seed: int = param(1, "its seed", bounds=(0, 2**31 - 1))
+    tire: str = param("toyo", "tire of the simulated plant behind the bus")
+    preset: str = param("", "defects of the simulated plant; empty: none")
+    config: str = param("", "YAML file laid over the plant's own; empty: none")
+    seed: int = param(1, "seed of the simulated plant", bounds=(0, 2**31 - 1))
 
 
 class EmulatedBusNode(EthercatBus):
@@ -53,17 +52,15 @@ class EmulatedBusNode(EthercatBus):
         super().connect()
 
     def operate(self, name: str, *values: Any) -> None:
-        # JSON has no NaN: unset values are left out
-        known = [v for v in values if not math.isnan(v)]
         if self.emulated is None:
             raise ValueError("the emulated bus has ended")
         try:
-            self.emulated.operate(name, *known)
+            self.emulated.operate(name, *values)
         except ControlError as error:
             raise ValueError(str(error)) from None
 
     def finish(self) -> None:
-        """The emulated bus ends after its master."""
+        """End the master, then the emulated bus."""
         super().finish()
         emulated = getattr(self, "emulated", None)
         if emulated is not None:

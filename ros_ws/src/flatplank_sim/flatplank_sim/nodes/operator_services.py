@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Services for the switches and manual settings of the simulated operator, for any owner of the
-plant."""
+"""Services for the switches and manual settings of the simulated operator, for each node that has
+a plant."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ Operate = Callable[..., Any]
 
 
 class OperatorServices:
-    """Makes the services on a node; `cycle` returns the present bus cycle."""
+    """Adds the services to a node; `cycle` returns the present bus cycle."""
 
     def __init__(self, node: BenchNode, operate: Operate, cycle: Callable[[], int]) -> None:
         self._operate, self._cycle = operate, cycle

@@ -24,6 +24,8 @@ from flatplank_sim.nodes.operator_services import OperatorServices
 from flatplank_sim.plant import Plant, PlantConfig
 
 MAX_BATCH = 50
+CLOCK_CYCLES = 10
+"""fewest cycles between two messages on /clock"""
 
 
 @dataclass(frozen=True)
@@ -63,7 +65,8 @@ class SimulatedPlant(BenchNode):
         self.period_ns = 1_000_000_000 // p.rate_hz
         self.pacer = Pacer(p.pace, p.batch, self.driven, p.wall_timeout)
         self.commands: dict[int, AxisCommand] = {}
-        self.cycle = -1
+        self.cycle, self.clock_cycle = -1, -CLOCK_CYCLES
+        """latest cycle, and that of the latest message on /clock"""
         self.t0 = 0 if p.pace != "realtime" else time.time_ns() // self.period_ns * self.period_ns
         self.waiting: list[tuple[int, Future]] = []
         self.ages = [0] * 64
@@ -89,6 +92,8 @@ class SimulatedPlant(BenchNode):
 
     # time
     def on_command(self, msg: BusOutputs) -> None:
+        if msg.cycle > self.cycle:
+            return  # an answer to the bus before a clean-up
         self.commands[msg.axis] = convert.command_from_msg(msg)
         self.ages[min(self.cycle - msg.cycle, len(self.ages) - 1)] += 1
         go_on = self.pacer.answered(msg.axis, msg.cycle)
@@ -137,7 +142,8 @@ class SimulatedPlant(BenchNode):
         self.pacer.made(self.cycle, time.monotonic())
         convert.inputs_to_msg(batch, self.period_ns, self.message, self.t0)
         self.publish(self.message)
-        if self.pacer.pace != "realtime" and self.cycle % 10 == 0:
+        if self.pacer.pace != "realtime" and self.cycle - self.clock_cycle >= CLOCK_CYCLES:
+            self.clock_cycle = self.cycle
             self.clock.clock = self.message.header.stamp
             self.publish_clock(self.clock)
 

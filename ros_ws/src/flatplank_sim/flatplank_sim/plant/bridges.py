@@ -19,8 +19,10 @@ TURN = 2.0 * math.pi
 
 @inner
 def wheel_centre(m, fx, fy, fz, mx, my, mz, radius, gamma):
-    """Fx, Fy, Fz, Mx, Mz at the wheel centre; spin_moment 0 (thesis): no moment about the spin
-    axis."""
+    """Fx, Fy, Fz, Mx, Mz at the wheel centre from the forces and moments at the contact point.
+
+    m.spin_moment: 0: no moment about the spin axis is assumed, as in the thesis; 1: My is used.
+    """
     cos = math.cos(gamma)
     sin = math.sin(gamma)
     fyc = cos * fy + sin * fz
@@ -33,7 +35,7 @@ def wheel_centre(m, fx, fy, fz, mx, my, mz, radius, gamma):
 
 @inner
 def hub(m):
-    """Scale of the bridges; distance of outer and inner bridges from the wheel centre [m]."""
+    """Scale g 4e5 / A of the bridges, and arms of the outer and the inner bridges [m]."""
     outer = 0.3475 - m.et_value + m.adapter
     inner_arm = 0.0475 - m.et_value + m.adapter
     return m.gravity * 4e5 / m.amplification, outer, inner_arm
@@ -64,8 +66,8 @@ def quantise(x, step, most):
 
 
 def past_of_bridges(skew: float, dt: float) -> np.ndarray:
-    """Memory of delay and lag: a ring of lagged values; the last row holds the last unlagged
-    value."""
+    """Make the memory of `lagged`: a ring of lagged values; the last row is for the last value
+    before the lag."""
     return np.zeros((max(int(skew / dt) + 4, 4) + 1, 6))
 
 
@@ -99,7 +101,7 @@ def read_bridges(m, s, p, ts, mix, drift, work, history, noise, out):
 
 @inner
 def lagged(m, s, history, out):
-    """First-order lag and pure delay of the force channels relative to all others."""
+    """Apply first-order lag and pure delay to the bridge channels in `out`."""
     n = history.shape[0] - 1
     now = s.cycle % n
     before = (s.cycle - 1) % n
@@ -122,7 +124,7 @@ def lagged(m, s, history, out):
 
 @inner
 def read(m, v, radius, gamma, out):
-    """Fx, Fy, Fz, Mx, My, Mz at the contact from C1..C6 by (A.1), (A.2) with nominal constants."""
+    """Compute Fx..Mz at the contact point from C1..C6 by (A.1), (A.2) with nominal constants."""
     base, outer, inner_arm = hub(m)
     u2, u3 = base * v[1] / m.k_fx1, base * v[2] / m.k_fx2
     u5, u6 = base * v[4] / m.k_fz2, base * v[5] / m.k_fz1

@@ -19,8 +19,9 @@ COLUMNS = [
     "motor_velocity", "motor_torque", "fx", "fy", "fz", "mx", "my", "mz", "loaded_radius",
     "motion_trigger",
 ]  # fmt: skip
-"""columns of the measurement table; the last two are true fx and true road position"""
+"""columns of the measurement table"""
 TRUTHS = ("fx_true", "road_position")
+"""further columns: true fx and true road position"""
 BUS_RATE = 250.0
 
 
@@ -29,18 +30,24 @@ class CampaignRun:
     """One run: slip step at a plank position, or any slip over position."""
 
     kappa: float = 0.0
+    """slip after the step [-]"""
     fz: float = 3700.0
     """nominal load at standstill [N]; the axle height is set for it"""
     pressure: float = 0.0
     """[bar]; 0: the tire's nominal pressure"""
     alpha: float = 0.0
+    """steering angle [rad]"""
     gamma: float = 0.0
+    """camber of the hub [rad]"""
     start_angle: float = 0.0
+    """wheel angle at the start [rad]"""
     run_index: int = 0
     effective_rolling_radius: float = 0.0
     """radius of the slip control [m]; 0: the true one at this load"""
     step_position: float = 1.5
+    """plank position of the slip step, since the trigger [m]"""
     length: float = 4.15
+    """plank travel for which the table has rows; the run ends with the road at the latest [m]"""
     start_delay: float = 0.08
     """delay of the wheel after the plank's switch [s]: encoder, detection, two cycles, servo"""
     profile: tuple[tuple[float, float], ...] = field(default=())
@@ -50,7 +57,7 @@ class CampaignRun:
 
 
 class Campaign:
-    """Campaign on one bench configuration; `simulate` yields a table per run."""
+    """Campaign on one configuration of the simulated bench; `simulate` yields a table per run."""
 
     def __init__(
         self, config: PlantConfig, rate_hz: float = 62.5, tire_step: float = 0.008

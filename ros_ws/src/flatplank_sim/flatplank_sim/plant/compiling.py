@@ -29,8 +29,8 @@ def _source_stamp() -> str:
 
 
 def _cache_folder() -> Path | None:
-    """Cache folder: beside the byte code if writable, else in the user's cache; None: none is
-    writable."""
+    """Make the cache folder next to the byte code if that is writable, else in the user's cache;
+    None when neither is."""
     home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
     name = f"kernels-{_source_stamp()}"
     byte_code = Path(cache_from_source(__file__)).parent

@@ -2,7 +2,7 @@
 """Configuration of the simulated bench: frozen dataclasses read from YAML, SI units unless the
 name states another.
 
-`placeholder` in a comment marks values that the thesis does not give.
+`(p)` in a comment of `machine.yaml` marks values that the thesis does not give.
 """
 
 from __future__ import annotations
@@ -31,7 +31,13 @@ from flatplank_sim.plant.yamlconfig import (
 
 @dataclass(frozen=True)
 class TireConfig:
-    """True parameters of one tire at nominal load and pressure, with exponents over both."""
+    """True parameters of one tire at nominal load and pressure.
+
+    For a field X, `X_load`, `X_pressure` and `X_deflection` are the exponents of its power laws
+    over load, pressure and deflection relative to nominal. Tread stiffness is per contact length
+    [N/m2]. Effective rolling radius at the deflection rho [m]: free_radius - rolling_radius_drop *
+    rho / (rho + rolling_radius_half_deflection).
+    """
 
     name: str
     free_radius: float
@@ -61,7 +67,7 @@ class TireConfig:
 
 @dataclass(frozen=True)
 class PlankConfig:
-    """Plank drive and road."""
+    """Plank drive, road and motion trigger."""
 
     slow_speed: float
     fast_speed: float
@@ -140,7 +146,7 @@ class ServoConfig:
     blocked_time: float = 0.5
     """time at the torque limit without motion until the drive trips [s]"""
     start_delay: float = 0.0
-    """delay of a resting motor [s]"""
+    """delay of a motor at rest from set-point to motion [s]"""
 
 
 @dataclass(frozen=True)
@@ -189,7 +195,7 @@ class CleatConfig:
 
 @dataclass(frozen=True)
 class SolverConfig:
-    """Discretisation."""
+    """Discretisation: bristle distance [m], largest steps of tire and drive [s]."""
 
     bristle_spacing: float
     tire_step: float

@@ -25,7 +25,7 @@ TRIGGER, ESTOP_OK, LIMIT_FRONT, LIMIT_REAR = 1, 2, 4, 8
 
 @inner
 def move_axes(m, s, op, d, ds, dt):
-    """Move the axes with drives; returns the pinion speed when the plank has one."""
+    """Move the axes with drives; returns the pinion speed [m/s], NaN without a plank drive."""
     v = math.nan
     for a in range(1, 5):
         if not d[a].fitted:
@@ -119,7 +119,7 @@ def switches(m, s, op):
 
 @inner
 def encode(m, s, d, ds, digital, noise, out):
-    """Encoders, digital inputs and reports of the drives, as integers."""
+    """Write encoders, digital inputs and reports of the drives to `out`, as integers."""
     out[0] = wrap32(int(math.floor(s.pinion / m.pinion_radius / TURN * m.pinion_counts)))
     half = 0.5 * m.wheel_encoder_play
     s.wheel_shaft = min(max(s.wheel_shaft, s.theta - half), s.theta + half)
@@ -149,7 +149,7 @@ def encode(m, s, d, ds, digital, noise, out):
 
 @inner
 def tell(s, p, ts, out):
-    """The hidden truth of this cycle, in the order of layout.Truth."""
+    """Write the true values of this cycle to `out`, in the order of `layout.Truth`."""
     values = (
         s.t, ts.fx + s.slope_force, ts.fy, s.fz, ts.uy * s.fz, -p.rolling * s.fz * s.height, ts.mz,
         s.road, s.road_velocity, s.plank, s.pinion,

@@ -106,7 +106,7 @@ def stop_ramp(d, ds, dt):
 
 @inner
 def towards(d, ds, dt):
-    """Profile position: trapezoid towards ds.target."""
+    """Profile position: speed trapezoid to ds.target; returns whether it is reached."""
     error = ds.target - ds.motor
     most = min(math.sqrt(2.0 * d.acceleration * abs(error)), d.position_gain * abs(error))
     speed = math.copysign(min(most, d.profile_velocity), error)
@@ -134,7 +134,7 @@ def follow_position(d, ds, mode, target, rising, dt):
 
 @inner
 def follow_mode(d, ds, command, dt):
-    """Set-points of an enabled drive; returns whether the target is reached."""
+    """Compute the set-points of an enabled drive; returns whether the target is reached."""
     word, mode = ds.control, command[1]
     rising = word & NEW_SETPOINT and not ds.control_before & NEW_SETPOINT
     ds.kind = VELOCITY
@@ -179,7 +179,11 @@ def hold_start(d, ds, dt):
 
 @inner
 def drive(d, ds, command, age, dt, allowed):
-    """One bus cycle of the drive before the motor: kind, v_start -> v_ref, slope_torque."""
+    """One bus cycle of the drive: sets the set-point of the motor (kind, v_start, v_ref,
+    slope_torque).
+
+    age: age of the command [cycles]; allowed: false when the emergency stop cuts the drive.
+    """
     was_enabled = ds.state == ENABLED
     transition(ds, command[0])
     if age >= 0:

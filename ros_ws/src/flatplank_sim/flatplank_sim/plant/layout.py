@@ -28,9 +28,7 @@ TIRE = _record(
     "ring",
 )
 
-TIRE_STATE = _record(
-    "q ux uy ucx fx fy mz gx gy a friction re cz slide_share", "first last passes"
-)
+TIRE_STATE = _record("q ux uy ucx fx fy mz gx gy a friction re cz slide_share", "first last")
 
 MACHINE = _record(
     # plank
@@ -91,7 +89,8 @@ DRIVE_STATE = _record(
 
 
 class Truth(NamedTuple):
-    """What no node can read of one cycle, in the order in which the kernel writes it."""
+    """True values of one cycle, hidden from the nodes, in the order in which the kernel writes
+    them."""
 
     t: float
     """time [s]"""
@@ -104,25 +103,25 @@ class Truth(NamedTuple):
     my: float
     mz: float
     road_position: float
-    """of the plate under the tire [m]"""
+    """position of the road plate under the tire [m]"""
     road_velocity: float
     """[m/s]"""
     plank_position: float
-    """at its encoder [m]"""
+    """true position of the plank, with all errors of the rack [m]"""
     pinion_position: float
-    """of the plank's drive [m]"""
+    """travel of the pinion, which the plank encoder measures [m]"""
     wheel_angle: float
     """[rad]"""
     wheel_velocity: float
     """[rad/s]"""
     motor_angle: float
-    """of the wheel drive, at the motor [rad]"""
+    """angle of the motor of the wheel drive [rad]"""
     motor_velocity: float
     """[rad/s]"""
     motor_torque: float
     """[N m]"""
     gear_torque: float
-    """of the gear spring [N m]"""
+    """torque of the gear spring, at the motor [N m]"""
     gear_gap: float
     """motor angle ahead of the geared wheel angle [rad]"""
     kappa: float
@@ -130,13 +129,13 @@ class Truth(NamedTuple):
     effective_rolling_radius: float
     """[m]"""
     axle_height: float
-    """over the road [m]"""
+    """height of the axle over the road [m]"""
     alpha: float
     """side slip angle [rad]"""
     gamma: float
     """camber angle [rad]"""
     pressure: float
-    """inflation [bar]"""
+    """inflation pressure [bar]"""
     carcass_x: float
     """deflection of the carcass [m]"""
     carcass_y: float
@@ -145,19 +144,22 @@ class Truth(NamedTuple):
     friction: float
     """mu [-]"""
     sliding_share: float
-    """of the contact length [-]"""
+    """share of the bristles in contact that slide [-]"""
     road_gap: float
-    """plate ahead of the plank, in its play [m]"""
+    """position of the road plate in its play, ahead of the plank [m]"""
     rack_gap: float
-    """plank ahead of the pinion, in the backlash of the rack [m]"""
+    """position of the plank in the backlash of the rack, ahead of the pinion [m]"""
     run: float
-    """runs made on this road before [-]"""
+    """number of runs on this road, for its wear [-]"""
 
 
 COMMAND_FIELDS = 5
 """control word, mode, position, velocity, torque of one axis"""
 
 MAP_START = 0.2
+"""distance from the first row of the road map to the rest position of the plank [m]"""
 MAP_STEP = 0.002
-"""row spacing of the road map [m]. It begins 0.2 m before the plank's rest position; rows:
-friction factor, height of the plank, height of a cleat"""
+"""row spacing of the road map [m]; columns: friction factor, height of the plank, height of a
+cleat"""
+MAP_ROWS = 1.0 / MAP_STEP
+"""rows of the road map per metre"""

@@ -47,8 +47,10 @@ class Operator:
         self._map = road_map
 
     def plank(self, direction: int, fast: bool | None = None, stop_at: float = math.nan) -> None:
-        """Set the plank switch: forward (1), stop (0) or reverse (-1), with speed and
-        `plank_stop_at`."""
+        """Set the plank switch: forward (1), stop (0) or reverse (-1).
+
+        fast: speed switch, None: unchanged; stop_at: as in `plank_stop_at` [m], NaN: none.
+        """
         if direction not in (-1, 0, 1):
             raise ValueError(f"plank: direction {direction} is not -1, 0 or 1")
         if math.isnan(stop_at):

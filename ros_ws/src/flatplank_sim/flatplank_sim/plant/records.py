@@ -31,7 +31,7 @@ class Records(NamedTuple):
 
 
 def tire_record(t: TireConfig, spacing: float) -> np.ndarray:
-    """The tire's parameters and its discretisation."""
+    """Make the record of the tire, with `spacing` of the bristles [m]."""
     r = np.zeros(1, layout.TIRE)
     r["r0"], r["fz0"], r["p0"] = t.free_radius, t.nominal_load, t.nominal_pressure_bar
     r["cz"], r["cz_p"] = t.vertical_stiffness, t.vertical_stiffness_pressure
@@ -54,7 +54,7 @@ def tire_record(t: TireConfig, spacing: float) -> np.ndarray:
 
 
 def machine_record(c: PlantConfig, dt: float) -> np.ndarray:
-    """Plank, axes, wheel drive, hub, encoders, substeps."""
+    """Make the record of the machine without defects; dt: period of the samples [s]."""
     m = np.zeros(1, layout.MACHINE)
     p, x, w, h, e, s = c.plank, c.axes, c.wheel_drive, c.hub, c.encoders, c.solver
     m["slow"], m["fast"], m["return_speed"] = p.slow_speed, p.fast_speed, p.return_speed
@@ -93,7 +93,7 @@ def machine_record(c: PlantConfig, dt: float) -> np.ndarray:
 
 
 def servo_record(r: np.ndarray, s: ServoConfig, watchdog: int) -> None:
-    """One drive; `r` is a view of one element."""
+    """Fill the record of one drive; `r` is a view of one element, `watchdog` is in cycles."""
     for name in (
         "torque_limit", "velocity_limit", "profile_velocity", "acceleration", "torque_slope",
         "position_gain", "inertia", "friction", "blocked_time", "velocity_window", "start_delay",
@@ -109,7 +109,7 @@ def servo_record(r: np.ndarray, s: ServoConfig, watchdog: int) -> None:
 
 
 def build_records(c: PlantConfig, dt: float) -> Records:
-    """Constants of the kernels with all defects built in."""
+    """Make the constant records, with all defects; dt: period of the samples [s]."""
     drives = np.zeros(len(AXES), layout.DRIVE)
     for axis in c.driven_axes:
         k = AXES.index(axis)
@@ -134,7 +134,7 @@ def build_records(c: PlantConfig, dt: float) -> Records:
 
 
 def initial_state(c: PlantConfig, r: Records) -> dict[str, np.ndarray]:
-    """Unloaded, at rest, plank in its start position."""
+    """Make the variable records: unloaded, at rest, plank in its start position."""
     s = np.zeros(1, layout.MACHINE_STATE)
     height = c.tire.free_radius + c.axes.clearance
     s["height"], s["pressure"], s["joined"] = height, c.tire.nominal_pressure_bar, 1.0

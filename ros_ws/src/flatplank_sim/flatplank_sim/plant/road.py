@@ -7,6 +7,7 @@ import math
 
 from flatplank_sim.plant.compiling import inner
 from flatplank_sim.plant.drivetrain import ramp
+from flatplank_sim.plant.layout import MAP_ROWS, MAP_START
 from flatplank_sim.plant.tire import advance, place
 
 TURN = 2.0 * math.pi
@@ -121,8 +122,8 @@ def steer_hub(m, s, ts, dt):
 
 @inner
 def surface(road_map, x, column):
-    """Linear interpolation in the road map."""
-    f = (x + 0.2) * 500.0
+    """Value of a column of the road map at position x [m], by linear interpolation."""
+    f = (x + MAP_START) * MAP_ROWS
     k = place(x, road_map.shape[0] - 1)
     w = min(max(f - k, 0.0), 1.0)
     return road_map[k, column] * (1.0 - w) + road_map[k + 1, column] * w

@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 
 from flatplank_sim.plant.compiling import inner
+from flatplank_sim.plant.layout import MAP_ROWS, MAP_START
 
 TOLERANCE = 1e-5
 """imbalance between carcass and bristles that ends the iteration [N]"""
@@ -22,11 +23,11 @@ MAX_PASSES = 15
 
 @inner
 def contact(p, s, fz, pressure):
-    """Half contact length [m], friction, bristle and carcass stiffness at load [N] and pressure
-    [bar].
+    """Set vertical stiffness, half contact length, friction and rolling radius in the state `s`
+    for load [N] and pressure [bar]; returns tread stiffness x, y [N/m2] and carcass stiffness x, y
+    [N/m].
 
-    These are power laws of this plant: a grows with the deflection, friction falls slightly with
-    load.
+    These are power laws of this plant.
     """
     pr = pressure / p.p0
     s.cz = p.cz * pr**p.cz_p
@@ -86,8 +87,8 @@ def yielding(tx, ty, kx, ky, limit):
 
 @inner
 def place(x, rows):
-    """Row of the road map at position x [m]: one row per 2 mm, from -0.2 m on."""
-    return min(max(int((x + 0.2) * 500.0), 0), rows - 1)
+    """Row of the road map at position x [m]."""
+    return min(max(int((x + MAP_START) * MAP_ROWS), 0), rows - 1)
 
 
 @inner
@@ -116,7 +117,7 @@ def mean_pressure_sum(first, last, q, spacing, a):
 
 @inner
 def lift(p, s, bristles):
-    """No contact: reset the deflections of bristles and carcass."""
+    """Reset the deflections of bristles and carcass, when there is no contact."""
     for j in range(s.first, s.last + 1):
         bristles[0, j & (p.ring - 1)] = 0.0
         bristles[1, j & (p.ring - 1)] = 0.0
@@ -131,7 +132,7 @@ def patch_forces(p, s, b, first, last, q, shift, spin, peak, cx, cy, wear, x, ro
     to b[2], b[3].
 
     shift = (dsx, dsy) of the belt centre [m], spin = turn of the belt [rad]; returns fx, fy, mz
-    [N, N m], the stiffness of what sticks (x, y) [N/m] and the share that slides.
+    [N, N m], tangent stiffness xx, yy, xy [N/m] and the share of sliding bristles.
     """
     dsx, dsy = shift
     mask, spacing, a = p.ring - 1, p.spacing, s.a
@@ -175,7 +176,7 @@ def patch_forces(p, s, b, first, last, q, shift, spin, peak, cx, cy, wear, x, ro
 
 
 @inner
-def imbalance(p, s, cx, cy, ux, uy, fx, fy, sx, sy, sxy):
+def newton_step(p, s, cx, cy, ux, uy, fx, fy, sx, sy, sxy):
     """Newton step of the carcass deflection [m]; zero when carcass and bristles are in balance."""
     v = ux - s.ucx
     soft = 1.0 + p.softening * abs(v)
@@ -222,13 +223,12 @@ def advance(p, s, b, fz, pressure, dq, dx, dy, turn, gamma, x, wear, road_map, m
     ux = s.ux + s.gx * dsx / cx
     uy = s.uy + s.gy * dsy / cy
     fx = fy = mz = sx = sy = share = 0.0
-    for i in range(MAX_PASSES):
+    for _ in range(MAX_PASSES):
         shift = (dsx - (ux - s.ux), dsy - (uy - s.uy))
         fx, fy, mz, sx, sy, sxy, share = patch_forces(
             p, s, b, first, last, q, shift, spin, peak, cpx, cpy, wear, x, road_map, mapped
         )
-        more_x, more_y = imbalance(p, s, cx, cy, ux, uy, fx, fy, sx, sy, sxy)
-        s.passes = i + 1
+        more_x, more_y = newton_step(p, s, cx, cy, ux, uy, fx, fy, sx, sy, sxy)
         if more_x == 0.0 and more_y == 0.0:
             break
         ux += more_x

@@ -20,7 +20,7 @@ T = TypeVar("T")
 
 
 class PlantConfigError(ValueError):
-    """A plant description that cannot be used: where, what, what to do, in one line."""
+    """A configuration that cannot be used; one line states where, what, what to do."""
 
 
 def pack(content: Mapping[str, Any]) -> str:
@@ -61,7 +61,7 @@ def read_overlay(path: Path) -> dict[str, Any]:
 
 
 def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    """`base` with the values of `over`, merged level by level."""
+    """Return `base` with the values of `over`, merged level by level."""
     result = dict(base)
     for key, value in over.items():
         old = result.get(key)

@@ -49,7 +49,7 @@ class Machine:
     hidden: Hidden
     size: float
     force: Force
-    place: dict[str, Any] | None
+    outside_location: dict[str, Any] | None
     """location of a force that no effect of the library explains"""
 
 
@@ -70,8 +70,8 @@ def make_challenge(folder: Path, seed: int, progress: Progress = quiet, outside:
         unit = machine.hidden.unit
         hidden = {"name": first, "size": machine.size, "unit": unit, "class": others}
         effects = [hidden | ({"runs": machine.hidden.runs} if machine.hidden.runs else {})]
-    answer = {"seed": seed, "tire": "toyo", "effects": effects, "outside": machine.place}
-    seal(answer | {"force": outside}, folder)
+    answer = {"seed": seed, "tire": "toyo", "effects": effects}
+    seal(answer | {"outside": machine.outside_location, "force": outside}, folder)
     if not outside:  # a force outside the library is added to the signals, not to the plant
         seal_plant({"defects": machine.hidden.defects(machine.size)}, folder)
     return folder
@@ -81,10 +81,10 @@ def more_runs(
     folder: Path, challenge: Path, runs: Sequence[tuple[float, int]], step: float,
     progress: Progress = quiet,
 ) -> Path:  # fmt: skip
-    """More runs of the machine of a challenge, into a folder of their own.
+    """Make more runs of the machine of a challenge, in another folder.
 
     runs: slip [-] and start (1, 2, 3) of each, in their order; step: plank position of the step
-    [m]. The day goes on after the runs of the challenge; another folder name has other noise.
+    [m]. Run numbers continue after the challenge; the name of the folder seeds the noise.
 
     Raises:
         FlatplankError: the challenge has no answer, or is older than this.
@@ -104,14 +104,14 @@ def more_runs(
 def _machine(seed: int, outside: str, random: np.random.Generator) -> Machine:
     name = "nothing" if outside else str(random.choice(sorted(MENU)))
     size = MENU[name].draw(random)
-    return Machine(seed, MENU[name], size, *_foreign(outside, random))
+    return Machine(seed, MENU[name], size, *_outside_force(outside, random))
 
 
 def _measure(
     machine: Machine, folder: Path, runs: Sequence[tuple[float, int]], step: float, first: int,
     stream: tuple[int, ...], progress: Progress,
 ) -> None:  # fmt: skip
-    """Measure runs; `first` is the number of the first in the day, `stream` seeds their noise."""
+    """Measure runs; `first` is the number of the first one, `stream` seeds their noise."""
     plain = PlantConfig.load("toyo")
     radius = round(Campaign(plain).true_radius(LOAD, plain.tire.vertical_stiffness), 5)
     tables = []
@@ -134,15 +134,15 @@ def _measure(
     export_campaign(tables, folder)
 
 
-def _foreign(name: str, random: np.random.Generator) -> tuple[Force, dict[str, Any] | None]:
-    """A force outside the library and its location; None without a name."""
+def _outside_force(name: str, random: np.random.Generator) -> tuple[Force, dict[str, Any] | None]:
+    """A force outside the library and its location; without a name zero force and None."""
     if not name:
         return (lambda _columns, _run: np.zeros(1)), None
     return OUTSIDE[name](float(random.uniform(*OUTSIDE_SIZES)), random)
 
 
 def _scattered(plain: PlantConfig, defects: Defects, random: np.random.Generator) -> PlantConfig:
-    """The bench of one run, with scatter of the tire from run to run."""
+    """Configuration of the bench for one run, with random scatter of the tire."""
     names = ("friction", "tread_stiffness_x", "carcass_stiffness_x")
     tire = {n: getattr(plain.tire, n) * (1 + TIRE_SCATTER * random.normal()) for n in names}
     return PlantConfig.load("toyo", overrides={"defects": defects, "tire": tire})

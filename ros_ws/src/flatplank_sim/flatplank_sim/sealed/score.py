@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scores a diagnosis against an answer, strictly by the statements of the program.
+"""Scores a diagnosis against an answer, strictly by what the diagnosis states.
 
 A hidden effect is found when an entry of the diagnosis has its name. It is also found when it is
 in the class of an entry, the class has at most four names, and the verdict says that it is a
@@ -15,13 +15,13 @@ from flatplank_data.wording import quantity
 
 LARGEST_CLASS = 4
 GROUP = "found group"
-NAMING = ("found", GROUP)
+FOUND_VERDICTS = ("found", GROUP)
 LAW = "tire_law"
 """effect for another form of the force law; it is no fault of the machine and never counts as
 false"""
-SILENT = ("none of these", "partly")
+UNEXPLAINED_VERDICTS = ("none of these", "partly")
 """right verdicts for an effect outside the library"""
-QUIET = ("at floor", "tire law only")
+NOTHING_VERDICTS = ("at floor", "tire law only")
 """right verdicts when nothing is hidden"""
 
 Entry = Mapping[str, Any]
@@ -55,9 +55,10 @@ def score(diagnosis: Entry, answer: Entry) -> dict[str, Any]:
     def right(found: Sequence[Entry | None]) -> bool:
         whole = None not in found and not _rest(named, found)
         if outside:
-            return whole and verdict in SILENT and bool(place)
+            return whole and verdict in UNEXPLAINED_VERDICTS and bool(place)
         true_of_it = any(n["name"] != LAW for n in everything)
-        return whole and (bool(hidden) or verdict in QUIET or (true_of_it and verdict in NAMING))
+        nothing = verdict in NOTHING_VERDICTS or (true_of_it and verdict in FOUND_VERDICTS)
+        return whole and (bool(hidden) or nothing)
 
     runs = int(diagnosis.get("runs") or 0)
     return {
@@ -129,11 +130,13 @@ def _covers(diagnosis: Entry, outside: Entry) -> bool:
     period, found = outside.get("period"), rest.get("period")
     if period:
         return bool(found) and abs(float(found) / float(period) - 1.0) < 0.05
-    for place in rest.get("where") or []:
-        if place["coordinate"] == outside.get("coordinate"):
-            low, high = (float(v) for v in outside["range"])
-            return float(place["range"][0]) < high and float(place["range"][1]) > low
-    return False
+    low, high = (float(v) for v in outside["range"])
+    return any(
+        place["coordinate"] == outside.get("coordinate")
+        and float(place["range"][0]) < high
+        and float(place["range"][1]) > low
+        for place in rest.get("where") or []
+    )
 
 
 DIAGNOSIS = "diagnosis.json"
@@ -147,7 +150,7 @@ def text_of(answer: Mapping[str, Any], points: Mapping[str, Any]) -> list[str]:
     lines = [f"hidden: {'; '.join(hidden) or 'nothing'}"]
     lines += [_effect(e) for e in points["effects"]]
     if points["outside_found"] is not None:
-        lines.append(f"its place was {'' if points['outside_found'] else 'not '}found")
+        lines.append(f"its location was {'' if points['outside_found'] else 'not '}found")
     if points["false"]:
         lines.append(f"named without cause: {', '.join(points['false'])}")
     return [*lines, "the diagnosis is right" if points["right"] else "the diagnosis is not right"]
@@ -156,7 +159,7 @@ def text_of(answer: Mapping[str, Any], points: Mapping[str, Any]) -> list[str]:
 def _effect(e: Mapping[str, Any]) -> str:
     """Text about one hidden effect."""
     if not e["named"]:
-        kin = f"; {e['kin']} was named, which is like it but not it" if e["kin"] else ""
+        kin = f"; {e['kin']} was named, a similar effect" if e["kin"] else ""
         return f"not found: {e['name']}{kin}"
     how = e["as"] if e["as"] == e["name"] else f"one of the group of {e['as']}"
     if not e["comparable"]:

@@ -4,15 +4,17 @@
 A sealed file, `answer.sealed`, is JSON: `{"format": "flatplank-sealed/1", "answer": TEXT}`, TEXT
 being base64 of zlib of this JSON:
 
-    {"seed": 7, "tire": "bristles", "effects": [{"name": "road_play", "size": 0.0009,
+    {"seed": 7, "tire": "toyo", "effects": [{"name": "road_play", "size": 0.0009,
      "unit": "m", "class": ["..."]}], "outside": {"coordinate": "plank position",
      "range": [2.0, 2.8], "period": null} or null, "notes": "..."}
 
 `class` holds relatives: effects that the author of the answer considers similar. They are
-reported, and do not count as right. No effects and no `outside` means that nothing is hidden. The
-seal prevents reading by accident; it is no encryption. The analysis never reads the file.
+reported, and do not count as right. Optional: `runs` of an effect (runs to which its size refers),
+`present` (true effects of the tire that are not asked for), `force` (name of the force outside the
+library, empty: none). No effects and no `outside` means that nothing is hidden. The seal prevents
+reading by accident; it is no encryption. The analysis never reads the file.
 
-`plant.yaml` beside it has the same machine for the simulated bench, sealed in the same way.
+`plant.yaml` next to it has the same machine for the simulated bench, sealed in the same way.
 """
 
 from __future__ import annotations

@@ -102,7 +102,7 @@ def _run(
 
 
 def setup_for(plan: CampaignPlan, setup: BenchSetup) -> BenchSetup:
-    """The simulated bench with the tire of the plan."""
+    """Setup with the tire and the driven axes that the plan needs."""
     needed = {axis for run in plan.runs for axis in axes_of(run.measurement)}
     wheel = {**setup.parameters.get("wheel_drive", {}), "free_radius": plan.tire.free_radius}
     return replace(
@@ -114,7 +114,7 @@ def setup_for(plan: CampaignPlan, setup: BenchSetup) -> BenchSetup:
 
 
 def make(job: Job, setup: BenchSetup, folder: Path, bags: bool, limits: Limits) -> Outcome:
-    """Make and judge one run on a new bench."""
+    """Make one run on a new bench and check its quality."""
     bench = fresh_bench(setup, job.measurement.run_index, job.attempt, folder, bags)
     before, after = Standstill("before the run"), Standstill("after the run")
     turn = TurnWatch()

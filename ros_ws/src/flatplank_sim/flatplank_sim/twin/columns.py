@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Converts the cycles of the twin to columns of messages per topic, as the nodes would publish
-them."""
+"""Converts the cycles of the twin to columns of messages per topic, as the nodes publish them."""
 
 from __future__ import annotations
 
@@ -9,18 +8,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from flatplank_hw.bus.image import AXES
+from flatplank_hw.bus.image import AXES, CHANNELS, PER_CYCLE, AxisInputs
 from flatplank_hw.drive import REASONS
-from flatplank_hw.samples import SOURCES, DriveSample, EncoderSample, HubSample
+from flatplank_hw.samples import JOINTS, SOURCES, DriveSample, EncoderSample, HubSample
 from flatplank_sim.twin.twin import Cycle
-
-CHANNELS = 6
-WHOLE = (
-    "plank_counts", "wheel_counts", "steer_counts", "camber_counts", "road_counts", "digital",
-)  # fmt: skip
-"""fields with one integer per cycle"""
-OF_AXIS = ("status_word", "mode_display", "position", "velocity", "torque", "error_code")
-JOINTS = ("plank", "wheel", "steer", "road_camber")
 
 
 class TopicColumns(NamedTuple):
@@ -40,12 +31,11 @@ def _array(samples: Sequence[Any]) -> np.ndarray:
 
 
 def _bus_fixed(n: int) -> dict[str, Any]:
-    per_cycle = ["lvdt_volts", *WHOLE]
     return {
         "header.frame_id": "bus",
         "bridge_volts": CHANNELS * n,
-        **dict.fromkeys(per_cycle, n),
-        **dict.fromkeys(OF_AXIS, len(AXES) * n),
+        **dict.fromkeys(PER_CYCLE, n),
+        **dict.fromkeys(AxisInputs._fields, len(AXES) * n),
     }
 
 
@@ -58,12 +48,11 @@ def _bus(batches: list[tuple]) -> dict[str, Any]:
         "count": n,
         "health": [batch[-1].health for batch in batches],
         "bridge_volts": _array([i.bridge_volts for i in images]).reshape(rows, -1),
-        "lvdt_volts": _array([i.lvdt_volts for i in images]).reshape(rows, n),
     }
-    for name in WHOLE:
+    for name in PER_CYCLE:
         out[name] = np.array([getattr(i, name) for i in images]).reshape(rows, n)
     axes = np.array([axis for i in images for axis in i.axes], dtype=np.int64)
-    for k, name in enumerate(OF_AXIS):
+    for k, name in enumerate(AxisInputs._fields):
         out[name] = axes[:, k].reshape(rows, -1)
     return out
 

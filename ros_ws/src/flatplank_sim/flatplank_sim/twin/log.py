@@ -68,8 +68,8 @@ class BagLog:
             self._writer = TwinWriter(self._session, layouts(len(cycles[0].batch)))
         period = _period(cycles)
         for topic, how in TOPICS.items():
-            spoken = [(c, sample) for c in cycles if (sample := how.pick(c)) is not None]
-            for layout, some in self._by_texts(topic, how, spoken):
+            samples = [(c, sample) for c in cycles if (sample := how.pick(c)) is not None]
+            for layout, some in self._by_texts(topic, how, samples):
                 columns: dict[str, Any] = dict(how.columns([sample for _, sample in some]))
                 if topic == "/bus/inputs":
                     columns["period_ns"] = period
@@ -78,15 +78,15 @@ class BagLog:
         self._writer.flush()
 
     def _by_texts(
-        self, topic: str, how: TopicColumns, spoken: list[tuple[Cycle, Any]]
+        self, topic: str, how: TopicColumns, samples: list[tuple[Cycle, Any]]
     ) -> Iterator[tuple[CdrLayout | None, list[tuple[Cycle, Any]]]]:
         """Group messages by their texts, with one layout each; None: the layout of the topic."""
         if how.texts is None:
-            if spoken:
-                yield None, spoken
+            if samples:
+                yield None, samples
             return
         groups: dict[tuple[tuple[str, str], ...], list[tuple[Cycle, Any]]] = {}
-        for pair in spoken:
+        for pair in samples:
             groups.setdefault(tuple(how.texts(pair[1]).items()), []).append(pair)
         for texts, some in groups.items():
             key = (topic, texts)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The bench in one process without ROS: the same cores in the same order, with bit-identical
-results.
+"""The bench in one process without ROS: the same cores in the same order as on the ROS graph, with
+bit-identical results.
 """
 
 from __future__ import annotations
@@ -49,9 +49,9 @@ class TwinAxis:
             self.drive.disable()
 
     def step(self, inputs: BusInputs, encoders: EncoderSample, hub: HubSample) -> AxisCommand:
-        """One cycle."""
+        """Return the command of one cycle."""
         reference = None
-        if self.drive.listens_to == "follow":
+        if self.drive.reference_source == "follow":
             reference = self.controller.reference(hub, encoders)
         command, self.sample = self.drive.step(inputs, encoders, hub, reference)
         return command
@@ -75,7 +75,7 @@ class Cycle(NamedTuple):
     encoders: EncoderSample
     reference: Reference | None
     inside: Any
-    """state of the source that made the reference"""
+    """internal state of the source that made the reference"""
     command: AxisCommand
     drive: DriveSample
 
@@ -117,7 +117,7 @@ class Twin:
 
     @property
     def cores(self) -> dict[str, Any]:
-        """Node -> what it runs on the graph."""
+        """Core of each node, by node name."""
         return {
             "measurement_hub": self.hub,
             "encoders": self.encoders,
@@ -127,7 +127,7 @@ class Twin:
         }
 
     def in_force(self) -> dict[str, dict[str, Any]]:
-        """node -> present parameters."""
+        """Present parameters of each node, by node name."""
         found = {name: to_mapping(core.parameters) for name, core in self.cores.items()}
         bus = self.setup.nodes()[-1]
         return {**found, bus.name: self.setup.of(bus)}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The twin as a bench for plans: does the same steps at the same cycles as the held graph."""
+"""Performs plans on the twin, with the same steps at the same cycles as the ROS graph."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from flatplank_control.runner.conditions import QUANTITIES, condition_of, prompt
 from flatplank_control.runner.moves import by_drive
 from flatplank_control.runner.plans import release_axes, safe_end
 from flatplank_control.runner.provenance import complete
-from flatplank_control.runner.steps import CHUNK, StopWatch, WaitMonitor
+from flatplank_control.runner.steps import CHUNK, StopDetector, WaitMonitor
 from flatplank_data.run_record import record_from_dict
 from flatplank_hw.drive import AxisDrive
 from flatplank_sim.twin.log import RunLog
@@ -31,7 +31,7 @@ class TwinBench:
         self.kept: list[Path] = []
         self._log = log
         self._recording = False
-        self._stops = StopWatch()
+        self._stops = StopDetector()
         operator = twin.plant.operator
         self._by_hand: dict[str, Callable[[float], Any]] = {
             "unload": lambda _value: operator.unload(),
@@ -63,7 +63,7 @@ class TwinBench:
         }
 
     def perform(self, plan: Iterable[S.Step]) -> None:
-        """Perform a whole plan; in any case stop all motion and close the record at its end."""
+        """Perform a whole plan; on an error stop all motion and close the recording."""
         try:
             for step in plan:
                 self._do[type(step)](step)
@@ -173,7 +173,7 @@ class TwinBench:
             s = self._look_again()
 
     def _look_again(self) -> S.Snapshot:
-        """The samples of later cycles."""
+        """Advance by `CHUNK` batches and return the last samples."""
         self.advance(CHUNK)
         found = self.snapshot()
         assert found is not None, "a cycle gives samples"

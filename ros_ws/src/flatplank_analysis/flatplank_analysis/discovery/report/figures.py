@@ -14,6 +14,8 @@ from matplotlib.figure import Figure
 
 from flatplank_analysis.discovery import screen
 from flatplank_analysis.discovery.fit import amplitude
+from flatplank_analysis.discovery.report.text import amount, channel_of, unit_of
+from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.discovery.shortlist import negligible
 from flatplank_analysis.discovery.sources import source_of
 from flatplank_analysis.discovery.steps import Search, Step
@@ -47,6 +49,11 @@ def clean(axes: Axes) -> None:
     axes.tick_params(labelsize=8)
 
 
+def labelled(runs: RunSet, text: str) -> str:
+    """Axis label of a quantity in the unit of the first channel, whose name is put in."""
+    return with_unit(text.format(channel_of(runs)), unit_of(runs))
+
+
 def short(label: str) -> str:
     """First part of a condition's name."""
     return label.split(",", 1)[0]
@@ -68,16 +75,16 @@ def conditions(steps: Sequence[Step]) -> Figure:
     if moved:
         axes.bar(x + 0.2, after, width, color=BLUE, label="with the effects")
     floor, by = last.state.floors[0].floor, source_of(runs).words()
-    axes.axhline(floor, color=ORANGE, lw=1.5, label=f"floor {floor:.1f} N ({by})")
+    axes.axhline(floor, color=ORANGE, lw=1.5, label=f"floor {amount(runs, floor)} ({by})")
     labels = [short(n) for n in runs.condition_names]
     axes.set_xticks(x, labels, rotation=30 if len(x) > 9 else 0, fontsize=8)
-    axes.set_ylabel("RMSE of Fx [N]", fontsize=9)
+    axes.set_ylabel(labelled(runs, "RMSE of {}"), fontsize=9)
     figure.legend(fontsize=8, frameon=False, ncols=3, loc="outside upper center")
     clean(axes)
     return figure
 
 
-def map_of(table: Map, names: Sequence[str]) -> Figure:
+def map_of(table: Map, runs: RunSet) -> Figure:
     """Mean residual of every condition over one coordinate."""
     figure = figure_of(8.0, 2.7)
     axes = figure.add_subplot()
@@ -86,9 +93,9 @@ def map_of(table: Map, names: Sequence[str]) -> Figure:
     mesh = axes.pcolormesh(
         table.edges, rows, np.ma.masked_invalid(table.mean), cmap="RdBu_r", vmin=-limit, vmax=limit
     )
-    axes.set_yticks(rows[:-1] + 0.5, [short(n) for n in names], fontsize=7)
+    axes.set_yticks(rows[:-1] + 0.5, [short(n) for n in runs.condition_names], fontsize=7)
     axes.set_xlabel(with_unit(table.coordinate, table.unit), fontsize=9)
-    figure.colorbar(mesh, ax=axes, label="measured - model [N]", pad=0.01)
+    figure.colorbar(mesh, ax=axes, label=labelled(runs, "measured - model"), pad=0.01)
     clean(axes)
     return figure
 
@@ -121,8 +128,7 @@ def ranking(search: Search, count: int = 12) -> Figure:
 
 
 def collapse(search: Search, number: int) -> Figure:
-    """Residual without one effect over the effect's own coordinate, and the effect's
-    prediction."""
+    """Residual of the model without one effect over the effect's coordinate, and the effect."""
     last = search.last
     runs, state = search.model.runs, last.state
     term = last.found[number].decision.term
@@ -149,13 +155,13 @@ def collapse(search: Search, number: int) -> Figure:
     low, high = np.quantile(shown, (0.002, 0.998)) if len(shown) else axes.get_xlim()
     axes.set_xlim(low - 0.3 * (high - low), high + 0.3 * (high - low))
     axes.set_xlabel(with_unit(name, coordinate.unit), fontsize=9)
-    axes.set_ylabel("Fx: left without it (dots), effect (line) [N]", fontsize=8)
+    axes.set_ylabel(labelled(runs, "{}: left without it (dots), effect (line)"), fontsize=8)
     figure.legend(fontsize=7, frameon=False, ncols=9, loc="outside upper center")
     clean(axes)
     return figure
 
 
-def waterfall(steps: Sequence[Mapping[str, Any]], floor: float) -> Figure:
+def waterfall(steps: Sequence[Mapping[str, Any]], floor: float, runs: RunSet) -> Figure:
     """Fitted and held-out error after every step, with the floor."""
     figure = figure_of(8.0, 3.0)
     axes = figure.add_subplot()
@@ -165,7 +171,7 @@ def waterfall(steps: Sequence[Mapping[str, Any]], floor: float) -> Figure:
     axes.bar(x + 0.18, held, 0.36, color=GREY, label="held-out conditions")
     axes.axhline(floor, color=ORANGE, lw=1.5, label="floor")
     axes.set_xticks(x, [s["name"] for s in steps], fontsize=8)
-    axes.set_ylabel("RMSE of Fx [N]", fontsize=9)
+    axes.set_ylabel(labelled(runs, "RMSE of {}"), fontsize=9)
     figure.legend(fontsize=8, frameon=False, ncols=3, loc="outside upper center")
     clean(axes)
     return figure
@@ -186,9 +192,8 @@ def residual(step: Step) -> Figure:
         axes.plot(coordinate.values[rows[0]], mean[i] - i * gap, lw=0.8, color=BLUE)
     ticks = [-i * gap for i in range(len(mean))]
     axes.set_yticks(ticks, [short(n) for n in runs.condition_names], fontsize=8)
-    axes.set_xlabel(
-        f"{with_unit(name, coordinate.unit)}; {gap:.0f} N between the lines", fontsize=9
-    )
+    place, apart = with_unit(name, coordinate.unit), amount(runs, gap, 0)
+    axes.set_xlabel(f"{place}; {apart} between the lines", fontsize=9)
     clean(axes)
     return figure
 

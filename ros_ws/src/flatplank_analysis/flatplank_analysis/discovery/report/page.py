@@ -7,6 +7,7 @@ import io
 import json
 import re
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from matplotlib.figure import Figure
 
 from flatplank_analysis.discovery import where
 from flatplank_analysis.discovery.report import figures
+from flatplank_analysis.discovery.report.text import amount, channel_of
 from flatplank_analysis.discovery.steps import AcceptedEffect, Search
 from flatplank_analysis.discovery.verdict import Diagnosis, effect_dict
 from flatplank_data.errors import FlatplankError
@@ -81,15 +83,17 @@ def _render(
         "conditions": book.add("conditions", figures.conditions(search.steps)),
         "ranking": book.add("ranking", figures.ranking(search)),
         "residual": book.add("residual", figures.residual(search.last)),
-        "waterfall": book.add("waterfall", figures.waterfall(steps, result.floor)),
+        "waterfall": book.add("waterfall", figures.waterfall(steps, result.floor, runs)),
     }
     return template("page.html.j2").render(
         d=result,
+        channel=channel_of(runs),
+        amount=partial(amount, runs),
         campaign=campaign,
         svg=svg,
         maps=[
             {
-                "svg": book.add(f"map{i}", figures.map_of(m, runs.condition_names)),
+                "svg": book.add(f"map{i}", figures.map_of(m, runs)),
                 "text": f"{m.words()} (p = {m.p_value:.2g})",
             }
             for i, m in enumerate(maps[:4])
@@ -140,7 +144,7 @@ def waterfall_steps(search: Search, history: Sequence[Mapping[str, Any]]) -> lis
 
 
 def history_steps(history: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Waterfall from the history of a model file."""
+    """Waterfall steps from the history of a model file."""
     sign = {"add": "+ ", "remove": "− "}
     return [
         {

@@ -13,10 +13,27 @@ NAMES = {"fx": "Fx", "fy": "Fy"}
 """display names of channels"""
 
 
+def channel_of(runs: RunSet) -> str:
+    """Display name of the first channel."""
+    return NAMES.get(runs.channels[0], runs.channels[0])
+
+
+def unit_of(runs: RunSet) -> str:
+    """Unit of the first channel; empty where the runs have none."""
+    return runs.units[0] if runs.units else ""
+
+
+def amount(runs: RunSet, value: float, digits: int = 1) -> str:
+    """A value of the first channel with its unit."""
+    return f"{brief(value, digits)} {unit_of(runs)}".rstrip()
+
+
 def text_of(result: Diagnosis) -> str:
+    """The text that `flatplank diagnose` prints."""
     lines = [f"verdict: {result.verdict} ({result.reason})"]
-    if result.search is not None:
-        lines += _errors(result, result.search.model.runs)
+    runs = result.search.model.runs if result.search else None
+    if runs is not None:
+        lines += _errors(result, runs)
     for found in result.found:
         d = found.decision
         effect, unit = d.term.effect, d.term.effect.main_parameter().unit
@@ -39,14 +56,14 @@ def text_of(result: Diagnosis) -> str:
                 f"    check: {other.check}",
                 f"    removed by: {other.removes}",
             ]
-    if result.verdict in ("none of these", "partly"):
+    if runs is not None and result.verdict in ("none of these", "partly"):
         for m in result.maps[:3]:
             lines.append(f"left over {m.coordinate}: {m.words()}")
         for event in result.events[:3]:
             who = "; ".join(event.conditions)
             lines.append(
                 f"event: {event.coordinate} {event.start:.2f} .. {event.end:.2f}, "
-                f"{event.level:.{0 if event.level >= 1.0 else 3}f} {_unit(result)}, in {who}"
+                f"{amount(runs, event.level, 0)}, in {who}"
             )
     if result.next_run:
         repeats = result.next_run.get("repeats")
@@ -59,13 +76,14 @@ def text_of(result: Diagnosis) -> str:
 
 def _errors(result: Diagnosis, runs: RunSet) -> Iterator[str]:
     """Errors of the first channel in its unit, and the sizes of consequence."""
-    unit, digits = _unit(result), 1 if result.floor >= 1.0 else 3
+    digits = 1 if result.floor >= 1.0 else 3
 
     def with_unit(value: float) -> str:
-        return f"{brief(value) if result.floor < 0.1 else f'{value:.{digits}f}'} {unit}"
+        number = brief(value) if result.floor < 0.1 else f"{value:.{digits}f}"
+        return f"{number} {unit_of(runs)}".rstrip()
 
     yield (
-        f"error of {NAMES.get(runs.channels[0], runs.channels[0])}: "
+        f"error of {channel_of(runs)}: "
         f"{with_unit(result.rmse_before)} before, {with_unit(result.rmse_after)} after, "
         f"floor {with_unit(result.floor)}; held out {with_unit(result.held_out_after)}"
     )
@@ -77,15 +95,10 @@ def _errors(result: Diagnosis, runs: RunSet) -> Iterator[str]:
     stretch = ""
     if along:
         stretch = (
-            f", within 5 cm {limits.stretch:.0f}, a longer bump of {limits.bump:.0f}, a wave of "
-            f"{limits.wave:.0f} {unit}"
+            f", within 5 cm {brief(limits.stretch, 0)}, a longer bump of {brief(limits.bump, 0)}, "
+            f"a wave of {amount(runs, limits.wave, 0)}"
         )
     yield (
         f"what counts: a mean rest of more than {with_unit(limits.rest)}{stretch}; "
         f"to be found, an error up to {with_unit(limits.error)}"
     )
-
-
-def _unit(result: Diagnosis) -> str:
-    units = result.search.model.runs.units if result.search else ()
-    return units[0] if units else "N"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Magic Formula identification in ordered stages, and once more jointly per output."""
+"""Identification of the Magic Formula in ordered stages, then of all coefficients per output."""
 
 from __future__ import annotations
 
@@ -24,25 +24,27 @@ from .stages import COEFFICIENTS, SMALL_PRESSURE, STAGES, Coefficient, Stage
 from .statement import FittedOutput, better_twin, report
 
 JOINT_ORDER = ("rho", "a", "b", "cx", "cy", "re", "fx", "fy", "mz")
+"""Outputs in the order of their joint fits; a later fit holds the results of earlier ones."""
 
 
 NONLINEAR_FIXED = ("friction", "tread_stiffness")
+"""Keys of `fixed` that belong to the nonlinear model."""
 
 
 @dataclass(frozen=True)
 class FitFile:
-    """Contents of a fit file (`campaign`): what is free, fixed, bounded, or has a prior."""
+    """Contents of a fit file (see `identify.campaign`): free, fixed, bounds, priors."""
 
     model: str = "linear"
     campaigns: tuple[str, ...] = ()
     tire: str = ""
     stages: tuple[str, ...] = tuple(STAGES)
     free: tuple[str, ...] = ()
-    """Coefficients that are free beyond those of the stages (in the stage of their output)."""
+    """Coefficients that are free beside those of the stages, in the first one of their output."""
     fixed: Mapping[str, float] = field(default_factory=dict)
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     prior: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    """Value and standard deviation."""
+    """Coefficient -> value and standard deviation."""
     weights: Mapping[str, float] = field(default_factory=dict)
     """Output -> weight relative to the default of the other outputs."""
     joint: bool = True
@@ -68,7 +70,7 @@ class MFFit:
     relative_errors: Mapping[str, float]
     """Output -> e_r of (7.28)."""
     skipped: tuple[str, ...] = ()
-    """Stages without data, and why."""
+    """Stages and coefficients that were not fitted, each with the reason."""
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     """Quantity -> lowest and highest value of the points, where they differ."""
     cx_source: str = ""
@@ -76,7 +78,7 @@ class MFFit:
 
     @property
     def file(self) -> TirFile:
-        """The file for other programs."""
+        """The complete file for other programs."""
         return whole(self.tir, self.ranges)
 
     @property
@@ -107,9 +109,10 @@ def fit_magic_formula(
     settings: FitFile | None = None,
     cx_source: str = "measured points",
 ) -> MFFit:
-    """Fit the stages in order, then every output jointly; `tir` gives all that is not fitted.
+    """Fit the stages in order, then all coefficients of each output together.
 
-    Raises when force curves were requested but the points have none: the result would be `tir`'s.
+    Coefficients that are not fitted keep their values in `tir`. Raises FlatplankError when stages
+    of Fx or Fy were asked for and none could be fitted: the forces would be those of `tir`.
     """
     settings = settings or FitFile()
     if tir.law != LATEST:
@@ -120,7 +123,7 @@ def fit_magic_formula(
         )
     if not np.isfinite(points.pressure).all():
         remedy = "write 'pressure:' [bar] in the run records"
-        raise FlatplankError("inflation pressure not said", "Magic Formula", remedy)
+        raise FlatplankError("inflation pressure not stated", "Magic Formula", remedy)
     base = tir.coefficients.replaced(settings.fixed)
     touched: dict[str, list[str]] = {}
     skipped: list[str] = []
@@ -174,7 +177,7 @@ def _start_cx(tir: TirFile) -> str:
 def _refuse_without_force(
     points: SteadyPoints, base: Coefficients, settings: FitFile, solved: Mapping[str, object]
 ) -> None:
-    """Raise when stages of Fx or Fy were wanted and not one could be fitted."""
+    """Raise when stages of Fx or Fy were asked for and none could be fitted."""
     forces = {"fx", "fy"}
     wanted = any(forces & set(STAGES[name].outputs) for name in settings.stages)
     if not wanted or forces & set(solved):
@@ -194,7 +197,7 @@ def _refuse_without_force(
 def _determined(
     stage: Stage, free: Sequence[str], data: SteadyPoints
 ) -> tuple[list[str], list[str]]:
-    """Coefficients that the levels of these points determine, and a line on the others."""
+    """Coefficients that the levels of these points determine, and lines on the others."""
     kept: list[str] = []
     left: dict[str, list[str]] = {}
     for name in free:
@@ -260,7 +263,7 @@ def _solve(
 
 
 def _scatter(problem: OutputProblem, solution: Solution) -> float:
-    """Residual scatter in units of the first guess, never below a thousandth of it."""
+    """Residual scatter, relative to the first guess `SCALE`; at least a thousandth of it."""
     n = len(problem.points)
     left = max(n - len(problem.free), 1)
     found = float(np.sqrt(np.sum(solution.residual[:n] ** 2) / left))

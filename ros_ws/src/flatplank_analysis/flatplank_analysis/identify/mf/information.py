@@ -93,7 +93,7 @@ def confusions(
 
 
 def _sparse(directions: list[np.ndarray]) -> list[np.ndarray]:
-    """The same undetermined space in directions with few parameters (pivoted row echelon form)."""
+    """Directions with few parameters that span the same space (pivoted row echelon form)."""
     if len(directions) < 2:
         return directions
     rows = np.array(directions)
@@ -229,7 +229,10 @@ def describe_levels(points: SteadyPoints, axis: str) -> str:
 
 
 def proposals(points: SteadyPoints, rows: Callable[[SteadyPoints], np.ndarray]) -> list[Candidate]:
-    """Every new level of one axis, combined with the points of the data."""
+    """Possible runs: every new level of one axis, combined with the other levels of the data.
+
+    `rows` gives the scaled Jacobian (m, p) of points that were not measured.
+    """
     base = _representative(points)
     found = []
     for axis, reach in REACH.items():

@@ -94,9 +94,9 @@ def points_from_runs(runs: Sequence[StepRun]) -> SteadyPoints:
 
 
 UPRIGHT = np.radians(0.3)
-"""Angles up to which a run counts as one of pure longitudinal slip [rad]."""
+"""Largest side slip angle and camber of a run that counts as straight and upright [rad]."""
 AT_REST = "cx_at_rest"
-"""C_x of the standing tire, used where no rolling one is known."""
+"""Output: C_x of the standing tire, used where that of the rolling one is not known."""
 
 
 def stiffness_points(fits: Sequence[CarcassFit]) -> list[SteadyPoints]:
@@ -105,20 +105,19 @@ def stiffness_points(fits: Sequence[CarcassFit]) -> list[SteadyPoints]:
     Only for straight and upright running: at a side slip angle C_Fk and sigma_x both shrink, and
     their ratio is no stiffness of the tire in x.
     """
-    known = [f for f in fits if f.sigma_x.determined and f.slip_stiffness.determined]
     return [
-        steady_points(
-            {"cx": np.array([f.slip_stiffness.value / f.sigma_x.value])}, **f.at._asdict()
-        )
-        for f in known
-        if abs(f.at.alpha) < UPRIGHT and abs(f.at.gamma) < UPRIGHT
+        steady_points({"cx": np.array([f.rolling_stiffness])}, **f.at._asdict())
+        for f in fits
+        if np.isfinite(f.rolling_stiffness)
+        and abs(f.at.alpha) < UPRIGHT
+        and abs(f.at.gamma) < UPRIGHT
     ]
 
 
 def gathered(
     parts: Sequence[SteadyPoints], fits: Sequence[CarcassFit]
 ) -> tuple[SteadyPoints, str]:
-    """All points with C_x of the rolling tire, otherwise at rest; and the source of C_x, or ""."""
+    """All points, and the source of their C_x: rolling tire, else standing tire, else ""."""
     rolling = stiffness_points(fits)
     points = merge([*parts, *rolling])
     if rolling:
@@ -154,7 +153,7 @@ def merge(parts: Sequence[SteadyPoints]) -> SteadyPoints:
 
 
 def _tail(run: StepRun, output: str) -> float:
-    """Fy, Mz (no step in alpha): mean of the last half metre."""
+    """Mean of Fy or Mz over the last half metre; NaN where all values are 0 (not measured)."""
     values = getattr(run, output)
     tail = run.distance > run.distance[-1] - 0.5
     return float(np.mean(values[tail])) if np.any(values[tail] != 0.0) else float("nan")

@@ -7,13 +7,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ...models.base import SPEED
 from ...models.magic_formula import Coefficients, operating_point
 from ..least_squares import Solution, solve
 from .points import SteadyPoints
 from .stages import COEFFICIENTS, PREDICTIONS, SCALE, Coefficient
 
 WEAK = 10.0
-"""Width of the prior of every coefficient in sizes, so that undetermined ones do not drift."""
+"""Width of the weak prior of every coefficient, in its `size`: undetermined ones do not drift."""
 PENALTY = 1e3
 """Weight of E - 1 where a curvature factor exceeds 1."""
 SHAPES = {
@@ -44,7 +45,7 @@ class OutputProblem:
     priors: dict[str, Prior] = field(default_factory=dict)
     weight: float = 1.0
     scatter: float = 1.0
-    """Scatter in units of the first guess."""
+    """Scatter of the points, relative to the first guess `SCALE` [-]."""
 
     def limit(self, name: str) -> Coefficient:
         """Bounds and size of one coefficient."""
@@ -79,7 +80,7 @@ class OutputProblem:
         points = self.points if points is None else points
         c = self.base.replaced({n: sets[:, i : i + 1] for i, n in enumerate(self.free)})
         o = operating_point(
-            c, points.fz, points.kappa, points.alpha, points.gamma, points.pressure, 0.03
+            c, points.fz, points.kappa, points.alpha, points.gamma, points.pressure, SPEED
         )
         value = PREDICTIONS[self.output](c, o)
         return np.broadcast_to(value, (len(sets), len(points)))
@@ -96,10 +97,10 @@ class OutputProblem:
         return np.hstack([np.broadcast_to(r, (len(sets), r.shape[1])) for r in rows])
 
     def solve(self, broadly: bool = False) -> Solution:
-        """Search from the start values; `broadly`: from several shapes, keeping the best.
+        """Search from the start values; `broadly`: from several shapes, and keep the best.
 
-        Shape C and curvature E have several local minima: a high C with a high E looks much like
-        the low pair.
+        The cost has several local minima over shape C and curvature E: a curve with high C and
+        high E is much like one with low C and low E.
         """
         low, high = self.bounds
         starts = [self.start()]

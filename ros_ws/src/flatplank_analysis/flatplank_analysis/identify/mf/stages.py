@@ -92,7 +92,7 @@ SCALE: dict[str, Callable[[SteadyPoints], np.ndarray]] = {
     "cx": lambda p: np.full(len(p), 5e3),
     "cy": lambda p: np.full(len(p), 5e3),
 }
-"""First guess of the scatter, which the fit then replaces by its own estimate."""
+"""Output -> first guess of its scatter [SI], which the fit then replaces by its own estimate."""
 
 
 ONLY: dict[str, Callable[[SteadyPoints, Coefficients], np.ndarray]] = {
@@ -101,7 +101,7 @@ ONLY: dict[str, Callable[[SteadyPoints, Coefficients], np.ndarray]] = {
     "upright": lambda p, c: np.abs(p.gamma) < SMALL_ANGLE,
     "nominal": lambda p, c: np.abs(p.pressure / c.NOMPRES - 1.0) < SMALL_PRESSURE,
 }
-"""Points without side slip, slip, camber, or at the nominal pressure."""
+"""Selections of points: without side slip, slip, or camber, or at the nominal pressure."""
 
 
 @dataclass(frozen=True)
@@ -116,10 +116,11 @@ class Stage:
     needs: tuple[str, ...] = ()
     """Axes of which the data must have more than one level."""
     each: dict[str, tuple[str, ...]] = field(default_factory=dict)
-    """The same for single outputs: pressure scales a curve, which must be measured."""
+    """Output -> further axes of which its data must have more than one level: a stage that scales
+    a curve needs the curve."""
     levels: dict[str, tuple[str, int]] = field(default_factory=dict)
-    """Coefficient -> axis and least number of its levels; with fewer it keeps its value. Outputs
-    of such a stage need only one point."""
+    """Coefficient -> axis and its least number of levels; with fewer, the coefficient keeps its
+    value. Outputs of a stage with such coefficients need only one point."""
 
     def select(self, points: SteadyPoints, c: Coefficients) -> np.ndarray:
         """Mask of the selected points (n,)."""

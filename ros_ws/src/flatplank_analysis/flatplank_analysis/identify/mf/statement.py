@@ -21,12 +21,12 @@ from .points import SteadyPoints
 from .problem import WEAK, OutputProblem
 
 SHIFTED = ("PKY1", "PHY1", "PVY1", "QHZ1")
-"""coefficients that change with the steering zero"""
+"""Coefficients that change with the steering zero."""
 
 
 @dataclass(frozen=True)
 class FittedOutput:
-    """A fitted output, whose coefficients are held in the later ones."""
+    """A fitted output, whose coefficients are held in the fits of later outputs."""
 
     problem: OutputProblem
     x: np.ndarray
@@ -77,9 +77,9 @@ def report(
     found, open_mask = confusions(names, stacked, problem.sizes, correlation, offers, errors)
     twin = twin_of(problem, solution)
     if twin is not None:
-        found = [c for c in found if set(c.names) != set(twin.statement.names)]
-        found.append(twin.statement)
-        open_mask |= np.isin(names, twin.statement.names)
+        found = [c for c in found if set(c.names) != set(twin.names)]
+        found.append(twin)
+        open_mask |= np.isin(names, twin.names)
     stated = np.array([name in problem.priors for name in names])
     open_mask = (open_mask & ~stated)[~held]
     warning = zero_warning(np.degrees(problem.points.alpha).tolist())
@@ -134,21 +134,15 @@ def _rows(problem: OutputProblem, x: np.ndarray, points: SteadyPoints) -> np.nda
 
 
 PAIR = ("PKX2", "PKX3")
+"""Coefficients of K_xk that may have two solutions."""
 AS_GOOD = 9.2
-"""Cost difference below which twins are not distinguished: odds of 100 to 1 are 2 ln 100"""
+"""Cost difference below which twins are not distinguished: odds of 100 to 1 are 2 ln 100."""
 SURELY = 1.0
-"""Standard deviations of the cost difference that must exceed AS_GOOD, as in five of six repeats
-of the campaign. With less, campaigns that pass are a selection whose intervals fail too often"""
+"""Number of standard deviations by which the expected cost difference must lie above AS_GOOD: 1 is
+five of six repetitions of the campaign. With less, the intervals of those campaigns that happen to
+exclude the twin miss the truth too often."""
 APART = 0.5
-"""Twins closer than this, in relevant sizes, are one solution"""
-
-
-@dataclass(frozen=True)
-class Twin:
-    """Another solution that the points cannot exclude."""
-
-    solution: Solution
-    statement: Confusion
+"""Twins closer than this, in relevant sizes, are one solution."""
 
 
 def better_twin(problem: OutputProblem, found: Solution) -> Solution:
@@ -162,8 +156,8 @@ def better_twin(problem: OutputProblem, found: Solution) -> Solution:
     return min(found, other, key=lambda s: abs(float(s.x[place])))
 
 
-def twin_of(problem: OutputProblem, found: Solution) -> Twin | None:
-    """The second solution, unless these data surely exclude it, with the load that would."""
+def twin_of(problem: OutputProblem, found: Solution) -> Confusion | None:
+    """The second solution, with a load that excludes it; None if these data surely exclude it."""
     other = _other(problem, found)
     if other is None or _distinguishable(problem, found, other):
         return None
@@ -174,7 +168,7 @@ def twin_of(problem: OutputProblem, found: Solution) -> Twin | None:
     text = f"{PAIR[0]} and {PAIR[1]} have a second solution ({values}) {how} with {have}"
     load = _deciding_load(problem, found.x, other.x)
     remedy = f"measure {SHOW['fz'](load)}" if load else "fix one in the fit file"
-    return Twin(other, Confusion(PAIR, 1.0, text, remedy))
+    return Confusion(PAIR, 1.0, text, remedy)
 
 
 def _distinguishable(problem: OutputProblem, found: Solution, other: Solution) -> bool:

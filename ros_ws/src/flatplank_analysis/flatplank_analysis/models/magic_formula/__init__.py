@@ -2,9 +2,9 @@
 """Magic Formula 5.2 and 6.0 to 6.2 (Pacejka 2006, 2012, Besselink 2010), as in MF-Tyre; turn
 slip is an option.
 
-As in MF-Tyre: alpha itself instead of tan(alpha), digressive friction with
-A_mu = 1, sign(0) = +1, curvature factors capped at 1, no reduction of slip at low speed. Other
-programs differ in the first three: `SWITCHES`.
+As in MF-Tyre: alpha itself instead of tan(alpha), digressive friction with A_mu = 1, curvature
+factors of at most 1, sign(0) = +1, no reduction of slip at low speed. For other programs the first
+three can be set (`SWITCHES`).
 """
 
 from .coefficients import (

@@ -2,9 +2,9 @@
 """The coefficients of the Magic Formula 5.2 and 6.0 to 6.2: names, sections, defaults.
 
 Names and sections are those of a `.tir` file (tire property file). A coefficient that is not in
-the file has its null value: 1 for a scaling factor, 0 otherwise, with the few exceptions that are
-stated here. Sources: Pacejka, Tire and Vehicle Dynamics (3rd ed., 2012) section 4.3.2; Besselink,
-Schmeitz, Pacejka (2010), An improved Magic Formula/Swift tyre model.
+the file has its null value: 1 for a scaling factor, 0 otherwise, with the exceptions `_NOT_ZERO`
+and `_UNKNOWN`. Sources: Pacejka, Tire and Vehicle Dynamics (3rd ed., 2012) section 4.3.2;
+Besselink, Schmeitz, Pacejka (2010), An improved Magic Formula/Swift tyre model.
 """
 
 from __future__ import annotations
@@ -156,9 +156,9 @@ def factor(key: str, units: Mapping[str, float]) -> float:
 
 
 class Coefficients:
-    """All coefficients as attributes; a value is a float or an array that broadcasts (sets).
+    """All coefficients as attributes, in SI; a value is a float or an array, such as (sets, 1).
 
-    SI units (N, m, Pa, rad). Names that the law does not know are ignored.
+    `law`: version of the equations, LATEST or OLD. Names that it does not have are ignored.
     """
 
     def __init__(self, values: Mapping[str, Any], law: str = LATEST) -> None:

@@ -60,7 +60,7 @@ def _weight(c: Value, b: Value, e: Value, slip: Value, shift: Value) -> Value:
 
 
 PIECE = 4096
-"""Samples per piece: some forty temporaries of this size fit in the second-level cache."""
+"""Samples computed at once: some forty temporaries of this size fit in the second-level cache."""
 
 
 class SteadyForces(NamedTuple):

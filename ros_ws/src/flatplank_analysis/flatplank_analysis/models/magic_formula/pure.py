@@ -46,7 +46,7 @@ class PureY(NamedTuple):
 
 
 def longitudinal_stiffness(c: Coefficients, o: OperatingPoint) -> Value:
-    """K_xk (4.E15) [N]."""
+    """Longitudinal slip stiffness K_xk (4.E15) [N]."""
     pressure = 1.0 + c.PPX1 * o.dpi + c.PPX2 * o.dpi * o.dpi
     return o.fz * (c.PKX1 + c.PKX2 * o.dfz) * np.exp(c.PKX3 * o.dfz) * pressure * c.LKX
 
@@ -69,7 +69,7 @@ def longitudinal(c: Coefficients, o: OperatingPoint, spin: Spin | None = None) -
 
 
 def cornering_stiffness(c: Coefficients, o: OperatingPoint) -> Value:
-    """K_ya (4.E25) [N/rad]; PKY2 = 0 puts the maximum at zero load, hence the atan2."""
+    """Cornering stiffness K_ya (4.E25) [N/rad]; arctan2 also covers PKY2 = 0."""
     gamma = o.gamma * c.LGAY
     load_of_maximum = (c.PKY2 + c.PKY5 * gamma * gamma) * (1.0 + c.PPY2 * o.dpi)
     fz0 = c.LFZO * c.FNOMIN
@@ -93,14 +93,14 @@ def lateral(c: Coefficients, o: OperatingPoint, spin: Spin | None = None) -> Pur
         sh_y = sh_y + turn_slip.shift_y(c, o, spin, camber_stiffness(c, o), upright, share)
     elif c.law == OLD:
         sh_y = sh_y + c.PHY3 * o.gamma
-    else:  # what gives the camber stiffness K_yg0 (4.E27, 4.E30)
+    else:  # the shift that gives the camber stiffness K_yg0 (4.E27, 4.E30)
         sh_y = sh_y + (camber_stiffness(c, o) * o.gamma - sv_gamma) / away_from_zero(kya)
     sv_y = o.fz * (c.PVY1 + c.PVY2 * o.dfz) * c.LVY * shifts + sv_gamma
     return _lateral_curve(c, o, kya, sh_y, sv_y, peak)
 
 
 def camber_stiffness(c: Coefficients, o: OperatingPoint) -> Value:
-    """K_yg0 (4.E30) [N/rad]."""
+    """Camber stiffness K_yg0 (4.E30) [N/rad]."""
     return o.fz * (c.PKY6 + c.PKY7 * o.dfz) * (1.0 + c.PPY5 * o.dpi) * c.LKYC
 
 

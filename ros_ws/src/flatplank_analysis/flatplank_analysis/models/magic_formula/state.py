@@ -37,7 +37,10 @@ def operating_point(
     pressure: Value,
     vx: Value,
 ) -> OperatingPoint:
-    """Normalised load (4.E2a) and pressure (4.E2b) changes; a negative load counts as zero."""
+    """Operating point with normalised changes of load (4.E2a) and pressure (4.E2b).
+
+    Pressure [Pa], the others as in `OperatingPoint`; a negative load counts as zero.
+    """
     fz = np.maximum(fz, 0.0)
     fz0 = c.LFZO * c.FNOMIN
     dpi = (np.asarray(pressure, float) - c.NOMPRES) / c.NOMPRES

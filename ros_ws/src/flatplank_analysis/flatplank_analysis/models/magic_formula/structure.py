@@ -50,7 +50,7 @@ def rolling(c: Coefficients, o: OperatingPoint, vx: Value) -> tuple[Value, Value
 
 
 def deflection(c: Coefficients, o: OperatingPoint, omega: Value, fx: Value, fy: Value) -> Value:
-    """rho [m] at which the tire carries fz, in the form that stays finite with Q_FZ2 = 0."""
+    """Deflection rho [m] at which the tire carries fz; the form is finite with Q_FZ2 = 0, too."""
     gain = 1.0 + c.Q_V2 * (c.UNLOADED_RADIUS / c.LONGVL) * np.abs(omega)
     gain = gain - (c.Q_FCX * fx / c.FNOMIN) ** 2 - (c.Q_FCY * fy / c.FNOMIN) ** 2
     load = o.fz / (gain * (1.0 + c.PFZ1 * o.dpi) * c.FNOMIN)

@@ -40,20 +40,20 @@ def spin_of(c: Coefficients, o: OperatingPoint, phi_t: Value, radius: Value) -> 
 
 
 def peak_x(c: Coefficients, o: OperatingPoint, s: Spin) -> Value:
-    """zeta_1 (4.105, 4.106)."""
+    """zeta_1: factor of the peak of Fx (4.105, 4.106)."""
     b = c.PDXP1 * (1.0 + c.PDXP2 * o.dfz) * cos_atan(c.PDXP3 * o.kappa)
     return cos_atan(b * c.UNLOADED_RADIUS * s.phi)
 
 
 def peak_y(c: Coefficients, o: OperatingPoint, s: Spin) -> Value:
-    """zeta_2 (4.77, 4.78)."""
+    """zeta_2: factor of the peak of Fy (4.77, 4.78)."""
     b = c.PDYP1 * (1.0 + c.PDYP2 * o.dfz) * cos_atan(c.PDYP3 * np.tan(o.alpha))
     turn = c.UNLOADED_RADIUS * np.abs(s.phi)
     return cos_atan(b * (turn + c.PDYP4 * np.sqrt(turn)))
 
 
 def stiffness_y(c: Coefficients, _o: OperatingPoint, s: Spin) -> Value:
-    """zeta_3 (4.79)."""
+    """zeta_3: factor of the cornering stiffness (4.79)."""
     return cos_atan(c.PKYP1 * (c.UNLOADED_RADIUS * s.phi) ** 2)
 
 
@@ -72,19 +72,19 @@ def shift_y(
 
 
 def trail(c: Coefficients, _o: OperatingPoint, s: Spin) -> Value:
-    """zeta_5 (4.91)."""
+    """zeta_5: factor of the pneumatic trail (4.91)."""
     return cos_atan(c.QDTP1 * c.UNLOADED_RADIUS * s.phi)
 
 
 def residual_slope(c: Coefficients, _o: OperatingPoint, s: Spin) -> Value:
-    """zeta_6 (4.102)."""
+    """zeta_6: factor of the slope of the residual moment (4.102)."""
     return cos_atan(c.QBRP1 * c.UNLOADED_RADIUS * s.phi)
 
 
 def residual(
     c: Coefficients, o: OperatingPoint, s: Spin, mu_y: Value, g_yk: Value
 ) -> tuple[Value, Value]:
-    """zeta_7, and zeta_8 - 1 [Nm]: shape and size of the residual moment (4.92 to 4.104)."""
+    """zeta_7, shape [-], and zeta_8 - 1, size [Nm], of the residual moment (4.92 to 4.104)."""
     r0, fz0 = c.UNLOADED_RADIUS, c.LFZO * c.FNOMIN
     most = c.QCRP1 * np.abs(mu_y) * r0 * o.fz * np.sqrt(o.fz / fz0) * c.LMP
     peak = _over(most, np.sin(0.5 * np.pi * c.QDRP1))

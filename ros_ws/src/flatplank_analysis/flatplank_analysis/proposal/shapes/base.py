@@ -14,8 +14,6 @@ from typing import Any
 
 import numpy as np
 
-from flatplank_analysis.effects.force_channel import lagged
-
 PLACE, ANGLE, LEVEL, SIGNAL = "place", "angle", "level", "signal"
 
 
@@ -26,7 +24,7 @@ class Span:
     low: float
     high: float
     kind: str
-    """place, angle, level (constant within a run) or signal"""
+    """place, angle, level (constant within a run), signal, or none"""
     unit: str = "1"
     event: bool = False
     """True when it is measured from an event, which is at zero"""
@@ -69,11 +67,11 @@ class Number:
 
 @dataclass(frozen=True)
 class Shape:
-    """One form; `terms` are linear in sizes, one each."""
+    """One form: a sum of `terms`, each multiplied by a size of its own."""
 
     name: str
     words: str
-    """its sentence, in which numbers may appear by name"""
+    """what the effect does, after "that"; behind a semicolon, what its size means"""
     terms: tuple[str, ...]
     kinds: tuple[str, ...]
     numbers: tuple[Number, ...] = ()
@@ -162,5 +160,5 @@ def follow(u: np.ndarray, time: np.ndarray, lag: np.ndarray | float) -> np.ndarr
     return out
 
 
-NAMES: Mapping[str, Any] = {"np": np, "play": play, "follow": follow, "lagged": lagged}
+NAMES: Mapping[str, Any] = {"np": np, "play": play, "follow": follow}
 """names that a formula may use"""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Forms over a range: constant, growing from an end or from a value on, a bump."""
+"""Shapes over a range: constant, growing from an end or from a value on, a bump."""
 
 from __future__ import annotations
 

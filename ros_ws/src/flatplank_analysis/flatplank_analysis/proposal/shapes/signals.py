@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Forms over a setting or a signal: with respect to zero, delayed, with hysteresis."""
+"""Shapes over a setting or a signal: with respect to zero, delayed, with hysteresis."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ def periods(span: Span) -> np.ndarray:
 
 
 def ends(span: Span) -> tuple[float, float]:
-    """The shortest and the longest period."""
+    """The shortest and the longest period that a fit may reach."""
     return span.width / 120.0, span.width / 2.9
 
 

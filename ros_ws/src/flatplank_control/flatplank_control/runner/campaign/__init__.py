@@ -16,11 +16,12 @@ from flatplank_control.runner.campaign.plan import (
     is_campaign,
     load_plan,
     plan_from_text,
+    shipped_plans,
 )
 from flatplank_control.runner.campaign.quality import Limits, Verdict, judge
 
 __all__ = [
     "SUFFIX", "CampaignPlan", "Conductor", "Job", "Journal", "Limits", "Outcome", "PlanError",
     "PlannedRun", "Verdict", "is_campaign", "judge", "load_plan", "note", "plan_from_text",
-    "pressure_after", "read_lines",
+    "pressure_after", "read_lines", "shipped_plans",
 ]  # fmt: skip

@@ -123,6 +123,5 @@ def _of_the_profile(m: Measurement, set_up: SetUp) -> Iterator[Problem]:
 def waveform_length(m: Measurement) -> float:
     """Length of the waveform on the road by its parameters [m]; 0 when it has no end."""
     wave = from_mapping(WAVEFORMS[m.waveform], m.slip_parameters(), f"waveform {m.waveform}")
-    names = ("length", "wavelength", "distance")
-    length = float(next((getattr(wave, n) for n in names if hasattr(wave, n)), 0.0))
+    length = float(getattr(wave, "length", getattr(wave, "wavelength", 0.0)))
     return length if length < LENGTH[1] else 0.0

@@ -48,7 +48,7 @@ class Outcome:
 
 
 class Conductor:
-    """Hands out jobs and takes their outcomes; independent of bench and clock."""
+    """Selects the next run and enters its outcome; independent of bench and clock."""
 
     def __init__(self, plan: CampaignPlan, journal: Journal) -> None:
         self.plan, self.journal = plan, journal
@@ -76,8 +76,8 @@ class Conductor:
         return not self._waiting
 
     def take(self, key: str = "") -> Job | None:
-        """Next run whose r_e is known, or that of `key`; None when all remaining runs wait for one
-        in progress."""
+        """Job of the next run whose r_e is known, or of the run `key`; None when all remaining
+        runs wait for a run in progress."""
         for run in self._waiting:
             if key not in ("", run.key):
                 continue
@@ -106,7 +106,7 @@ class Conductor:
     def kept(self) -> list[RunEnd]:
         """Existing results of all runs that are not skipped, in the order of the plan."""
         known = (self.journal.done.get(run.key) for run in self.plan.runs)
-        return [done for done in known if done and done.counts and not done.skipped]
+        return [done for done in known if done and done.valid_file and not done.skipped]
 
     def outdated(self) -> list[PlannedRun]:
         """Runs made with an r_e that has since been measured anew and changed."""
@@ -132,7 +132,7 @@ class Conductor:
 
     def _radius(self, run: PlannedRun) -> float | None:
         done = self.journal.done.get(run.needs)
-        return done.facts.get("radius") if done and done.ok else None
+        return done.facts.get("radius") if done and done.final else None
 
     def _outdated(self, run: PlannedRun) -> bool:
         done = self.journal.done.get(run.key)

@@ -25,12 +25,12 @@ class RunEnd:
 
     files: list[str] = field(default_factory=list)
     """files of all attempts"""
-    counts: str = ""
-    """the valid file, from the last finished attempt"""
+    valid_file: str = ""
+    """file of the last finished attempt"""
     record: dict[str, Any] = field(default_factory=dict)
     """run record of that file"""
     attempts: int = 0
-    ok: bool = False
+    final: bool = False
     """no further attempt is needed"""
     skipped: bool = False
     facts: dict[str, Any] = field(default_factory=dict)
@@ -86,11 +86,11 @@ class Journal:
         done = self.done.get(key)
         if done is None:
             return False
-        return done.skipped or (done.ok and not done.facts.get("good", True))
+        return done.skipped or (done.final and not done.facts.get("good", True))
 
     def finished(self, key: str) -> bool:
         """True when the run needs no further attempt."""
-        return key in self.done and (self.done[key].ok or self.done[key].skipped)
+        return key in self.done and (self.done[key].final or self.done[key].skipped)
 
     def _write(self, line: Mapping[str, Any]) -> None:
         write_line(self.path, line)
@@ -104,15 +104,15 @@ class Journal:
             self.done.setdefault(key, RunEnd()).skipped = True
         elif line["event"] == "again":
             entry = self.done[key]
-            entry.ok = entry.skipped = False
+            entry.final = entry.skipped = False
         elif line["event"] == "end":
             entry = self.done.setdefault(key, RunEnd())
             entry.files.append(line["file"])
             entry.attempts += 1
-            entry.ok = line["final"]
+            entry.final = line["final"]
             entry.facts = dict(line["facts"]) | {"good": line["ok"]}
-            if entry.ok:
-                entry.counts, entry.record = line["file"], dict(line.get("record", {}))
+            if entry.final:
+                entry.valid_file, entry.record = line["file"], dict(line.get("record", {}))
             self.travel += entry.facts.get("travel", 0.0)
             self.interrupted = ""
 

@@ -26,6 +26,7 @@ from flatplank_data.errors import RecordingError
 from flatplank_data.files import read_text
 from flatplank_data.naming import check_name
 from flatplank_data.params import nearest
+from flatplank_hw.share import config_file
 
 FORMAT = "flatplank-plan/1"
 KEYS = (
@@ -81,6 +82,13 @@ class PlanError(ValueError):
     def __init__(self, problems: Sequence[str]) -> None:
         super().__init__("\n".join(problems))
         self.problems = tuple(problems)
+
+
+def shipped_plans() -> dict[str, Path]:
+    """The packaged plans: name -> file."""
+    one = config_file("flatplank_control", "tires.yaml")
+    files = sorted((one.parent / "plans").glob("*.yaml")) if one else []
+    return {path.stem: path for path in files}
 
 
 def is_campaign(data: Any) -> bool:

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flatplank_control.calibration.fits import turning_amplitude
+from flatplank_control.free_rolling import FreeRollingParameters
 from flatplank_control.runner.measurement import Measurement
 
 BRAKING = 0.02
@@ -45,7 +46,7 @@ class Limits:
     repeatability: float = 200.0
     """rms difference of Fx from the mean of earlier runs of the condition [N]"""
     force_error: float = 0.05
-    """free rolling: mean Fx over the last 1.5 m (or less) against 50 N, relative [-]"""
+    """free rolling: mean Fx over the last 1.5 m (or less) against the reference, relative [-]"""
 
 
 class Finding(NamedTuple):
@@ -81,7 +82,7 @@ class Verdict:
         if self.ended == self.ended:
             parts.append(f"ended at {self.ended:.2f} m")
         if self.left_out:
-            parts.append(f"not asked: {', '.join(self.left_out)}")
+            parts.append(f"not evaluated: road too short for {', '.join(self.left_out)}")
         return "; ".join(parts)
 
     def plain(self) -> dict[str, Any]:
@@ -100,55 +101,68 @@ def _mean(values: np.ndarray) -> float:
     return float(values.mean()) if values.size else math.nan
 
 
-def settling(c: Columns, m: Measurement, end: float) -> float:
-    """Change of Fx before the step: it must have settled."""
-    late = _mean(_between(c, "fx", m.step_position - 0.05, m.step_position))
-    return late - _mean(_between(c, "fx", m.step_position - 0.25, m.step_position - 0.2))
+class Judged(NamedTuple):
+    """What the samples of a run are judged against."""
+
+    m: Measurement
+    end: float
+    """end of the measured road [m]"""
+    reference: float
+    """force that the free-rolling controller was to hold [N]"""
 
 
-def load_error(c: Columns, m: Measurement, end: float) -> float:
-    """Deviation of Fz from the set load."""
-    first = min(m.step_position, end) if m.measurement == "slip" else end
-    return _mean(_between(c, "fz", 0.02, first)) / m.fz - 1.0
+def settling(c: Columns, run: Judged) -> float:
+    """Change of Fx over the last 0.2 m before the step [N]."""
+    step = run.m.step_position
+    late = _mean(_between(c, "fx", step - 0.05, step))
+    return late - _mean(_between(c, "fx", step - 0.25, step - 0.2))
 
 
-def load_drift(c: Columns, m: Measurement, end: float) -> float:
-    """Change of Fz over the run: the axle sinks, or the tire loses air."""
-    return _mean(_between(c, "fz", end - 0.5, end)) / _mean(_between(c, "fz", 0.02, 0.52)) - 1.0
+def load_error(c: Columns, run: Judged) -> float:
+    """Deviation of the mean Fz from the set load, relative [-]."""
+    first = min(run.m.step_position, run.end) if run.m.measurement == "slip" else run.end
+    return _mean(_between(c, "fz", 0.02, first)) / run.m.fz - 1.0
 
 
-def speed_error(c: Columns, m: Measurement, end: float) -> float:
-    """Deviation of the plank speed: wrong switch position, or a slipping plank drive."""
-    return _mean(_between(c, "plank_velocity", BEGINS, end)) / m.speed - 1.0
+def load_drift(c: Columns, run: Judged) -> float:
+    """Change of Fz over the run, relative [-]: the axle sinks, or the tire loses air."""
+    late = _mean(_between(c, "fz", run.end - 0.5, run.end))
+    return late / _mean(_between(c, "fz", 0.02, 0.52)) - 1.0
+
+
+def speed_error(c: Columns, run: Judged) -> float:
+    """Deviation of the plank speed, relative [-]: wrong switch position, or a slipping drive."""
+    return _mean(_between(c, "plank_velocity", BEGINS, run.end)) / run.m.speed - 1.0
 
 
 def _turns_from(m: Measurement) -> float:
     return m.step_position + BEGINS if m.measurement == "slip" else BEGINS
 
 
-def once_per_turn(c: Columns, m: Measurement, end: float) -> float:
-    """Once-per-turn amplitude of Fz: shaft preload, run-out."""
-    x, angle, fz = (
-        _between(c, name, _turns_from(m), end) for name in ("plank_position", "wheel_angle", "fz")
-    )
+def once_per_turn(c: Columns, run: Judged) -> float:
+    """Once-per-turn amplitude of Fz [N]: shaft preload, run-out."""
+    begin, names = _turns_from(run.m), ("plank_position", "wheel_angle", "fz")
+    x, angle, fz = (_between(c, name, begin, run.end) for name in names)
     return float(turning_amplitude(angle, fz, drift=x))
 
 
-def plateau(c: Columns, m: Measurement, end: float) -> float:
-    """Road after the step until Fx has reached a tenth of its change."""
-    if abs(m.kappa) < 1e-6 or m.waveform != "step":
+def plateau(c: Columns, run: Judged) -> float:
+    """Road after the step until Fx has reached a tenth of its change [m]."""
+    if abs(run.m.kappa) < 1e-6 or run.m.waveform != "step":
         return 0.0
-    before = _mean(_between(c, "fx", m.step_position - 0.05, m.step_position))
+    step, end = run.m.step_position, run.end
+    before = _mean(_between(c, "fx", step - 0.05, step))
     after = _mean(_between(c, "fx", end - 0.3, end))
-    x = _between(c, "plank_position", m.step_position, end)
-    fx = _between(c, "fx", m.step_position, end)
+    x = _between(c, "plank_position", step, end)
+    fx = _between(c, "fx", step, end)
     gone = np.flatnonzero((fx - before) / (after - before) > 0.1) if after != before else []
-    return float(x[gone[0]] - m.step_position) if len(gone) else math.inf
+    return float(x[gone[0]] - step) if len(gone) else math.inf
 
 
-def force_error(c: Columns, m: Measurement, end: float) -> float:
-    """Deviation of Fx from the 50 N of the free-rolling controller."""
-    return _mean(_between(c, "fx", max(BEGINS, end - 1.5), end)) / 50.0 - 1.0
+def force_error(c: Columns, run: Judged) -> float:
+    """Deviation of Fx from the reference of the free-rolling controller, relative [-]."""
+    late = _mean(_between(c, "fx", max(BEGINS, run.end - 1.5), run.end))
+    return late / run.reference - 1.0 if run.reference else math.inf
 
 
 def _a_turn(m: Measurement) -> float:
@@ -156,34 +170,37 @@ def _a_turn(m: Measurement) -> float:
     return _turns_from(m) + LEAST_TURN * turn
 
 
-class Question(NamedTuple):
+class Criterion(NamedTuple):
     """A quality criterion, and the plank position that a run must reach for it."""
 
-    ask: Callable[[Columns, Measurement, float], float]
-    """(samples, measurement, end of the measured road [m]) -> value"""
+    evaluate: Callable[[Columns, Judged], float]
     needs: Callable[[Measurement], float]
     """measurement -> required position of the plank [m]"""
 
+    @property
+    def name(self) -> str:
+        return self.evaluate.__name__
+
 
 _ALWAYS = (
-    Question(load_error, lambda _m: 0.1),
-    Question(load_drift, lambda _m: 1.02),
-    Question(speed_error, lambda _m: BEGINS + 0.05),
-    Question(once_per_turn, _a_turn),
+    Criterion(load_error, lambda _m: 0.1),
+    Criterion(load_drift, lambda _m: 1.02),
+    Criterion(speed_error, lambda _m: BEGINS + 0.05),
+    Criterion(once_per_turn, _a_turn),
 )
-QUESTIONS: dict[str, tuple[Question, ...]] = {
+CRITERIA: dict[str, tuple[Criterion, ...]] = {
     "slip": (
-        Question(settling, lambda m: m.step_position),
+        Criterion(settling, lambda m: m.step_position),
         *_ALWAYS,
-        Question(plateau, lambda m: m.step_position + 0.6),
+        Criterion(plateau, lambda m: m.step_position + 0.6),
     ),
-    "free_rolling": (*_ALWAYS, Question(force_error, lambda _m: BEGINS + 0.5)),
+    "free_rolling": (*_ALWAYS, Criterion(force_error, lambda _m: BEGINS + 0.5)),
 }
 """kind of measurement -> criteria; other kinds are not judged"""
 
 
 def profile(c: Columns) -> list[float]:
-    """Mean Fx around the points of `GRID` [N], small enough for the journal."""
+    """Mean Fx around each point of `GRID` [N]; NaN where there is no sample."""
     x, fx = c["plank_position"], c["fx"]
     edges = np.append(GRID, GRID[-1] + 0.05) - 0.025
     number, _ = np.histogram(x, edges)
@@ -213,18 +230,21 @@ def judge(
     limits: Limits,
     earlier: Sequence[Sequence[float]] = (),
     enough: bool = False,
+    reference: float = FreeRollingParameters.reference,
 ) -> Verdict:
     """The verdict on one run. `earlier`: Fx profiles of runs of the same condition; `enough`: the
-    operator ended the run, so it is judged up to its end."""
+    operator ended the run, so it is judged up to its end; `reference`: force that the free-rolling
+    controller was to hold [N]."""
     bounds = asdict(limits)
-    questions = QUESTIONS.get(m.measurement, ())
+    criteria = CRITERIA.get(m.measurement, ())
     farthest = float(columns["plank_position"].max()) if enough else math.nan
     end = min(m.end_position, farthest - BRAKING) if enough else m.end_position
-    left_out = tuple(q.ask.__name__ for q in questions if q.needs(m) > end)
+    left_out = tuple(c.name for c in criteria if c.needs(m) > end)
+    run = Judged(m, end, reference)
     findings = [
-        Finding(q.ask.__name__, q.ask(columns, m, end), bounds[q.ask.__name__])
-        for q in questions
-        if q.needs(m) <= end
+        Finding(c.name, c.evaluate(columns, run), bounds[c.name])
+        for c in criteria
+        if c.needs(m) <= end
     ]
     if earlier:
         scatter = repeatability(profile(columns), earlier)

@@ -3,12 +3,12 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import yaml
 
+from flatplank_control.values import is_number
 from flatplank_data.params import nearest
 
 
@@ -61,7 +61,10 @@ _NONE: Hints = {}
 
 
 class PlanReader:
-    """Each method returns the value in the plan, or the default when the value is refused."""
+    """Reader of the values of a plan; it collects `problems` instead of stopping at the first.
+
+    Each method returns the value in the plan, or the default when the value is refused.
+    """
 
     def __init__(self, where: str) -> None:
         self.where = where
@@ -143,12 +146,6 @@ class PlanReader:
 
     def _refuse(self, data: Located, key: str, wanted: str) -> None:
         self.say(data.line_of(key), f"{key} is {plain(data[key])!r}; give {wanted}")
-
-
-def is_number(value: Any) -> bool:
-    """True for a finite number that is no bool."""
-    number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    return number and abs(value) <= sys.float_info.max
 
 
 def _is_pair(value: Any) -> bool:

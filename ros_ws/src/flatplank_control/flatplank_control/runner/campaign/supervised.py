@@ -16,12 +16,14 @@ from flatplank_control.runner.moves import QUICK, Plan
 from flatplank_control.runner.plans import plan_of
 
 LOOKS = 20
+"""number of samples of a check at rest"""
 MAX_NOISE = 60.0
 """largest standard deviation of a force at rest [N]"""
 
 
 class Standstill:
-    """Condition for Wait that collects samples at rest; PlanFailed when the bench is faulty."""
+    """Condition for Wait that collects samples at rest; PlanFailed for a channel at its limit or
+    too much noise."""
 
     def __init__(self, when: str) -> None:
         self.when = when

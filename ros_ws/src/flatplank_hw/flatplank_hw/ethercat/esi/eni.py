@@ -79,7 +79,7 @@ def _sync_managers(data: ElementTree.Element, where: str) -> SyncManagers | None
 
 
 def _pdos(data: ElementTree.Element, kind: str, where: str) -> Iterator[Pdo]:
-    """PDOs; those listed by a sync manager are assigned, without any list those that name one."""
+    """PDOs; assigned: those that a sync manager lists, or without lists those with an `Sm`."""
     listed = {number(p.text, where) for m in _managers(data) for p in m.iterfind("Pdo")}
     for node in data.iterfind(kind):
         found = pdo(node, where)

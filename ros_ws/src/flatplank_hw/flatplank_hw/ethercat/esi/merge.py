@@ -30,7 +30,7 @@ PER_THOUSAND = 1000.0
 def slave_from_device(
     device: EsiDevice, name: str, kind: str, axis: str = "", rated_torque_nm: float = 0.0
 ) -> Slave:
-    """A new slave for the bus file; with `axis` its CiA 402 objects get the channels of the axis.
+    """Make a slave for the bus file; with `axis` its CiA 402 objects get the channels of the axis.
 
     Torques are in thousandths of the rated torque, so `rated_torque_nm` is needed for them.
     """
@@ -56,8 +56,8 @@ def slave_from_device(
 def merge_device(
     bus: BusFile, name: str, device: EsiDevice, rated_torque_nm: float = 0.0
 ) -> BusFile:
-    """The bus with identity and PDOs of one slave replaced; channels stay with their objects.
-    Raises an error when a channel would be lost."""
+    """Return the bus with identity and PDOs of one slave replaced; channels stay with their
+    objects. EsiError when a channel would be lost."""
     names = [s.name for s in bus.slaves]
     if name not in names:
         raise EsiError(f"no slave '{name}' in the bus file{nearest(name, names)}")

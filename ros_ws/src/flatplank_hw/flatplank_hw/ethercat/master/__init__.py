@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The EtherCAT master: a process that owns pysoem, and `BusClient`, which talks to it."""
+"""The EtherCAT master: the bus process, which uses pysoem, and its client `BusClient`."""
 
 from flatplank_hw.ethercat.master.client import BusClient
 from flatplank_hw.ethercat.master.interface import BusError

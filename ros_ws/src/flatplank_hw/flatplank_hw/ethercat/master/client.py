@@ -55,12 +55,13 @@ class BusClient:
         fifo: SCHED_FIFO when allowed.
         slip: after a stall of this computer cycle numbers go on without a gap; for an emulated
             bus, which stalls with it.
-        reply_timeout_ms: a later answer is lost; 0: 2 ms, at most 0.6 of the period.
-        node_timeout_ms: a cycle waits at most so long for the answer to the last one; 0: never, as
-            on a real bus.
-        batch: where it waits, the last of so many cycles is the one that is answered.
+        reply_timeout_ms: a later answer counts as lost; 0: 2 ms, at most 0.6 of the period.
+        node_timeout_ms: longest wait of a cycle for the nodes' answer to the last one; 0: no wait,
+            as on a real bus.
+        batch: the nodes answer the last of this many cycles.
         launch: words in front of the interpreter, for instance `BenchNamespace.enter`.
-        on_event: told of emergencies and recoveries, in the thread that asks or polls.
+        on_event: called with each event of the bus process (emergency, recovery, end), in the
+            thread of the request that receives it.
         """
         self.bus = read_bus_file(bus_file)
         self.interface = interface
@@ -143,15 +144,11 @@ class BusClient:
 
     # --- cycle -----------------------------------------------------------------------------
 
-    def fileno(self) -> int:
-        """File descriptor that is readable when an image has arrived."""
-        return self._data.fileno()
-
     def poll(self, timeout: float = SILENCE_S) -> list[BusInputs]:
         """Images since the last call, oldest first; waits for one, at most `timeout` [s].
 
-        After a silence of 50 ms (more for a bus that waits for answers, as long as its process
-        lives) one image with the last values and health LOST.
+        After 50 ms without an image (longer for a bus that waits for answers, while its process
+        runs) it returns one image with the last values and health LOST.
         """
         found = self._take()
         if not found and timeout > 0:
@@ -191,7 +188,7 @@ class BusClient:
     def _invent(self, now: float) -> BusInputs:
         """Make an image with the cycle number by the wall clock, as the bus process will count.
 
-        With `slip` the bus process does not count so, and each image gets the next number.
+        With `slip` the bus process counts without gaps, and each image gets the next number.
         """
         self.invented += 1
         gone = max(round((now - self._last_wall) * self.rate_hz), 1) if not self._slip else 1
@@ -253,14 +250,6 @@ class BusClient:
     def _event(self, message: dict[str, Any]) -> None:
         if "event" in message:
             self._on_event(message)
-
-    def events(self) -> None:
-        """Pass received events to `on_event`; call this now and then."""
-        if self._lock.acquire(blocking=False):
-            try:
-                self._drain_events(0.0)
-            finally:
-                self._lock.release()
 
     def _drain_events(self, timeout: float) -> None:
         message = self._receive(timeout)

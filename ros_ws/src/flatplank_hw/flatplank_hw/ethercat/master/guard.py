@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bus guard: the last check before commands are sent; a bench with a fault gets no command to
-move.
+"""Bus guard: the last check before commands are sent. While the bench has a fault, no command to
+move is sent.
 
 A stop is latched. Only a rising edge of the fault reset bit clears it, once its cause is gone.
 Until then the axis shows the state FAULT with the error code of the cause, like a drive.

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Judges the health of the bus and chooses the recovery step. Pure functions of the observed
-cycles and the time.
+"""Determines the health of the bus and the recovery step from the observed cycles and the time.
 
 Order of recovery: tolerate, reopen the socket, acknowledge to OP, recover and reconfigure, scan
 the whole bus. The axes are stopped before any step after reopening the socket.
@@ -41,7 +40,7 @@ OPERATIONAL = 8
 
 @dataclass
 class HealthMonitor:
-    """Counts good and bad cycles and judges the health of the bus."""
+    """Counts good and bad cycles and determines the health of the bus."""
 
     expected: int
     sent: int = 0
@@ -73,7 +72,7 @@ class HealthMonitor:
         self.history[verdict.name] = self.history.get(verdict.name, 0) + 1
         return verdict
 
-    def states(self, states: tuple[SlaveState, ...]) -> None:
+    def register_states(self, states: tuple[SlaveState, ...]) -> None:
         """Register the AL states of the slaves."""
         self.faulty = tuple(s for s in states if s.state != OPERATIONAL)
 

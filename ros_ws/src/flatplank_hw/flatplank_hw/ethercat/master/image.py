@@ -36,7 +36,7 @@ class BitPlace:
         return bytes([data[0] >> self.shift & ((1 << self.bits) - 1)])
 
     def put(self, data: bytes, shared: dict[int, int]) -> bytes:
-        """The whole byte; `shared` has the bits of earlier slaves in it."""
+        """Return the whole byte; `shared` (group -> byte) collects the bits of all its slaves."""
         if not self.bits:
             return data
         shared[self.group] = shared.get(self.group, 0) | data[0] << self.shift

@@ -48,8 +48,8 @@ def unpack_command(data: bytes) -> AxisCommand:
 
 
 class ParentLink:
-    """Receives commands and requests, sends images and events; never blocks. A closed socket means
-    that the parent has ended."""
+    """End of the bus process: receives commands and requests, sends images and events; only
+    `await_commands` waits. A closed socket means that the parent has ended."""
 
     def __init__(self, data_fd: int, control_fd: int) -> None:
         self._data = socket.socket(fileno=data_fd)
@@ -58,7 +58,7 @@ class ParentLink:
         self._control.setblocking(False)
         self.parent_gone = False
         self.unread = 0
-        """images dropped because the parent was too slow"""
+        """images and messages dropped because the client did not read them in time"""
 
     def commands(self) -> list[AxisCommand]:
         """Commands received since the last call, oldest first."""

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The bus process: one thread, one loop; outputs are written just before they are sent."""
+"""The loop of the bus process, in one thread; outputs are written just before they are sent."""
 
 from __future__ import annotations
 
 import time
+from collections import deque
 from typing import Any, NamedTuple
 
 from flatplank_hw.bus.histogram import Histogram
@@ -28,13 +29,15 @@ STATE_POLL = 10
 MAILBOX_POLL_S = 0.008
 """time between checks of one mailbox; the mailboxes take turns [s]"""
 SILENT = 25
-"""the wire counts as silent after this many cycles without an answer"""
+"""cycles without an answer after which the wire counts as silent"""
 LINK_POLL = 5
 """cycles between checks of the interface on a silent wire"""
 STOP_S = 0.4
 """longest wait for the axes to stop before the bus is shut down [s]"""
 TURNING = 2000
 """an axis turns above this motor speed [counts/s]"""
+EMERGENCIES = 20
+"""number of emergency messages kept for the diagnostics"""
 
 
 class Timing(NamedTuple):
@@ -43,7 +46,7 @@ class Timing(NamedTuple):
     slip: bool = False
     """after a stall the cycle numbers go on without a gap"""
     reply_timeout_s: float = 0.0
-    """a later answer is lost; 0: 2 ms, at most 0.6 of the period [s]"""
+    """a later answer counts as lost; 0: 2 ms, at most 0.6 of the period [s]"""
     node_timeout_s: float = 0.0
     """longest wait of a cycle for the nodes' answer to the last one; 0: no wait [s]"""
     batch: int = 1
@@ -77,7 +80,7 @@ class BusLoop:
         self.recovery = RecoveryPolicy()
         self.sdos = SdoQueue(bus, link.tell)
         self.cycle_times, self.round_trips = Histogram(), Histogram()
-        self.emergencies: list[Emergency] = []
+        self.emergencies: deque[Emergency] = deque(maxlen=EMERGENCIES)
         self.health = Health.LOST
         self.inputs: BusInputs | None = None
         self.inbox = Inbox()
@@ -169,13 +172,13 @@ class BusLoop:
         if bad and not self._arrived and self.monitor.in_a_row % LINK_POLL == 0:
             self.monitor.link = link_trouble(self.soem.interface)
         if self._look_at_states(cycle):
-            self.monitor.states(self.soem.states())
+            self.monitor.register_states(self.soem.states())
         elif cycle % self._mailbox_poll == 0 and self._mailboxes and self._arrived and not bad:
             self._turn = (self._turn + 1) % len(self._mailboxes)
             self.soem.poll_mailbox(self._mailboxes[self._turn])
         elif self._arrived or bad:
             self.sdos.serve(self.soem)
-        if bad or self.health != Health.OK:
+        if self.health != Health.OK:
             self._recover()
         else:
             self.recovery.step(time.monotonic(), self.health, ())
@@ -206,7 +209,7 @@ class BusLoop:
     def _reconfigure(self) -> None:
         self.soem.reopen()
         if self.soem.mapped and self.soem.reconfigure():
-            self.monitor.states(self.soem.states())
+            self.monitor.register_states(self.soem.states())
             self.soem.acknowledge()
 
     def _rescan(self) -> None:
@@ -249,7 +252,7 @@ class BusLoop:
             "recovery": dict(self.recovery.taken),
             "stops": dict(self.guard.stops),
             "held": {AXES[axis]: cause.name for axis, cause in self.guard.latched.items()},
-            "emergencies": [e._asdict() for e in self.emergencies[-20:]],
+            "emergencies": [e._asdict() for e in self.emergencies],
             "cycle_time": self.cycle_times.report(),
             "round_trip": self.round_trips.report(),
             "echo": self.outputs.echo is not None,

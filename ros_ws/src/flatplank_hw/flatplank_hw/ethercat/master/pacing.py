@@ -114,7 +114,7 @@ class Waiting:
         found: list[AxisCommand] = []
 
         def hear(seconds: float) -> bool:
-            """Whether commands came within that time."""
+            """Receive commands for at most `seconds` [s]; true when some came."""
             more = take(seconds)
             self.note(more)
             found.extend(more)

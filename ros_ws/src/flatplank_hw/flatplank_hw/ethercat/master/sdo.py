@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from flatplank_data.params import nearest
 from flatplank_hw.ethercat.busfile import BusFile, Slave
-from flatplank_hw.ethercat.layout import TYPES
+from flatplank_hw.ethercat.layout import encode_value
 
 if TYPE_CHECKING:
     import pysoem
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from flatplank_hw.ethercat.master.soem import SoemBus
 
 QUEUE = 64
+"""largest number of waiting requests"""
 
 
 class SdoQueue:
@@ -62,7 +63,7 @@ class SdoQueue:
 
 
 def write_configuration(target: pysoem.CdefSlave, slave: Slave) -> None:
-    """Write all start values of the bus file."""
+    """Write the SDOs, mapping and assignment of a slave of the bus file, in PREOP."""
     for sdo in slave.sdos:
         target.sdo_write(sdo.index, sdo.subindex, encode_value(sdo.kind, sdo.value))
     if slave.write_mapping:
@@ -72,14 +73,6 @@ def write_configuration(target: pysoem.CdefSlave, slave: Slave) -> None:
         for index, pdos in ((0x1C12, slave.outputs), (0x1C13, slave.inputs)):
             if pdos:
                 _write_list(target, index, [p.index for p in pdos if p.assigned], 2)
-
-
-def encode_value(kind: str, value: int | str) -> bytes:
-    """A value of the bus file as CoE bytes."""
-    if kind == "string":
-        return str(value).encode("utf-8")
-    bits = TYPES[kind][0]
-    return (int(value) & ((1 << bits) - 1)).to_bytes((bits + 7) // 8, "little")
 
 
 def _write_list(target: pysoem.CdefSlave, index: int, items: list[int], size: int) -> None:

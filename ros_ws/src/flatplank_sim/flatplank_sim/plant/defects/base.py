@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Base of the defects of the machine: parameters with units, channels that show the defect,
-location."""
+"""Base class of the defects of the machine, and the records that they change."""
 
 from __future__ import annotations
 
@@ -53,7 +52,7 @@ def size(
     bounds: tuple[float, float] = (-math.inf, math.inf),
     into: str = "",
 ) -> Any:
-    """One parameter of a defect; the default is that of the machine in the thesis, or a plausible
+    """Declare a parameter of a defect; the default is that of the thesis's machine, or a plausible
     size.
 
     into: field that `install` sets, of the machine record or `RECORD.FIELD` of a `Site`.
@@ -64,7 +63,7 @@ def size(
 
 @dataclass(frozen=True)
 class Defect:
-    """Base class of the defects; changes nothing."""
+    """Base class of the defects: parameters with units, source, channels that show the defect."""
 
     source: ClassVar[str] = ""
     touches: ClassVar[frozenset[str]] = frozenset()

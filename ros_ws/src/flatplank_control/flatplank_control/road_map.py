@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Identifies travel of the road that the pinion encoder does not see, from runs without slip.
+"""Identifies travel of the road that the pinion encoder does not measure, from runs without slip.
 
-A map has the mesh error of the rack and the mean error of the encoder, from the force of kappa = 0
-runs. The tire is the sensor: Fx = C_Fk kappa in the mean, and de/dx = -(dFx/dx + Fx/sigma)/C_x for
-an error e of the travel. C_x is about 200 N/mm, so 10 um give 2 N."""
+A map has the mean error of the encoder and the mesh error of the rack. Both follow from the force
+of runs at kappa = 0. The mean force is Fx = C_Fk kappa. An error e of the travel x changes the
+force by de/dx = -(dFx/dx + Fx/sigma)/C_x; with C_x of about 200 N/mm, 10 um give 2 N."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from flatplank_control.sequencer import SequencerParameters
 from flatplank_data.params import Params, from_mapping, param
 from flatplank_data.yaml_text import load_yaml
 
-FOLLOWS = 3e-4
+FOLLOW_TOLERANCE = 3e-4
 """largest relative error of a wheel that follows the encoder's travel; the mean error that a map
 corrects is five times as large [-]"""
 SETTLED = 0.6
@@ -85,7 +85,7 @@ class RoadMap(Params):
         missing = set(RoadMap.__dataclass_fields__).difference(found)
         if missing:
             raise ValueError(
-                f"{path}: no map of the road, it has no {sorted(missing)[0]}; "
+                f"{path}: no road map, it has no {sorted(missing)[0]}; "
                 "flatplank road-map makes one"
             )
         return from_mapping(RoadMap, found, str(path))
@@ -94,15 +94,18 @@ class RoadMap(Params):
 def learn(
     runs: Sequence[Run], stiffness: float, relaxation: float, *, pitch_radius: float = 0.05
 ) -> RoadMap:
-    """Identify the map from runs that follow the encoder, for C_x [N/m], sigma [m] and the radius
-    [m]."""
+    """Identify the map from runs in which the wheel followed the encoder.
+
+    stiffness: C_x [N/m]; relaxation: sigma [m]; pitch_radius: of the pinion [m]. ValueError
+    without runs, or when C_x or sigma is not above 0.
+    """
     if not runs or not (stiffness > 0.0 and relaxation > 0.0):
-        raise ValueError("speed map: give kappa = 0 runs and a tire with C_x and sigma above 0")
+        raise ValueError("road map: give kappa = 0 runs and a tire with C_x and sigma above 0")
     tooth = RoadMap.tooth_pitch
     waves = (1.0 / pitch_radius, 2.0 * math.pi / tooth)
     rows, forces = [], []
     for run in runs:
-        x, angle, fx = _rolling(run, "speed map")
+        x, angle, fx = _rolling(run, "road map")
         # an error e cos(w x) gives a force with in-phase and quadrature parts (first-order tire)
         columns = [np.ones_like(x)]
         for w in waves:
@@ -133,21 +136,20 @@ def _rolling(run: Run, where: str) -> Run:
 
 
 def check_follows(run: Run, radius: float, where: str) -> None:
-    """Raise ValueError when the wheel did not follow the encoder, since its force is then no
-    measure of the map.
+    """Raise ValueError when the wheel did not follow the encoder: its slip then changes the force.
 
     radius: effective rolling radius of the slip control [m].
     """
     x, angle, _ = _rolling(run, where)
     part = float(radius * (angle[-1] - angle[0]) / (x[-1] - x[0]))
-    if not abs(part - 1.0) < FOLLOWS:
+    if not abs(part - 1.0) < FOLLOW_TOLERANCE:
         raise ValueError(
             f"{where}: the wheel rolled {part:.4f} of the encoder's travel; "
-            "a map is learnt from runs that were made with --road follow"
+            "a road map needs runs that were made with --road follow"
         )
 
 
-FOLLOW = "follow"
+FOLLOW_ENCODER = "follow"
 WHOLE_RUN = 100.0
 """road longer than any run [m]"""
 NODE = "slip_sequencer"
@@ -159,7 +161,7 @@ def with_road(setup: BenchSetup, road: str) -> BenchSetup:
     if not road:
         return setup
     values: dict[str, Any] = {"follow_until": WHOLE_RUN}
-    if road != FOLLOW:
+    if road != FOLLOW_ENCODER:
         values |= RoadMap.load(Path(road)).parameters()
     own = {**setup.parameters.get(NODE, {}), **values}
     return replace(setup, parameters={**setup.parameters, NODE: own})

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`python -m flatplank_sim.emulator.say SOCKET WORD [key=value ...]`: break and mend a bus."""
+"""`python -m flatplank_sim.emulator.send SOCKET REQUEST [key=value ...]`: send one request."""
 
 from __future__ import annotations
 
@@ -26,14 +26,15 @@ def main(arguments: list[str] | None = None) -> int:
     words = sys.argv[1:] if arguments is None else arguments
     if len(words) < 2:
         print(
-            "usage: say SOCKET WORD [key=value ...]; the word 'words' lists all", file=sys.stderr
+            "usage: send SOCKET REQUEST [key=value ...]; the request 'words' lists all",
+            file=sys.stderr,
         )
         return 2
     pairs = dict(word.partition("=")[::2] for word in words[2:])
     try:
         answer = Control(words[0]).send(words[1], **{k: value(v) for k, v in pairs.items()})
     except (ControlError, OSError) as error:
-        print(f"say: {error}", file=sys.stderr)
+        print(f"send: {error}", file=sys.stderr)
         return 2
     print(json.dumps(answer, indent=2))
     return 0

@@ -11,7 +11,7 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 
-from flatplank_control.speed_map import RoadMap, Run, check_follows, learn
+from flatplank_control.road_map import RoadMap, Run, check_follows, learn
 from flatplank_sim.plant.truth import truth_row
 from flatplank_validation.bench.start_bench import StartBench
 from flatplank_validation.bench.start_cases import driven
@@ -114,7 +114,7 @@ def test_the_end_of_a_run_tells_nothing(road):
 @pytest.mark.parametrize("text, said", [
     (None, "cannot be read"),
     ("road_scale: [", "not YAML"),
-    ("- 1.0", "no map of the road"),
+    ("- 1.0", "no road map"),
     ("road_scale: 1.0", "it has no force_left"),
     ("{whole}turn: 1.0", "unknown parameter 'turn'"),
     ("{whole}road_scale: fast", "road_scale must be a number"),

@@ -3,12 +3,12 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable
 from typing import Any
 
 from flatplank_data.params import nearest
 from flatplank_hw.bus.image import AXES
+from flatplank_hw.ethercat.reader import integer
 from flatplank_sim.emulator import registers as reg
 from flatplank_sim.emulator.faults import FAULTS, FaultTargets, Undo
 
@@ -24,35 +24,36 @@ class RequestHandler:
         self._stop = stop
         self._undo: dict[str, list[Undo]] = {}
         self._facts = facts
-        self._words: dict[str, Callable[..., dict[str, Any]]] = {
+        self._requests: dict[str, Callable[..., dict[str, Any]]] = {
             "mend": self._mend, "state": self._state, "motion": rig.bench.monitor.report,
             "operator": self._operator, "words": self._list, "stop": self._end,
         }  # fmt: skip
 
     def __call__(self, request: dict[str, Any]) -> dict[str, Any]:
-        """Serve one request; ValueError or TypeError carry the reason of a refusal."""
+        """Serve one request; a refusal raises ValueError or TypeError with the reason."""
         arguments = dict(request)
-        word = str(arguments.pop("do", ""))
-        if word in FAULTS:
-            return self._fault(word, arguments)
-        if word in self._words:
-            return self._words[word](**arguments)
-        known = [*FAULTS, *self._words]
-        raise ValueError(f"unknown word '{word}'{nearest(word, known)}")
+        name = str(arguments.pop("do", ""))
+        if name in FAULTS:
+            return self._fault(name, arguments)
+        if name in self._requests:
+            return self._requests[name](**arguments)
+        known = [*FAULTS, *self._requests]
+        raise ValueError(f"unknown request '{name}'{nearest(name, known)}")
 
-    def _fault(self, word: str, arguments: dict[str, Any]) -> dict[str, Any]:
+    def _fault(self, name: str, arguments: dict[str, Any]) -> dict[str, Any]:
         bench = self.rig.bench
-        at = int(arguments.pop("at", bench.cycle + int(arguments.pop("after", 0))))
-        cycles = int(arguments.pop("cycles", 0))
-        inspect.signature(FAULTS[word]).bind(self.rig, **arguments)
+        after = integer(arguments.pop("after", 0), "after")
+        at = integer(arguments.pop("at", bench.cycle + after), "at")
+        cycles = integer(arguments.pop("cycles", 0), "cycles")
+        action = FAULTS[name](self.rig, **arguments)
 
         def apply() -> None:
             bench.monitor.fault(bench.now)
-            undo = FAULTS[word](self.rig, **arguments)
+            undo = action()
             if undo is not None and cycles:
                 bench.at(bench.cycle + cycles, undo)
             elif undo is not None:
-                self._undo.setdefault(word, []).append(undo)
+                self._undo.setdefault(name, []).append(undo)
 
         bench.at(at, apply)
         return {"cycle": bench.cycle, "at": at}
@@ -106,4 +107,4 @@ class RequestHandler:
     def _list(self) -> dict[str, Any]:
         """Every request with the first line of its description."""
         texts = {n: (f.__doc__ or "").partition("\n")[0] for n, f in FAULTS.items()}
-        return {"faults": texts, "words": sorted(self._words)}
+        return {"faults": texts, "words": sorted(self._requests)}

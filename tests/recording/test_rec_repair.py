@@ -16,7 +16,7 @@ from mcap.writer import Writer
 from flatplank_control.recording.bag_writer import BagWriter, bag_file_name
 from flatplank_control.recording.bus_cycles import read_bus_image
 from flatplank_control.recording.mcap_scan import scan
-from flatplank_control.recording.recovery import mend
+from flatplank_control.recording.recovery import repair
 from flatplank_control.recording.session import RecordingSession
 from flatplank_data.files import PART
 from flatplank_data.run_record import load_record
@@ -68,8 +68,8 @@ def test_cut_anywhere(tmp_path):
         (path / f".run.yaml.{number}{PART}").touch()
         whole = scan(path / bag_file_name(path.name))
         expected = whole.index.messages + len(whole.rest)
-        (result,) = mend(folder)
-        assert "not mended" not in result.note
+        (result,) = repair(folder)
+        assert "not repaired" not in result.note
         messages = samples.read(path)
         data = [m for m in messages if m[0] != "/run"]
         assert data == all_messages[: len(data)]
@@ -82,7 +82,7 @@ def test_cut_anywhere(tmp_path):
             "metadata.yaml",
             "run.yaml",
         ]
-        assert mend(folder) == []
+        assert repair(folder) == []
 
 
 def test_whole_messages_of_a_cut_chunk_are_kept(tmp_path):
@@ -90,7 +90,7 @@ def test_whole_messages_of_a_cut_chunk_are_kept(tmp_path):
     chunk = scan(source / bag_file_name(source.name)).index.chunks[2]
     (tmp_path / "cut").mkdir()
     path = cut(source, tmp_path / "cut", chunk.chunk_start_offset + chunk.chunk_length - 1)
-    mend(tmp_path / "cut")
+    repair(tmp_path / "cut")
     stamps = {stamp for _, stamp, _ in samples.read(path)}
     assert max(stamps) >= chunk.message_end_time - samples.PERIOD_NS
 
@@ -99,7 +99,7 @@ def test_record_is_closed_as_interrupted_with_its_counts(tmp_path):
     source = recorded(tmp_path / "source")
     (tmp_path / "cut").mkdir()
     path = cut(source, tmp_path / "cut", len(bytes_of(source)) // 2)
-    mend(tmp_path / "cut")
+    repair(tmp_path / "cut")
     record = load_record(path)
     messages = samples.read(path)
     count = sum(topic == samples.BUS for topic, _, _ in messages)
@@ -117,7 +117,7 @@ def test_a_kill_between_the_last_message_and_the_summary_keeps_the_status(tmp_pa
     source = recorded(tmp_path / "source")
     (tmp_path / "cut").mkdir()
     path = cut(source, tmp_path / "cut", len(bytes_of(source)) - 100)
-    mend(tmp_path / "cut")
+    repair(tmp_path / "cut")
     assert load_record(path).status == "complete"
     assert load_record(path).cycles_received == CYCLES
     assert samples.read(path) == samples.read(source)
@@ -127,7 +127,7 @@ def test_only_the_record_was_not_closed(tmp_path):
     source = recorded(tmp_path / "source")
     before = samples.read(source)
     load_record(source).with_changes(status="recording").save(source)
-    (result,) = mend(source.parent)
+    (result,) = repair(source.parent)
     assert load_record(source).status == "complete"
     assert result.messages == len(before)
     assert samples.read(source) == before
@@ -136,7 +136,7 @@ def test_only_the_record_was_not_closed(tmp_path):
 def test_closed_bags_are_left_alone(tmp_path):
     source = recorded(tmp_path / "source")
     before = bytes_of(source)
-    assert mend(source.parent) == []
+    assert repair(source.parent) == []
     assert bytes_of(source) == before
 
 
@@ -144,7 +144,7 @@ def test_a_bag_that_is_being_written_is_left_alone(tmp_path):
     session = RecordingSession(tmp_path, samples.TOPICS)
     path = session.start(samples.toyo(), 0, at_once=True)
     session.write(samples.BUS, samples.bus_bytes(0), 0)
-    assert mend(tmp_path) == []
+    assert repair(tmp_path) == []
     session.write(samples.BUS, samples.bus_bytes(1), 1)
     session.stop("complete")
     assert [read_bus_image(d).last for t, _, d in samples.read(path) if t == samples.BUS] == [0, 1]
@@ -158,8 +158,8 @@ def test_a_file_of_another_program_is_left_alone(tmp_path):
         writer.start(profile="ros2", library="other")
         writer.finish()
     before = bytes_of(path)
-    (result,) = mend(tmp_path)
-    assert "not mended" in result.note
+    (result,) = repair(tmp_path)
+    assert "not repaired" in result.note
     assert "'other'" in result.note
     assert bytes_of(path) == before
 
@@ -174,7 +174,7 @@ def test_damage_in_the_middle_is_told_and_left(tmp_path, finished):
     file.write_bytes(data if finished else data[: chunks[-1].chunk_start_offset])
     (source / "metadata.yaml").unlink()
     before = bytes_of(source)
-    (result,) = mend(source.parent)
+    (result,) = repair(source.parent)
     assert f"damaged at byte {chunks[1].chunk_start_offset}" in result.note
     assert bytes_of(source) == before
 
@@ -187,7 +187,7 @@ def test_zeros_at_the_end_after_a_power_cut(tmp_path):
     path = cut(source, tmp_path / "cut", middle)
     file = path / bag_file_name(path.name)
     file.write_bytes(file.read_bytes() + bytes(20_000))
-    (result,) = mend(tmp_path / "cut")
+    (result,) = repair(tmp_path / "cut")
     assert "closed as interrupted" in result.note
     stamps = [stamp for _, stamp, _ in samples.read(path)]
     assert stamps == sorted(stamps)
@@ -200,6 +200,6 @@ def test_an_unreadable_record_does_not_cost_the_messages(tmp_path):
     first = scan(source / bag_file_name(source.name)).index.chunks[0]
     path = cut(source, tmp_path / "cut", first.chunk_start_offset)
     (path / "run.yaml").write_text("{")
-    (result,) = mend(tmp_path / "cut")
+    (result,) = repair(tmp_path / "cut")
     assert "run record cannot be read" in result.note
     assert samples.read(path) == []
