@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import re
+
 from flatplank_analysis.discovery import invariants
 from flatplank_analysis.discovery.verdict import Diagnosis
 
@@ -31,5 +33,6 @@ def broken(result: Diagnosis) -> list[str]:
     if result.verdict in claims and not invariants.rest(last, bool(result.found)):
         out.append(f"{result.verdict}, and nothing of consequence is left")
     told = " ".join(result.notes)
-    ends = [t for f in (last.fit, last.whitened.fit) for t in invariants.at_ends(last.fitter, f)]
-    return out + [f"not told: {t}" for t in ends if t not in told]
+    ends = {n for f in (last.fit, last.whitened.fit) for n in invariants.at_ends(last.fitter, f)}
+    once = {n for n in ends if len(re.findall(rf"(?<![\w.]){re.escape(n)} = ", told)) == 1}
+    return out + [f"not told once: {n}" for n in ends - once]

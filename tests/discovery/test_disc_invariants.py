@@ -190,13 +190,14 @@ def test_a_number_at_an_end_of_its_range_is_told(found):
     low, high = Wind.parameters()[0].lower, Wind.parameters()[0].upper
     near = Term(Wind, np.array([high - 2e-4 * (high - low)]))
     fit = state.fitter.fit(state.fit.base, [near], iterations=0)
-    assert invariants.at_ends(state.fitter, fit) == ["wind.a = 1.9992 (range -2 to 2)"]
+    said = "wind.a = 1.9992 (range -2 to 2)"
+    assert invariants.at_ends(state.fitter, fit) == {"wind.a": said}
     # in runs with a million times the noise
     faint = Fitter(state.fitter.model, 1e-6 * state.fitter.weight)
-    (told,) = invariants.at_ends(faint, fit)
+    (told,) = invariants.at_ends(faint, fit).values()
     assert told == "wind.a = 1.9992 (range -2 to 2; these runs hardly show it)"
     inside = replace(fit, terms=(Term(Wind, np.array([0.5 * high])),))
-    assert invariants.at_ends(state.fitter, inside) == []
+    assert invariants.at_ends(state.fitter, inside) == {}
 
 
 @pytest.mark.parametrize("name", ["nonuniformity_1", "speed_droop"])

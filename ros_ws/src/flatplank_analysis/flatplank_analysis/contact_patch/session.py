@@ -199,7 +199,7 @@ class Session:
         judge = Judge(before.state, before.state.whitened.chi2, before.screen.typical)
         found = before.state.settle(after.state.whitened.fit)
         decision = judge.decide(found, index, 1, plain=after.state.fit)
-        ends = invariants.at_ends(after.state.fitter, after.state.fit)
+        ends = invariants.at_ends(after.state.fitter, after.state.fit).values()
         numbers |= {
             "size": six_digits(decision.term.size),
             "unit": effect.main_parameter().unit,

@@ -175,10 +175,10 @@ def acts(term: Term) -> bool:
     return any(term.named()[p.name] != p.null for p in term.effect.linear())
 
 
-def at_ends(fitter: Fitter, fit: Fit) -> list[str]:
-    """Parameters of a fit at an end of their range, with the range, in words."""
+def at_ends(fitter: Fitter, fit: Fit) -> dict[str, str]:
+    """Parameters of a fit at an end of their range: name, and value with the range in words."""
     task = Task(fitter, fit.base, fit.terms)
-    out = []
+    out = {}
     packed = task.pack(fit.base, fit.terms)
     for entry, z, column in zip(task.entries, packed, fit.jacobian, strict=True):
         p, value = entry.parameter, float(z) * entry.scale
@@ -187,7 +187,8 @@ def at_ends(fitter: Fitter, fit: Fit) -> list[str]:
         if not p.at_end(value, near):
             continue
         owner = "" if entry.term < 0 else f"{fit.terms[entry.term].effect.identifier}."
+        name = f"{owner}{p.name}"
         seen = float(np.sqrt(np.mean((column * fitter.weight) ** 2, axis=(1, 2)).max()))
         hardly = "" if seen > WORTH else "; these runs hardly show it"
-        out.append(f"{owner}{p.name} = {value:.5g} (range {p.lower:.5g} to {p.upper:.5g}{hardly})")
+        out[name] = f"{name} = {value:.5g} (range {p.lower:.5g} to {p.upper:.5g}{hardly})"
     return out

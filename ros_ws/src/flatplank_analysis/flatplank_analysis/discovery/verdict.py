@@ -285,10 +285,9 @@ def _notes(runs: RunSet, search: Search) -> Iterator[str]:
             "than the library's, its number is rough"
         )
     state = search.last.state
-    fits = (state.fit, state.whitened.fit)
-    bound = dict.fromkeys(t for f in fits for t in invariants.at_ends(state.fitter, f))
-    if bound:
-        yield "at an end of its range: " + ", ".join(bound)
+    whitened = invariants.at_ends(state.fitter, state.whitened.fit)
+    if bound := whitened | invariants.at_ends(state.fitter, state.fit):
+        yield "at an end of its range: " + ", ".join(bound.values())
 
 
 def smallest(step: Step, looked_at: Mapping[str, int]) -> dict[str, tuple[float, str]]:
