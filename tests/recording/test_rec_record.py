@@ -82,6 +82,7 @@ def test_every_record_has_its_own_identity():
         ("kappa", "5"),
         ("fz", -1.0),
         ("pressure", math.inf),
+        ("fz", 10**400),
         ("start", 4),
         ("start", True),
         ("effective_rolling_radius", -0.3),

@@ -13,6 +13,7 @@ from flatplank_data.condition import is_nan
 from flatplank_data.errors import FlatplankError, RecordingError
 from flatplank_data.limits import IN_FILES
 from flatplank_data.params import nearest
+from flatplank_data.values import is_number
 
 STATUSES = (
     "described",
@@ -70,8 +71,7 @@ def refuse(values: Mapping[str, Any], known: Mapping[str, Field]) -> None:
         default = known[key].default
         if key not in values or (value is None and is_nan(default)):
             continue
-        is_number = isinstance(value, float | int) and not isinstance(value, bool)
-        if not is_number or not limit.low <= float(value) <= limit.high:  # false for NaN, too
+        if not is_number(value) or not limit.low <= float(value) <= limit.high:
             span = f"{limit.low:g} to {limit.high:g} [{limit.unit or '-'}]"
             raise RecordingError(f"{key} is {value!r}; it must be {span}")
     if values.get("tire") == "":

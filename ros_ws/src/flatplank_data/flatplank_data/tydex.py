@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from flatplank_data.errors import FlatplankError
-from flatplank_data.units import is_number
+from flatplank_data.units import is_number_text
 
 KEYWORDS = (
     "HEADER",
@@ -147,7 +147,7 @@ def _data(lines: list[tuple[int, str]], channels: list[Channel], name: str) -> n
             [np.nan if cell == MISSING else cell.replace("D", "E") for cell in cells], dtype=float
         )
     except ValueError as error:
-        bad = next(c for c in cells if c != MISSING and not is_number(c.replace("D", "E")))
+        bad = next(c for c in cells if c != MISSING and not is_number_text(c.replace("D", "E")))
         number = next(n for n, line in lines if bad in line.split())
         raise FlatplankError(
             f"'{bad}' is not a number", f"{name}, line {number}", f"write {MISSING} for no value"

@@ -85,7 +85,7 @@ _SPELLINGS = {
 }
 
 
-def is_number(text: str) -> bool:
+def is_number_text(text: str) -> bool:
     """Whether a text is one number."""
     try:
         float(text)

@@ -22,6 +22,7 @@ from flatplank_panel.service import AnalysisService
 PLACES = {"bench": "on the bench", "twin": "on the twin"}
 LOOK = 0.3
 """interval between checks of the runner [s]"""
+STOPPED = "stopped; press Begin or go on to continue"
 EMPTY: Mapping[str, Any] = {"entries": [], "waiting": None, "ended": "", "left": None}
 
 
@@ -160,23 +161,23 @@ class Investigation:
     async def _run(self, request: PageRequest) -> None:
         about = {"folder": request.folder, "minutes": request.minutes, "tire": request.tire}
         try:
-            while True:
+            while not self._ending:
                 self.content = await self._ask("decide", **about)
                 if self.content["waiting"] is None:
+                    self.said = f"ended: {self.content['ended']} ({self.content['reason']})"
                     break
                 if not await self._approved():
                     self.content = await self._ask("refuse", **about)
                     continue
                 await self._made(request, self.content["waiting"]["plan"])
                 self.content = await self._ask("measure", **about, twin=request.twin)
-                if self._ending:  # the batch was complete before the stop came
-                    raise asyncio.CancelledError
-            self.said = f"ended: {self.content['ended']} ({self.content['reason']})"
+            else:  # the batch was complete when the stop came
+                self.said = STOPPED
         except ValueError as error:
             stopped = "stopped; " if self._ending else ""
             self.said = f"{stopped}{error}"
         except asyncio.CancelledError:
-            self.said = "stopped; press Begin or go on to continue"
+            self.said = STOPPED
         finally:
             self._asking = self._on_bench = False
             self._doing = ("", 0.0)

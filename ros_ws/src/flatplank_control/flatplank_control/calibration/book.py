@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from flatplank_control.values import is_number
 from flatplank_data.files import write_atomic
 from flatplank_data.params import nearest
+from flatplank_data.values import is_number
 from flatplank_data.yaml_text import load_yaml
 
 FORMAT = "flatplank-calibration/1"

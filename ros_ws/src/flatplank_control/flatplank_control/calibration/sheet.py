@@ -8,8 +8,8 @@ import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from flatplank_control.values import is_number
 from flatplank_data.params import nearest
+from flatplank_data.values import is_number
 from flatplank_data.yaml_text import load_yaml
 
 FORMAT = "flatplank-preflight/1"

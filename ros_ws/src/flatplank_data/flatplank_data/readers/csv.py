@@ -12,7 +12,7 @@ import pyarrow.csv as pc
 
 from flatplank_data.errors import FlatplankError
 from flatplank_data.readers.base import Loaded, Request, canonical_names, columns_in_si, reader
-from flatplank_data.units import is_number
+from flatplank_data.units import is_number_text
 
 _BRACKETS = re.compile(r"^\s*(.*?)\s*[\[(]([^\])]*)[\])]\s*$")
 _SEPARATORS = (",", ";", "\t")
@@ -28,7 +28,7 @@ def read_csv(request: Request) -> Loaded:
     names, units = split_header(lines[0].split(separator))
     rows_before = skipped + 1
     second = [cell.strip() for cell in lines[1].split(separator)] if len(lines) > 1 else []
-    if second and not any(units) and not is_number(second[0]):
+    if second and not any(units) and not is_number_text(second[0]):
         units = [cell.strip("[]() ") for cell in second]
         rows_before += 1
     _check_units(names, units, request.name)
@@ -112,6 +112,6 @@ def _bad_row(text: bytes, separator: str, names: list[str], skip: int) -> tuple[
         if len(cells) != len(names):
             return number, f"{len(cells)} values for {len(names)} columns (cut short?)"
         for name, cell in zip(names, cells, strict=True):
-            if cell.strip() and not is_number(cell.replace(",", ".")):
+            if cell.strip() and not is_number_text(cell.replace(",", ".")):
                 return number, f"'{cell.strip()}' in column '{name}' is not a number"
     return 0, ""

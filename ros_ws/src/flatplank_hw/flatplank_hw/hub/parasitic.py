@@ -18,6 +18,7 @@ import yaml
 
 from flatplank_data.files import read_text
 from flatplank_data.params import nearest
+from flatplank_data.values import is_number
 from flatplank_data.yaml_text import load_yaml
 
 FORMAT = "flatplank-parasitic-fit/1"
@@ -126,7 +127,6 @@ def _sine(values: Any, where: str) -> Sine:
     _keys(values, set(LIMITS), where)
     for key, (low, high) in LIMITS.items():
         value = values[key]
-        number = isinstance(value, (int, float)) and not isinstance(value, bool)
-        if not number or not low <= value <= high:
+        if not is_number(value) or not low <= value <= high:
             raise ValueError(f"{where}: {key} is {value!r}, must be within {low:g} .. {high:g}")
     return Sine(*(float(values[key]) for key in LIMITS))

@@ -8,8 +8,8 @@ from typing import Any
 
 import yaml
 
-from flatplank_control.values import is_number
 from flatplank_data.params import nearest
+from flatplank_data.values import is_number
 
 
 class Located(dict):
