@@ -15,10 +15,10 @@ from typing import Any
 
 import pytest
 
-from flatplank_control.bench.fast_dds import loopback
+from flatplank_control.bench.fast_dds import loopback_environment
 
 # One thread per process: two cores are shared by the nodes of a graph, and numbers repeat.
-os.environ |= loopback() | {
+os.environ |= loopback_environment() | {
     "OMP_NUM_THREADS": "1",
     "OPENBLAS_NUM_THREADS": "1",
     "MPLBACKEND": "Agg",

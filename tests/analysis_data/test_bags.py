@@ -78,9 +78,9 @@ def test_the_second_reading_comes_from_the_cache(tmp_path, bag, source):
 def test_the_cache_of_a_run_with_a_longer_name_stays(tmp_path):
     loaded = Loaded({"fx": np.zeros(3)})
     longer, run = (Request(LocalStore(str(tmp_path)), name) for name in ("A-1", "A"))
-    cache.save(longer, "0" * 16, loaded)
+    cache.save_to_cache(longer, "0" * 16, loaded)
     for key in ("1" * 16, "2" * 16):
-        cache.save(run, key, loaded)
+        cache.save_to_cache(run, key, loaded)
     names = sorted(p.name for p in (tmp_path / FOLDER).iterdir())
     assert names == [f"A-1-{'0' * 16}.parquet", f"A-{'2' * 16}.parquet"]
 

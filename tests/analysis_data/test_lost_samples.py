@@ -55,7 +55,7 @@ def test_samples_of_no_clock_are_not_called_lost():
 def test_the_record_counts_where_the_stamps_show_nothing():
     found = lost_samples(step_table(0.05, cycles_lost=6552, cycles_received=3156))
     assert (found.lost, found.of) == (6552, 9708)
-    assert not found.harmless
+    assert not found.allows_fit
 
 
 def few_and_many(write_campaign):

@@ -19,7 +19,7 @@ from flatplank_control.recording.filled import in_words, requested_record
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError, NothingUsableError
 from flatplank_data.exporters import export_campaign
-from flatplank_data.measured import measured_facts, reconciled
+from flatplank_data.measured import measured_facts, with_values_in_use
 
 SILENT = "tire: X\nname: mine\nmeasurement: slip\nkappa: 0.0\nfz: 0.0\npressure: 0.0\nstart: 1\n"
 """what a recorder wrote that was told nothing"""
@@ -118,9 +118,9 @@ def test_free_rolling_and_repeats_that_nobody_described_find_their_conditions(tm
 @pytest.mark.parametrize(
     ("said", "measured", "words"),
     [
-        ({"kappa": 0.0}, 0.05, r"\+0 % said, but \+5 % was asked for"),
-        ({"kappa": -0.05}, 0.05, r"-5 % said, but \+5 % was asked for"),
-        ({"kappa": 0.05}, 0.02, r"\+5 % said, but \+2 % was asked for"),
+        ({"kappa": 0.0}, 0.05, r"\+0 % stated, but \+5 % was asked for"),
+        ({"kappa": -0.05}, 0.05, r"-5 % stated, but \+5 % was asked for"),
+        ({"kappa": 0.05}, 0.02, r"\+5 % stated, but \+2 % was asked for"),
     ],
 )
 def test_a_record_with_another_slip_than_the_one_measured_is_refused(
@@ -141,8 +141,8 @@ def test_the_radius_and_the_step_in_use_go_over_those_that_were_said(tmp_path):
     (table,) = campaign.tables()
     assert table.info.effective_rolling_radius == RADIUS and table.info.step_position == 1.5
     told = [str(p) for p in campaign.problems]
-    assert any("300 mm said, 310 mm was in use and is used" in line for line in told)
-    assert any("1.2 m said, 1.5 m was in use and is used" in line for line in told)
+    assert any("300 mm stated, 310 mm was in use and is used" in line for line in told)
+    assert any("1.2 m stated, 1.5 m was in use and is used" in line for line in told)
 
 
 def test_free_rolling_is_no_slip_run_and_a_wave_is_no_step(tmp_path):
@@ -150,12 +150,12 @@ def test_free_rolling_is_no_slip_run_and_a_wave_is_no_step(tmp_path):
         folder_of(tmp_path, controlled(0.05), SAID.format(kappa=0.05, step=1.5, radius=RADIUS))
     ).infos[0]
     for measured, words in (
-        ({"measurement": "free_rolling"}, "slip said, but free_rolling was on"),
+        ({"measurement": "free_rolling"}, "slip stated, but free_rolling was on"),
         ({"measurement": "slip", "waveform": {"name": "varying"}}, "was not constant"),
     ):
-        (problem,) = reconciled(info, measured)[1]
+        (problem,) = with_values_in_use(info, measured)[1]
         assert problem.fatal and words in str(problem)
-    assert reconciled(info, {"measurement": "unknown"}) == (info, [])
+    assert with_values_in_use(info, {"measurement": "unknown"}) == (info, [])
 
 
 @pytest.mark.parametrize("kappa", [0.05, -0.03])
@@ -202,7 +202,7 @@ def test_the_recorder_fills_in_what_nobody_said(tmp_path):
     assert (record.start, record.measurement, record.notes) == (2, "slip", "")
     assert {"kappa", "fz", "effective_rolling_radius"} <= set(record.filled_in)
     assert words == (
-        "slip +5 %, from 1.5 m, r_e 310.0 mm, Fz 3700 N, tire unknown, pressure not said, "
+        "slip +5 %, from 1.5 m, r_e 310.0 mm, Fz 3700 N, tire unknown, pressure not given, "
         "10 of 100 cycles lost"
     )
 
@@ -216,14 +216,14 @@ def test_what_was_said_stays_and_what_was_measured_otherwise_is_noted(tmp_path):
     record, _ = recorded(tmp_path, controlled(0.05), "{tire: TOY, kappa: 0.0, pressure: 2.5}")
     assert (record.name, record.kappa, record.fz) == ("TOY_by_hand", 0.0, 3700.0)
     assert "kappa" not in record.filled_in
-    assert record.notes == "+0 % said, but +5 % was asked for"
+    assert record.notes == "+0 % stated, but +5 % was asked for"
 
 
 def test_a_whole_record_needs_no_bag_and_a_bag_without_samples_is_noted(tmp_path):
     assert requested_record(
         "{tire: TOY, measurement: slip, kappa: 0.02, fz: 3000.0}", "mine"
-    ).whole
-    assert not requested_record("{tire: TOY, kappa: 0.02}").whole
+    ).has_essential_keys
+    assert not requested_record("{tire: TOY, kappa: 0.02}").has_essential_keys
     nothing = {name: values[:0] for name, values in controlled(0.05).items()}
     said = requested_record("")
     write_run(tmp_path / "empty", nothing, "", "empty")

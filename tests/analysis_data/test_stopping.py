@@ -9,7 +9,7 @@ from flatplank_analysis.figures.chapter6 import _smooth
 from flatplank_analysis.post.motion import until_stop
 from flatplank_analysis.report.analysis import COLUMNS
 from flatplank_analysis.report.conditions import condition_result
-from flatplank_analysis.report.steps import problems_of, read_group
+from flatplank_analysis.report.steps import read_each_run, read_group
 from flatplank_data.campaign import Campaign
 from flatplank_data.table import MeasurementTable
 
@@ -43,7 +43,7 @@ def test_neither_fits_nor_repeatability_see_the_stop(write_campaign, make_step):
     for step in steps:
         assert abs(step.fx[-1] - step.fx[-200]) < 60.0
     tables: list[MeasurementTable] = []
-    assert not problems_of(runs, lambda _, table: tables.append(table), COLUMNS)
+    assert not read_each_run(runs, lambda _, table: tables.append(table), COLUMNS)
     found = condition_result(tables[0].info.condition, tables)
     assert abs(found.measured["fx"][-1] - found.measured["fx"][-200]) < 60.0
 

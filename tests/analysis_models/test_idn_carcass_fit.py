@@ -58,7 +58,7 @@ def test_every_start_angle_counts_once(monkeypatch):
 
 
 def test_levels_of_one_condition_are_asked_for():
-    for runs in (RUNS[:2], [*RUNS, replace(RUNS[0], condition="two")]):
+    for runs in (RUNS[:2], [*RUNS, replace(RUNS[0], operating_point="two")]):
         with pytest.raises(FlatplankError, match="three or more slip levels") as error:
             carcass.fit_carcass(runs)
         assert "one" in str(error.value)

@@ -20,7 +20,9 @@ def test_covariance_of_a_mean_is_that_of_the_means_of_runs():
     own = y.mean(axis=1)
     assert found.matrix[0, 0] == pytest.approx(own.var(ddof=1) / runs)
     assert found.dof[0] == pytest.approx(runs - 1.0)
-    np.testing.assert_allclose(found.brought[:, 0] ** 2 @ np.ones(runs), found.matrix[0, 0])
+    np.testing.assert_allclose(
+        found.run_contributions[:, 0] ** 2 @ np.ones(runs), found.matrix[0, 0]
+    )
     assert found.correlation == pytest.approx(np.eye(1))
     # a prior that knows as much as the data halves the pull and has an error of its own
     prior = np.array([[float(runs * each)]])
@@ -28,8 +30,8 @@ def test_covariance_of_a_mean_is_that_of_the_means_of_runs():
     pulls = (own - y.mean()) * each / (2.0 * runs * each) / np.sqrt(1.0 - 0.5 / runs)
     assert halved.matrix[0, 0] == pytest.approx(pulls @ pulls + 0.25 / (runs * each))
     # what an earlier fit brought to a row comes with its run
-    carried = PropagatedErrors(np.array([0, 9]), np.ones((2, runs * each)) * [[0.3], [2.0]])
-    both = run_covariance(jac, (y - y.mean()).ravel(), index, None, carried)
+    propagated = PropagatedErrors(np.array([0, 9]), np.ones((2, runs * each)) * [[0.3], [2.0]])
+    both = run_covariance(jac, (y - y.mean()).ravel(), index, None, propagated)
     pulls = (own - y.mean()) / runs / np.sqrt(1.0 - 1.0 / runs)
     pulls[0] -= 0.3
     assert both.matrix[0, 0] == pytest.approx(pulls @ pulls + 2.0**2)

@@ -14,7 +14,7 @@ from flatplank_analysis.identify.campaign import FitFile, fit_campaign
 from flatplank_analysis.identify.carcass import brush_bias, fit_carcass
 from flatplank_analysis.identify.lateral import fit_lateral_carcass, lateral_run
 from flatplank_analysis.identify.linear import linear_run
-from flatplank_analysis.identify.repeats import asymptotes, balanced, fit_linear
+from flatplank_analysis.identify.repeats import asymptotes, fit_linear, with_equal_starts
 from flatplank_analysis.identify.runs import StepRun, step_run
 from flatplank_analysis.identify.steady_curve import (
     SteadyCurve,
@@ -354,7 +354,7 @@ def test_a_start_angle_that_was_repeated_more_often_counts_once() -> None:
         start = 1 if run.start > 3 else run.start
         turn = run.distance / 0.311 + 2.0 * math.pi * (start - 1) / 3.0
         runs.append(replace(run, start=start, fx=run.fx + 250.0 * np.sin(turn)))
-    assert len(balanced(runs)) == 12
+    assert len(with_equal_starts(runs)) == 12
     level = {lv.level: lv for lv in fit_linear(runs).levels}[0.02]
     assert level.steady_force.value == pytest.approx(1800.0, rel=0.02)
     assert level.steady_force.dof == 2.0

@@ -130,7 +130,7 @@ def test_radius_stiffness_and_contact() -> None:
     o = operating_point(c, fz, 0.0, 0.0, 0.0, pressure, 0.03)
     rows = {
         "re": shape.effective_radius(c, o, 0.0),
-        "a": shape.contact_length(c, o),
+        "a": shape.contact_half_length(c, o),
         "rho": shape.deflection(c, o, 0.0, 0.0, 0.0),
         "cx": shape.stiffness_x(c, o),
         "cy": shape.stiffness_y(c, o),

@@ -14,8 +14,8 @@ from flatplank_analysis.identify.carcass import CarcassFit
 from flatplank_analysis.identify.mf import information as candidates
 from flatplank_analysis.identify.mf.points import (
     _tail,
-    gathered,
     merge,
+    merge_with_cx_source,
     points_from_runs,
     steady_points,
     stiffness_points,
@@ -109,11 +109,11 @@ def test_stiffness_of_the_rolling_tire_goes_before_that_at_rest():
     standing = steady_points(
         {"cx_at_rest": np.array([1.8e5, np.nan])}, fz=[3e3, 3e3], pressure=2e5
     )
-    all_points, source = gathered([standing], fits)
+    all_points, source = merge_with_cx_source([standing], fits)
     assert len(all_points.with_output("cx")) == 2 and source.startswith("C_F")
     assert "2 operating points without" in source
-    assert "1 operating point without" in gathered([standing], fits[:1])[1]
-    all_points, source = gathered([standing], fits[1:4])
+    assert "1 operating point without" in merge_with_cx_source([standing], fits[:1])[1]
+    all_points, source = merge_with_cx_source([standing], fits[1:4])
     assert all_points.with_output("cx").measured["cx"].tolist() == [1.8e5]
     assert source.startswith("1 runs at rest")
-    assert gathered([points()], [])[1] == ""
+    assert merge_with_cx_source([points()], [])[1] == ""

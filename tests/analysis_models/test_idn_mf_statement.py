@@ -27,7 +27,7 @@ def test_a_bound_and_too_few_runs_have_no_error():
     assert pkx.at_bound == "upper" and not pkx.determined and pkx.note == "rests on its bound"
     assert np.isnan(pkx.std_error) and pex.determined
     assert told.runs == 15 and told.model == "mf:fx"
-    assert not held.brought[:, 0].any() and held.brought[:, 1].shape == (15,)
+    assert not held.run_contributions[:, 0].any() and held.run_contributions[:, 1].shape == (15,)
     low = replace(found, at_lower=np.array([True, False]), at_upper=np.array([False, False]))
     assert statement.report("fx", one, low, [])[0].estimates[0].at_bound == "lower"
     # as many coefficients as runs: nothing is left over for an error
@@ -83,13 +83,13 @@ def test_errors_of_what_was_fitted_before_move_the_rows_of_this_output():
     this = OutputProblem("mz", at, ("QDZ1",), base)
     x = np.array([0.14])
     before = OutputProblem("fx", at, names, base)
-    brought = np.array([[0.3, 0.0], [0.0, -0.2]])
+    run_contributions = np.array([[0.3, 0.0], [0.0, -0.2]])
     held = statement.FittedOutput(
-        before, np.array([base.PKX1, base.PDX1]), np.array([4, 7]), brought
+        before, np.array([base.PKX1, base.PDX1]), np.array([4, 7]), run_contributions
     )
-    carried = statement._propagated(this, x, [held])
-    assert carried.runs.tolist() == [4, 7]
-    for row, name, error in zip(carried.response, names, (0.3, -0.2), strict=True):
+    propagated = statement._propagated(this, x, [held])
+    assert propagated.runs.tolist() == [4, 7]
+    for row, name, error in zip(propagated.response, names, (0.3, -0.2), strict=True):
         ends = []
         for step in (1e-4, -1e-4):
             c = base.replaced({"QDZ1": 0.14, name: getattr(base, name) + step})

@@ -11,7 +11,7 @@ import pytest
 from idn_runs import X, run
 
 from flatplank_analysis.identify.lateral import _own_step, lateral_run
-from flatplank_analysis.identify.runs import actual_slip, by_condition, by_level, step_run
+from flatplank_analysis.identify.runs import actual_slip, by_level, by_operating_point, step_run
 from flatplank_data.errors import FlatplankError
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
@@ -47,7 +47,7 @@ def test_inputs_of_the_model_from_a_run():
     assert np.ptp(steps) < 0.2e-5
     runs = [run(0.02, name="b"), run(-0.01, name="a"), run(0.02, name="c")]
     assert [[r.name for r in g] for g in by_level(runs).values()] == [["a"], ["b", "c"]]
-    assert list(by_condition(runs)) == ["one"]
+    assert list(by_operating_point(runs)) == ["one"]
 
 
 def lateral_table(alpha_deg: float, kappa: float = 0.01, step: float = 1.5, end: float = 3.0):

@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from flatplank_analysis.identify.results import to_plain
 from flatplank_analysis.kinds.camber_sweep import camber_sweep
 from flatplank_analysis.kinds.cleat import cleat, envelope
 from flatplank_analysis.kinds.parking import parking, twisted
@@ -81,6 +82,8 @@ def test_cleat(campaign, tire):
     assert found.effective_slope[before].min() > 0.05
     assert found.fx[before].max() < 0.0
     assert found.rmse_fz < 0.06 * found.rise
+    # its key in report.json, older than the name of the field
+    assert to_plain(found)["longitudinal_stiffness"] == found.fx_slope
 
 
 def test_parking(campaign, tire):
@@ -108,6 +111,7 @@ def test_turning(campaign, tire):
     sigma = truth.cornering_stiffness / at_rest
     assert found.relaxation_length.value == pytest.approx(sigma, rel=0.1)
     assert found.rmse < 1.5
+    assert to_plain(found)["angle_left"]["value"] == found.remaining_angle.value
 
 
 def test_camber_sweep(campaign, tire):

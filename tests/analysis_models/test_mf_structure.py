@@ -60,9 +60,9 @@ def test_patch_and_stiffnesses(at):
     o = operating_point(c, *at, 20.0)
     dfz, dpi = at[0] / 4400.0 - 1.0, at[4] / 2.2e5 - 1.0
     rho = at[0] / (2.1e5 * (1.0 + 0.7 * dpi) * 0.31)
-    assert shape.contact_length(c, o) == pytest.approx(0.31 * (0.3 * rho + 0.8 * sqrt(rho)))
+    assert shape.contact_half_length(c, o) == pytest.approx(0.31 * (0.3 * rho + 0.8 * sqrt(rho)))
     width = 0.21 * (-0.4 * rho + 0.9 * rho ** (1.0 / 3.0))
-    assert shape.contact_width(c, o) == pytest.approx(width)
+    assert shape.contact_half_width(c, o) == pytest.approx(width)
     c_x = 3e5 * (1.0 + 0.2 * dfz - 0.3 * dfz**2) * (1.0 + 0.15 * dpi)
     c_y = 1e5 * (1.0 + 0.25 * dfz + 0.35 * dfz**2) * (1.0 - 0.1 * dpi)
     assert shape.stiffness_x(c, o) == pytest.approx(c_x)

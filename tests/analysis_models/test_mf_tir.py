@@ -20,7 +20,7 @@ from flatplank_analysis.models.tir import (
     shipped_tir,
     write_tir,
 )
-from flatplank_analysis.models.tir_whole import HEAD, RANGES, whole
+from flatplank_analysis.models.tir_complete import HEAD, RANGES, complete_tir
 from flatplank_analysis.models.tire_state import tire_state
 from flatplank_data.errors import FlatplankError
 
@@ -293,10 +293,10 @@ def test_a_whole_file_leaves_nothing_to_the_defaults_of_other_programs(
     """Programs take other values for what is not given, or refuse the file."""
     tir = shipped_tir(name)
     ranges = {"fz": (1800.0, 5600.0), "kappa": (-0.1, 0.1)}
-    write_tir(whole(tir, ranges), tmp_path / "whole.tir")
+    write_tir(complete_tir(tir, ranges), tmp_path / "whole.tir")
     found = _as_simple_readers_do((tmp_path / "whole.tir").read_text())
     assert {*HEAD, *RANGES} <= found.keys()
-    made = whole(tir, ranges)
+    made = complete_tir(tir, ranges)
     assert all(isinstance(e.value, str) for s in made.sections.values() for e in s.values())
     assert found["UNITS"] == {"LENGTH": "meter", "FORCE": "newton", "ANGLE": "radians",
                               "MASS": "kg", "TIME": "second"}  # fmt: skip
@@ -310,21 +310,25 @@ def test_a_whole_file_leaves_nothing_to_the_defaults_of_other_programs(
     assert found["VERTICAL_FORCE_RANGE"] == {"FZMIN": 1800.0, "FZMAX": 5600.0}
     assert found["SLIP_ANGLE_RANGE"] == {"ALPMIN": -1.5, "ALPMAX": 1.5}
     again = read_tir(tmp_path / "whole.tir")
-    assert format_tir(whole(again)) == format_tir(whole(tir, ranges))
+    assert format_tir(complete_tir(again)) == format_tir(complete_tir(tir, ranges))
     states = [tire_state(t, 3000, 0.03, 0.02).to_json() for t in (again, tir)]
     assert states[0] == states[1]
 
 
 def test_ranges_of_a_whole_file_are_those_of_the_last_fit() -> None:
     """A file that is written again without new ranges keeps those that it has."""
-    first = whole(parse_tir(TEXT), {"fz": (1000.0, 5000.0)})
+    first = complete_tir(parse_tir(TEXT), {"fz": (1000.0, 5000.0)})
 
     def loads(tir) -> list[str]:
         return [e.value for e in tir.sections["VERTICAL_FORCE_RANGE"].values()]
 
-    assert loads(first) == ["1000.0", "5000.0"] == loads(whole(first))
-    assert loads(whole(first, {"fz": (2000.0, 3000.0)})) == ["2000.0", "3000.0"]
-    assert loads(whole(first, {})) == ["0.0", "100000.0"] == loads(whole(parse_tir(TEXT)))
+    assert loads(first) == ["1000.0", "5000.0"] == loads(complete_tir(first))
+    assert loads(complete_tir(first, {"fz": (2000.0, 3000.0)})) == ["2000.0", "3000.0"]
+    assert (
+        loads(complete_tir(first, {}))
+        == ["0.0", "100000.0"]
+        == loads(complete_tir(parse_tir(TEXT)))
+    )
 
 
 def test_a_template_without_numbers_is_told_from_a_tire() -> None:
@@ -336,7 +340,7 @@ def test_a_template_without_numbers_is_told_from_a_tire() -> None:
 
 def test_a_whole_file_of_other_units_is_the_same_tire(tmp_path: Path) -> None:
     given = parse_tir(FIELD).replaced({"VERTICAL_STIFFNESS": 2e5})
-    write_tir(whole(given, {"fz": (1000.0, 5000.0)}), tmp_path / "whole.tir")
+    write_tir(complete_tir(given, {"fz": (1000.0, 5000.0)}), tmp_path / "whole.tir")
     again = read_tir(tmp_path / "whole.tir")
     assert again.sections["VERTICAL_FORCE_RANGE"]["FZMAX"].value == "5.0"
     assert tire_state(again, 3000, 0.03, 0.02).fx == tire_state(given, 3000, 0.03, 0.02).fx

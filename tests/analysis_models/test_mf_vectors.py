@@ -294,15 +294,15 @@ def test_factors_of_turn_slip_are_those_of_another_program(row: tuple[float, ...
     c = Coefficients(TURNING)
     o = operating_point(c, *row[:3], 0.0, 220000, 16.7)
     spin = turn_slip.spin_of(c, o, row[3], 0.3)
-    upright = pure.cornering_stiffness(c, o) * turn_slip.stiffness_y(c, o, spin)
+    upright = pure.cornering_stiffness(c, o) * turn_slip.zeta_3(c, o, spin)
     found = [
-        turn_slip.peak_x(c, o, spin),
-        turn_slip.peak_y(c, o, spin),
-        turn_slip.stiffness_y(c, o, spin),
+        turn_slip.zeta_1(c, o, spin),
+        turn_slip.zeta_2(c, o, spin),
+        turn_slip.zeta_3(c, o, spin),
         turn_slip.shift_y(c, o, spin, pure.camber_stiffness(c, o), upright, 0.0),
-        turn_slip.trail(c, o, spin),
-        turn_slip.residual_slope(c, o, spin),
-        *turn_slip.residual(c, o, spin, pure.lateral(c, o).mu_y, combined.weight_y(c, o)),
+        turn_slip.zeta_5(c, o, spin),
+        turn_slip.zeta_6(c, o, spin),
+        *turn_slip.residual_moment(c, o, spin, pure.lateral(c, o).mu_y, combined.weight_y(c, o)),
     ]
     assert [float(v) for v in found] == pytest.approx(row[4:], rel=1e-9)
 

@@ -11,7 +11,12 @@ from pathlib import Path
 import pytest
 
 from flatplank_control.bench.fast_dds import remove_orphans
-from flatplank_control.bench.processes import RUNAWAY_CPU_S, BenchProcesses, ProcessState, Start
+from flatplank_control.bench.processes import (
+    RUNAWAY_CPU_S,
+    BenchProcesses,
+    ProcessState,
+    StartProgress,
+)
 from flatplank_control.bench.setup import BenchSetup
 
 NAMES = ("encoders", "recorder")
@@ -19,17 +24,17 @@ LOADING = ProcessState("S", 0.0, False)
 
 
 def test_as_long_as_a_node_uses_the_processor_nobody_gives_up() -> None:
-    start = Start(NAMES, 0.0, stall_s=30.0)
-    start.heard("encoders", "", 1.0)
+    start = StartProgress(NAMES, 0.0, stall_s=30.0)
+    start.register_answer("encoders", "", 1.0)
     for i in range(1000):
         vitals = {"recorder": ProcessState("S", 0.02 * i, False)}
-        assert not start.why_useless(vitals, 10.0 * i)
+        assert not start.why_waiting_is_useless(vitals, 10.0 * i)
 
 
 @pytest.mark.parametrize("state", ["R", "D"])
 def test_a_node_that_waits_for_processor_or_disk_gets_on(state: str) -> None:
-    start = Start(NAMES, 0.0, stall_s=30.0)
-    assert not start.why_useless({"recorder": ProcessState(state, 0.0, False)}, 1000.0)
+    start = StartProgress(NAMES, 0.0, stall_s=30.0)
+    assert not start.why_waiting_is_useless({"recorder": ProcessState(state, 0.0, False)}, 1000.0)
 
 
 @pytest.mark.parametrize(
@@ -42,36 +47,36 @@ def test_a_node_that_waits_for_processor_or_disk_gets_on(state: str) -> None:
     ],
 )
 def test_a_node_that_hangs_is_named_with_what_it_hangs_on(seen: ProcessState, words: str) -> None:
-    start = Start(NAMES, 0.0, stall_s=30.0)
-    start.heard("encoders", "", 1.0)
+    start = StartProgress(NAMES, 0.0, stall_s=30.0)
+    start.register_answer("encoders", "", 1.0)
     vitals = {"recorder": seen} if seen else {}
-    start.why_useless(vitals, 2.0)
-    assert not start.why_useless(vitals, 31.0)
-    told = start.why_useless(vitals, 33.0)
+    start.why_waiting_is_useless(vitals, 2.0)
+    assert not start.why_waiting_is_useless(vitals, 31.0)
+    told = start.why_waiting_is_useless(vitals, 33.0)
     assert told.startswith(words)
     assert "1 of 2 nodes are up" in told
 
 
 def test_what_a_node_waits_for_is_told() -> None:
-    start = Start(NAMES, 0.0, stall_s=30.0)
-    start.heard("recorder", "no partner on /bus/inputs", 5.0)
-    start.heard("recorder", "no partner on /bus/inputs", 20.0)
-    told = start.why_useless({"recorder": ProcessState("S", 9.0, True)}, 36.0)
+    start = StartProgress(NAMES, 0.0, stall_s=30.0)
+    start.register_answer("recorder", "no partner on /bus/inputs", 5.0)
+    start.register_answer("recorder", "no partner on /bus/inputs", 20.0)
+    told = start.why_waiting_is_useless({"recorder": ProcessState("S", 9.0, True)}, 36.0)
     assert "recorder waits: no partner on /bus/inputs" in told
 
 
 def test_a_node_that_works_for_ever_does_not_come_up() -> None:
-    start = Start(NAMES, 0.0)
+    start = StartProgress(NAMES, 0.0)
     busy = {"recorder": ProcessState("R", RUNAWAY_CPU_S + 1.0, False)}
-    assert start.why_useless(busy, 1.0).startswith(
+    assert start.why_waiting_is_useless(busy, 1.0).startswith(
         "recorder: not up after 601 s of processor time"
     )
 
 
 def test_everybody_up() -> None:
-    start = Start(NAMES, 0.0)
+    start = StartProgress(NAMES, 0.0)
     for name in NAMES:
-        start.heard(name, "", 1.0)
+        start.register_answer(name, "", 1.0)
     assert start.missing == []
     assert str(start) == "2 of 2 nodes are up"
 

@@ -19,15 +19,15 @@ def lockstep(axes=frozenset({0})):
 
 def test_lockstep_goes_on_when_all_axes_have_answered_the_last_cycle():
     pacer = lockstep(frozenset({0, 1}))
-    pacer.made(1, wall=0.0)
-    assert not pacer.answered(0, 1)
-    assert pacer.answered(1, 1)
+    pacer.register_batch(1, wall=0.0)
+    assert not pacer.register_answer(0, 1)
+    assert pacer.register_answer(1, 1)
 
 
 def test_an_answer_to_an_older_cycle_does_not_count():
     pacer = lockstep()
-    pacer.made(2, wall=0.0)
-    assert not pacer.answered(0, 1)
+    pacer.register_batch(2, wall=0.0)
+    assert not pacer.register_answer(0, 1)
     assert pacer.missing == {0}
 
 
@@ -43,26 +43,26 @@ def test_a_command_of_the_bus_before_a_clean_up_is_dropped():
 
 def test_without_an_answer_lockstep_waits_once_and_then_hurries():
     pacer = lockstep()
-    pacer.made(1, wall=10.0)
-    assert pacer.due(10.5, RATE) == 0
-    assert pacer.due(11.0, RATE) == 1
-    pacer.made(2, wall=11.0)
-    assert pacer.due(11.0 + ABSENT_TIMEOUT_S, RATE) == 1
-    pacer.made(3, wall=11.01)
-    assert pacer.answered(0, 3)
-    pacer.made(4, wall=11.02)
-    assert pacer.due(11.5, RATE) == 0
+    pacer.register_batch(1, wall=10.0)
+    assert pacer.batches_due(10.5, RATE) == 0
+    assert pacer.batches_due(11.0, RATE) == 1
+    pacer.register_batch(2, wall=11.0)
+    assert pacer.batches_due(11.0 + ABSENT_TIMEOUT_S, RATE) == 1
+    pacer.register_batch(3, wall=11.01)
+    assert pacer.register_answer(0, 3)
+    pacer.register_batch(4, wall=11.02)
+    assert pacer.batches_due(11.5, RATE) == 0
 
 
 def test_hold_makes_no_cycle_and_advance_makes_just_as_many_as_asked():
     pacer = Pacer("hold", 1, frozenset({0}), timeout=1.0)
-    assert pacer.due(100.0, RATE) == 0
+    assert pacer.batches_due(100.0, RATE) == 0
     until = pacer.advance(0, 3)
     made = 0
-    while pacer.free():
+    while pacer.all_have_answered():
         made += 1
-        pacer.made(made, wall=0.0)
-        pacer.answered(0, made)
+        pacer.register_batch(made, wall=0.0)
+        pacer.register_answer(0, made)
     assert made == until == 3
     assert pacer.pace == "hold"
 
@@ -72,34 +72,34 @@ def test_who_asks_for_less_does_not_end_what_another_asked_for():
     assert pacer.advance(0, 5) == 5
     assert pacer.advance(0, 2) == 2
     for cycle in range(1, 5):
-        pacer.made(cycle, wall=0.0)
+        pacer.register_batch(cycle, wall=0.0)
         assert pacer.pace == "lockstep"
-    pacer.made(5, wall=0.0)
+    pacer.register_batch(5, wall=0.0)
     assert pacer.pace == "hold"
 
 
 def test_a_held_bus_gives_up_on_a_silent_drive():
     pacer = Pacer("hold", 1, frozenset({0}), timeout=1.0)
     pacer.advance(0, 1)
-    pacer.made(1, wall=5.0)
-    assert not pacer.given_up(5.9)
-    assert pacer.given_up(6.0)
+    pacer.register_batch(1, wall=5.0)
+    assert not pacer.stop_waiting(5.9)
+    assert pacer.stop_waiting(6.0)
     assert not pacer.missing
 
 
 def test_realtime_makes_what_the_clock_asks_for():
     pacer = Pacer("realtime", 1, frozenset({0}), timeout=1.0)
-    assert pacer.due(50.0, RATE) == 0
-    assert pacer.due(50.0 + 3.5 / RATE, RATE) == 3
+    assert pacer.batches_due(50.0, RATE) == 0
+    assert pacer.batches_due(50.0 + 3.5 / RATE, RATE) == 3
     for cycle in (1, 2, 3):
-        pacer.made(cycle, 50.0)
-    assert pacer.due(50.0 + 3.9 / RATE, RATE) == 0
+        pacer.register_batch(cycle, 50.0)
+    assert pacer.batches_due(50.0 + 3.9 / RATE, RATE) == 0
 
 
 def test_realtime_that_was_held_up_for_long_says_what_it_dropped():
     pacer = Pacer("realtime", 1, frozenset({0}), timeout=1.0)
-    pacer.due(0.0, RATE)
-    assert pacer.due(1.0, RATE) == CATCH_UP
+    pacer.batches_due(0.0, RATE)
+    assert pacer.batches_due(1.0, RATE) == CATCH_UP
     assert pacer.skipped == 250 - CATCH_UP
 
 

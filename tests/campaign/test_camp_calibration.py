@@ -12,18 +12,18 @@ import pytest
 
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.calibration.book import CalibrationBook, Entry
-from flatplank_control.calibration.fits import fit_line, still_fits
-from flatplank_control.calibration.parasitic import amplitudes
-from flatplank_control.calibration.sheet import LINES, blank, starting_values
+from flatplank_control.calibration.fits import fit_line, mounting_warning
+from flatplank_control.calibration.parasitic import amplitudes_per_turn
+from flatplank_control.calibration.sheet import LINES, empty_sheet, starting_values
 from flatplank_control.cli.calibrate import main
 from flatplank_control.cli.tune import main as tune
 from flatplank_control.runner.campaign.supervised import Standstill, TurnWatch, supervised
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of
 from flatplank_data.campaign import Campaign
-from flatplank_hw.hub.identify import identify
+from flatplank_hw.hub.identify import identify_fit
 from flatplank_hw.hub.params import HubParameters
-from flatplank_hw.hub.parasitic import to_text
+from flatplank_hw.hub.parasitic import fit_to_text
 from flatplank_sim.simulator import filter_on_twin, turn_on_twin
 from flatplank_sim.twin.log import TableLog
 from flatplank_sim.twin.twin import Twin
@@ -192,21 +192,23 @@ def test_the_parasitic_filter_of_one_mounting():
     """Amplitude over the third turn, which the fit has not seen: thesis 300 N before, 25 N
     after."""
     turn = turn_on_twin(BenchSetup(preset="thesis2023", pace="hold"))
-    fit = identify(turn.angle, turn.volts, "m1", "2026-05-01")
+    fit = identify_fit(turn.angle, turn.volts, "m1", "2026-05-01")
     p = HubParameters()
-    before, after = amplitudes(turn, None, p), amplitudes(turn, fit, p)
+    before, after = amplitudes_per_turn(turn, None, p), amplitudes_per_turn(turn, fit, p)
     assert before["fx"] > 200.0 and before["fz"] > 200.0
     assert after["fx"] < 5.0 and after["fz"] < 5.0
-    assert still_fits(after["fz"]) == ""
+    assert mounting_warning(after["fz"]) == ""
     moved = turn._replace(angle=turn.angle + 0.3)
-    assert "not that of this mounting" in still_fits(amplitudes(moved, fit, p)["fz"])
+    assert "not that of this mounting" in mounting_warning(
+        amplitudes_per_turn(moved, fit, p)["fz"]
+    )
 
 
 def test_the_sheet_gives_starting_values_of_known_effects(tmp_path):
     from dataclasses import fields
     from importlib import import_module
 
-    text = blank("2026-05-01").replace("road_play: null", "road_play: 1.15")
+    text = empty_sheet("2026-05-01").replace("road_play: null", "road_play: 1.15")
     assert starting_values(text, "sheet") == {"road_play": {"gap": pytest.approx(1.15e-3)}}
     with pytest.raises(ValueError, match="steering_zero is 50.0, must be a number within 5 deg"):
         starting_values(text.replace("steering_zero: null", "steering_zero: 50.0"), "sheet")
@@ -221,19 +223,19 @@ def test_the_run_warns_when_the_fit_is_of_another_mounting(tmp_path):
     """The unloaded wheel is looked at on its way to the start of the next run."""
     setup = BenchSetup(preset="thesis2023", pace="hold")
     turn = turn_on_twin(setup)
-    fit = identify(turn.angle, turn.volts, "m1", "2026-01-01")
-    other = identify(turn.angle + 1.0, turn.volts, "m0", "2025-01-01")
+    fit = identify_fit(turn.angle, turn.volts, "m1", "2026-01-01")
+    other = identify_fit(turn.angle + 1.0, turn.volts, "m0", "2025-01-01")
     said = []
     for name, one in (("m1", fit), ("m0", other)):
         path = tmp_path / f"{name}.yaml"
-        path.write_text(to_text(one), encoding="utf-8")
+        path.write_text(fit_to_text(one), encoding="utf-8")
         hub = {"parasitic_fit": str(path), "filter_on": True}
         own = replace(setup, parameters={"measurement_hub": hub})
         bench = TwinBench(Twin(own), TableLog(tmp_path / name))
         watch = TurnWatch()
         m = Measurement(measurement="stiffness_longitudinal", start=3)
         bench.perform(supervised(m, Standstill("before"), Standstill("after"), watch))
-        said.append((watch.left, still_fits(watch.left)))
+        said.append((watch.left, mounting_warning(watch.left)))
     assert said[0][1] == "" and said[0][0] < 20.0
     assert "not that of this mounting" in said[1][1] and said[1][0] > 100.0
 
@@ -242,7 +244,7 @@ def test_the_filter_is_judged_under_load(tmp_path):
     setup = BenchSetup(preset="thesis2023", pace="hold")
     turn = turn_on_twin(setup)
     path = tmp_path / "fit.yaml"
-    path.write_text(to_text(identify(turn.angle, turn.volts, "m", "2026-01-01")))
+    path.write_text(fit_to_text(identify_fit(turn.angle, turn.volts, "m", "2026-01-01")))
     found = filter_on_twin(setup, path, 0.0, last=2.9)
     for name in ("fx", "fz"):
         plain, filtered = found[name]

@@ -13,14 +13,14 @@ from flatplank_control.runner.plans import PLANS, mapping_of, measurement_of, pl
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("", "empty; say what to measure"),
-        ("{}", "empty; say what to measure"),
-        ("# nothing\n", "empty; say what to measure"),
+        ("", "empty; state what to measure"),
+        ("{}", "empty; state what to measure"),
+        ("# nothing\n", "empty; state what to measure"),
         ("just text", "'just text' is no plan"),
         ("[1, 2]", "is no plan"),
         ("5", "'5' is no plan"),
         ("a: [", "not YAML"),
-        ("{fz: 3700}", "says how, but not what to measure"),
+        ("{fz: 3700}", "states how, but not what to measure"),
         ("{kapa: 1}", "unknown key 'kapa'"),
         ("{measurement: slipp}", "measurement is 'slipp'"),
         ("{kappa: foo}", "kappa is 'foo', must be a number"),

@@ -33,11 +33,11 @@ class PaperBench:
         self.axes: tuple[str, ...] = ()
         self.told: list = []
 
-    async def end(self, status: str, _why: str) -> list[str]:
+    async def end_safely(self, status: str, _why: str) -> list[str]:
         self.told.append((status, self.axes))
         return []
 
-    async def do(self, step) -> None:
+    async def perform(self, step) -> None:
         self.told.append(step)
         if not isinstance(step, Manual):
             raise PlanFailed("a run has begun")
@@ -46,7 +46,7 @@ class PaperBench:
 def killed(folder, text: str, complete: bool) -> None:
     """The runner died in the first run; its bag was closed, or not."""
     plan = plan_from_text(text, "plan")
-    job = Conductor(plan, Journal(folder / f"small{SUFFIX}", plan.name, plan.digest)).take()
+    job = Conductor(plan, Journal(folder / f"small{SUFFIX}", plan.name, plan.digest)).next_job()
     status = "complete" if complete else "interrupted"
     record = record_from_dict({**job.measurement.record(), "status": status})
     (folder / record.name).mkdir()

@@ -11,7 +11,7 @@ from camp_plans import HEAD, RUNS, small
 
 from flatplank_control.cli.run import main
 from flatplank_control.runner.campaign import PlanError, load_plan, plan_from_text
-from flatplank_control.runner.campaign.order import condition
+from flatplank_control.runner.campaign.order import radius_condition
 from flatplank_control.runner.campaign.tires import known_tires
 from flatplank_control.runner.dry_run import dry_run
 from flatplank_control.runner.measurement import Measurement
@@ -52,7 +52,7 @@ def test_r_e_is_measured_before_the_slip_runs_that_need_it(order):
     assert len(slips) == 8 and len(plan.runs) == 10
     for run in slips:
         assert place[run.needs] < place[run.key]
-        assert condition(by_key[run.needs].measurement) == condition(run.measurement)
+        assert radius_condition(by_key[run.needs].measurement) == radius_condition(run.measurement)
 
 
 def test_random_order_is_the_same_each_time_and_another_with_another_seed():
@@ -84,7 +84,7 @@ def test_a_reference_run_is_made_as_the_runs_of_its_plan():
     assert (m.tire, m.fz, m.pressure) == ("CON", 3250.0, 2.8)
     assert (m.kappa, m.alpha_deg, m.end_position, m.et_value) == (0.05, 5, 3.0, 0.04)
     assert (m.serial, m.operator, m.session) == ("A17", "Ada", {"rim": "6Jx15"})
-    assert condition(radius.measurement) == condition(m)
+    assert radius_condition(radius.measurement) == radius_condition(m)
     needs = {r.needs for r in plan.runs if r.role == "reference"}
     assert needs == {radius.key}
     assert all(r.needs != radius.key for r in plan.runs if r.measurement.fz == 2000)

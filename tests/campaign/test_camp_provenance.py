@@ -14,8 +14,8 @@ import pytest
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.calibration.book import INSTRUMENTS, CalibrationBook, Entry
 from flatplank_control.runner import provenance, steps
-from flatplank_control.runner.provenance import ASKED, MEASURING, complete, software_version
-from flatplank_data.params import describe
+from flatplank_control.runner.provenance import ASKED, MEASURING, complete_record, software_version
+from flatplank_data.params import parameter_infos
 from flatplank_data.run_record import RunRecord, load_record, record_from_dict
 from flatplank_sim.twin.log import BagLog
 from flatplank_sim.twin.twin import Twin
@@ -27,7 +27,7 @@ DESCRIBED = record_from_dict({"tire": "TOY", "parameters": {"session": {"paper_b
 
 def of(setup: BenchSetup) -> RunRecord:
     book = CalibrationBook(Path(setup.calibration))
-    return complete(DESCRIBED, Twin(setup).in_force(), book, TODAY)
+    return complete_record(DESCRIBED, Twin(setup).in_force(), book, TODAY)
 
 
 def test_a_bench_as_it_comes_is_told_shortly():
@@ -53,12 +53,12 @@ def test_a_real_machine_has_no_plant(emulated):
     in_force = Twin(BenchSetup()).in_force()
     machine = in_force.pop("simulated_plant")
     in_force |= {"ethercat_bus": machine} if emulated else {}
-    record = complete(DESCRIBED, in_force, CalibrationBook(Path("")), TODAY)
+    record = complete_record(DESCRIBED, in_force, CalibrationBook(Path("")), TODAY)
     assert (record.plant is not None) == emulated
 
 
 def test_nodes_that_are_not_there_are_left_out():
-    record = complete(DESCRIBED, {}, CalibrationBook(Path("")), TODAY)
+    record = complete_record(DESCRIBED, {}, CalibrationBook(Path("")), TODAY)
     assert math.isnan(record.et_value) and record.plant is None
     assert set(record.parameters) == {"session"}
     assert record.calibration["motor"] == {"status": "absent"}
@@ -66,7 +66,7 @@ def test_nodes_that_are_not_there_are_left_out():
 
 @pytest.mark.parametrize("node", sorted(MEASURING))
 def test_every_node_takes_what_is_calibrated_of_its_parameters(node):
-    own = {p.name for p in describe(MEASURING[node])}
+    own = {p.name for p in parameter_infos(MEASURING[node])}
     for name, instrument in INSTRUMENTS.items():
         shared = own.intersection(instrument.parameters)
         assert bool(shared) == (node in instrument.nodes), name
@@ -82,7 +82,7 @@ def test_a_calibrated_ratio_reaches_all_who_use_it(tmp_path):
     in_force = Twin(setup).in_force()
     assert {in_force[node]["gear_ratio"] for node in INSTRUMENTS["motor"].nodes} == {1420.0}
     in_force["slip_sequencer"]["gear_ratio"] = 1425.04
-    status = complete(DESCRIBED, in_force, book, TODAY).calibration["motor"]["status"]
+    status = complete_record(DESCRIBED, in_force, book, TODAY).calibration["motor"]["status"]
     assert status.startswith("not in force")
 
 

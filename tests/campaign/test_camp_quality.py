@@ -6,7 +6,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flatplank_control.runner.campaign.quality import Limits, judge, profile, travel
+from flatplank_control.runner.campaign.quality import (
+    Limits,
+    force_profile,
+    judge_run,
+    loaded_travel,
+)
 from flatplank_control.runner.dry_run import DryBench
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.moves import ENOUGH, SLOW, SPEED
@@ -41,33 +46,33 @@ M = Measurement(kappa=0.05)
 
 
 def test_a_good_run_is_good():
-    verdict = judge(run(), M, Limits())
+    verdict = judge_run(run(), M, Limits())
     assert verdict.ok and verdict.text() == "good"
 
 
 def test_a_slow_run_is_judged_by_its_own_speed():
     columns = run()
-    assert not judge(columns, Measurement(kappa=0.05, speed=SLOW), Limits()).ok
+    assert not judge_run(columns, Measurement(kappa=0.05, speed=SLOW), Limits()).ok
     columns["plank_velocity"] = columns["plank_velocity"] * SLOW / SPEED
-    assert judge(columns, Measurement(kappa=0.05, speed=SLOW), Limits()).ok
+    assert judge_run(columns, Measurement(kappa=0.05, speed=SLOW), Limits()).ok
 
 
 @pytest.mark.parametrize("name", FAULTS)
 def test_a_fault_is_found_and_named(name):
-    verdict = judge(run(**FAULTS[name]), M, Limits())
+    verdict = judge_run(run(**FAULTS[name]), M, Limits())
     assert [f.name for f in verdict.findings if not f.ok] == [name]
     assert verdict.text().startswith(name)
 
 
 def test_the_amplitude_over_a_turn_is_the_true_one():
-    found = {f.name: f.value for f in judge(run(turn=200.0), M, Limits()).findings}
+    found = {f.name: f.value for f in judge_run(run(turn=200.0), M, Limits()).findings}
     assert found["once_per_turn"] == pytest.approx(200.0, rel=0.01)
 
 
 def test_a_run_unlike_its_repeats_is_found():
-    earlier = [profile(run())] * 2
-    assert judge(run(), M, Limits(), earlier).ok
-    other = judge(run(dead=0.2), M, Limits(repeatability=100.0), earlier)
+    earlier = [force_profile(run())] * 2
+    assert judge_run(run(), M, Limits(), earlier).ok
+    other = judge_run(run(dead=0.2), M, Limits(repeatability=100.0), earlier)
     assert [f.name for f in other.findings if not f.ok] == ["repeatability"]
 
 
@@ -80,31 +85,31 @@ def until(end: float, columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 
 def test_a_slip_run_that_the_operator_ended_is_judged_up_to_there():
-    stopped = judge(until(2.5, run()), M, Limits(), enough=True)
+    stopped = judge_run(until(2.5, run()), M, Limits(), enough=True)
     assert (
         stopped.text() == "good; ended at 2.50 m; not evaluated: road too short for once_per_turn"
     )
     assert stopped.ok and stopped.plain()["ended"] == 2.5
     for name in ("settling", "load_error", "speed_error", "plateau"):
-        bad = judge(until(2.5, run(**FAULTS[name])), M, Limits(), enough=True)
+        bad = judge_run(until(2.5, run(**FAULTS[name])), M, Limits(), enough=True)
         assert [f.name for f in bad.findings if not f.ok] == [name]
-    assert judge(until(1.2, run()), M, Limits(), enough=True).left_out == (
+    assert judge_run(until(1.2, run()), M, Limits(), enough=True).left_out == (
         "settling", "once_per_turn", "plateau",
     )  # fmt: skip
 
 
 def test_a_road_that_ended_by_itself_is_no_good_run():
-    assert not judge(until(2.5, run()), M, Limits()).ok
+    assert not judge_run(until(2.5, run()), M, Limits()).ok
 
 
 def test_free_rolling_that_the_operator_ended_is_judged_up_to_there():
     free = Measurement(measurement="free_rolling")
     columns = run()
     columns["fx"] = np.full_like(columns["fx"], 50.0)
-    stopped = judge(until(2.0, columns), free, Limits(), enough=True)
+    stopped = judge_run(until(2.0, columns), free, Limits(), enough=True)
     assert stopped.text() == "good; ended at 2.00 m" and not stopped.left_out
     columns["fx"] += 10.0
-    bad = judge(until(2.0, columns), free, Limits(), enough=True)
+    bad = judge_run(until(2.0, columns), free, Limits(), enough=True)
     assert [f.name for f in bad.findings if not f.ok] == ["force_error"]
 
 
@@ -134,18 +139,18 @@ def test_a_dry_run_knows_the_slow_speed_and_that_flexplates_are_no_angle():
 
 def test_the_travel_is_that_of_the_loaded_tire():
     columns = run()
-    assert travel(columns) == pytest.approx(4.1, abs=0.01)
+    assert loaded_travel(columns) == pytest.approx(4.1, abs=0.01)
     columns["fz"] = np.where(columns["plank_position"] < 1.0, 3700.0, 100.0)
-    assert travel(columns) == pytest.approx(1.0, abs=0.01)
-    assert travel({**columns, "fz": np.zeros_like(columns["fz"])}) == 0.0
+    assert loaded_travel(columns) == pytest.approx(1.0, abs=0.01)
+    assert loaded_travel({**columns, "fz": np.zeros_like(columns["fz"])}) == 0.0
 
 
 def test_free_rolling_must_hold_the_reference_of_its_controller():
     columns = run()
     free = Measurement(measurement="free_rolling")
     columns["fx"] = np.full_like(columns["fx"], 50.0)
-    assert judge(columns, free, Limits()).ok
+    assert judge_run(columns, free, Limits()).ok
     columns["fx"] += 10.0
-    assert "force_error" in judge(columns, free, Limits()).text()
-    assert judge(columns, free, Limits(), reference=60.0).ok
-    assert "force_error" in judge(columns, free, Limits(), reference=0.0).text()
+    assert "force_error" in judge_run(columns, free, Limits()).text()
+    assert judge_run(columns, free, Limits(), reference=60.0).ok
+    assert "force_error" in judge_run(columns, free, Limits(), reference=0.0).text()

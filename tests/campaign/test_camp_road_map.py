@@ -11,7 +11,7 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 
-from flatplank_control.road_map import RoadMap, Run, check_follows, learn
+from flatplank_control.road_map import RoadMap, Run, check_wheel_followed, identify_road_map
 from flatplank_sim.plant.truth import truth_row
 from flatplank_validation.bench.start_bench import StartBench
 from flatplank_validation.bench.start_cases import driven
@@ -24,7 +24,7 @@ def road() -> RoadMap:
     bench = StartBench("toyo")
     truth = truth_row(bench.config, FZ, PRESSURE)
     run, _ = driven(0.0, 3.2, follow_until=100.0)
-    return learn([run], truth.standstill_stiffness_x, truth.relaxation_length_x)
+    return identify_road_map([run], truth.standstill_stiffness_x, truth.relaxation_length_x)
 
 
 def test_the_map_is_learnt_from_the_force_of_a_run_without_slip(road, tmp_path):
@@ -54,7 +54,7 @@ def test_a_map_takes_the_error_of_a_measured_radius_along(capsys):
     truth = truth_row(bench.config, FZ, PRESSURE)
     wrong = 1.002
     run, _ = driven(0.0, 3.2, wrong, follow_until=100.0)
-    road = learn([run], truth.standstill_stiffness_x, truth.relaxation_length_x)
+    road = identify_road_map([run], truth.standstill_stiffness_x, truth.relaxation_length_x)
     _, slips = driven(0.05, 2.2, wrong, follow_until=100.0, **road.parameters())
     error = float(np.abs(slips - 0.05).max())
     with capsys.disabled():
@@ -83,7 +83,7 @@ def test_a_road_encoder_needs_no_map():
 
 def test_bad_input_is_refused():
     with pytest.raises(ValueError, match="give kappa = 0 runs"):
-        learn([], 2e5, 0.4)
+        identify_road_map([], 2e5, 0.4)
 
 
 @pytest.mark.parametrize("sequencer, rolled", [({"follow_until": 100.0}, ""), ({}, r"0\.99\d\d")])
@@ -91,10 +91,10 @@ def test_only_runs_whose_wheel_followed_the_encoder_are_taken(sequencer, rolled)
     run, _ = driven(0.0, 2.2, **sequencer)
     radius = truth_row(StartBench("toyo").config, FZ, PRESSURE).effective_rolling_radius
     if not rolled:
-        check_follows(run, radius, "a.parquet")
+        check_wheel_followed(run, radius, "a.parquet")
         return
     with pytest.raises(ValueError, match=f"a.parquet: the wheel rolled {rolled}.*--road follow"):
-        check_follows(run, radius, "a.parquet")
+        check_wheel_followed(run, radius, "a.parquet")
 
 
 def test_the_end_of_a_run_tells_nothing(road):
@@ -107,8 +107,10 @@ def test_the_end_of_a_run_tells_nothing(road):
         np.append(run.wheel_angle, run.wheel_angle[-1] + 4e-4 * np.arange(count)),
         np.append(run.fx, np.linspace(0.0, 600.0, count)),
     )
-    check_follows(ended, truth.effective_rolling_radius, "a.parquet")
-    assert learn([ended], truth.standstill_stiffness_x, truth.relaxation_length_x) == road
+    check_wheel_followed(ended, truth.effective_rolling_radius, "a.parquet")
+    assert (
+        identify_road_map([ended], truth.standstill_stiffness_x, truth.relaxation_length_x) == road
+    )
 
 
 @pytest.mark.parametrize("text, said", [

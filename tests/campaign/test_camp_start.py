@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from flatplank_control.free_rolling.design import Machine, design, phase_margin
+from flatplank_control.free_rolling.design import Machine, design_gains, phase_margin
 from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA, FreeRollingParameters
 from flatplank_sim.plant.truth import truth_row
 from flatplank_validation.bench.driven_plank import DrivenPlank
@@ -106,7 +106,7 @@ def test_closed_form_gains_are_those_of_python_control():
     import control
 
     m, tire, delay = Machine(), (4.0e5, 0.3), 0.010
-    gains = design(*tire, delay)
+    gains = design_gains(*tire, delay)
     s = control.tf("s")
     turn = tire[0] * m.effective_radius
     plant = (

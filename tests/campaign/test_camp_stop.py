@@ -31,10 +31,10 @@ def sample(reason: int) -> DriveSample:
 def test_a_new_stop_ends_the_plan_and_an_old_one_does_not():
     watch = StopDetector()
     for reason in (QUICK_STOP, QUICK_STOP, 0, RULES["plank_stands"].code, 0):
-        watch.look(sample(reason))
+        watch.check_sample(sample(reason))
     with pytest.raises(S.PlanFailed, match=TROUBLES["left_operation"].text):
-        watch.look(sample(LEFT_OPERATION))
-    watch.look(sample(LEFT_OPERATION))
+        watch.check_sample(sample(LEFT_OPERATION))
+    watch.check_sample(sample(LEFT_OPERATION))
 
 
 @pytest.mark.parametrize(
@@ -42,18 +42,18 @@ def test_a_new_stop_ends_the_plan_and_an_old_one_does_not():
 )
 def test_a_plank_that_stands_ends_a_plan_that_did_not_stop_it(step: S.Plank, ends: bool):
     watch = StopDetector()
-    watch.asked(step)
-    watch.look(sample(0))
+    watch.register_command(step)
+    watch.check_sample(sample(0))
     stands = sample(RULES["plank_stopped"].code)
     if ends:
         with pytest.raises(S.PlanFailed, match=TROUBLES["plank_stopped"].text):
-            watch.look(stands)
+            watch.check_sample(stands)
     else:
-        watch.look(stands)
-        watch.asked(S.Plank(1))
-        watch.look(sample(0))
+        watch.check_sample(stands)
+        watch.register_command(S.Plank(1))
+        watch.check_sample(sample(0))
         with pytest.raises(S.PlanFailed, match=TROUBLES["plank_stopped"].text):
-            watch.look(stands)
+            watch.check_sample(stands)
 
 
 @pytest.mark.parametrize("axes", [(), ("plank",)])

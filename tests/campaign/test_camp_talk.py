@@ -8,8 +8,14 @@ from types import SimpleNamespace
 import pytest
 from camp_plans import small
 
-from flatplank_control.cli.operator import NOT_ALL_GOOD, OF_A_RUN, ProgressPrinter, conclude, tell
-from flatplank_control.cli.run import redo
+from flatplank_control.cli.operator import (
+    NOT_ALL_GOOD,
+    OF_A_RUN,
+    ProgressPrinter,
+    call_service_of_key,
+    print_result_of_plan,
+)
+from flatplank_control.cli.run import schedule_bad_runs_again
 from flatplank_control.runner.campaign import SUFFIX, Conductor, Journal, Outcome, Verdict
 from flatplank_control.runner.campaign.quality import Finding
 
@@ -43,14 +49,14 @@ def test_flagged_and_skipped_runs_are_named_and_have_an_exit_code(
     )
     journal = Journal(tmp_path / "j.jsonl", plan.name, plan.digest)
     conductor = Conductor(plan, journal)
-    conductor.finish(conductor.take(), Outcome("a", GOOD))
-    job = conductor.take()
+    conductor.finish(conductor.next_job(), Outcome("a", GOOD))
+    job = conductor.next_job()
     if skip:
         conductor.skip(job.run.key, "the operator")
     else:
         conductor.finish(job, Outcome("b", verdict))
     # told from what stands on the disk
-    assert conclude(plan, Journal(journal.path, plan.name, plan.digest)) == code
+    assert print_result_of_plan(plan, Journal(journal.path, plan.name, plan.digest)) == code
     said = capsys.readouterr().out
     assert f"{1 if skip else 2} of 2 runs in {tmp_path}" in said
     assert ("flagged: b: settling 3 (limit 2)" in said) == (verdict is BAD)
@@ -68,33 +74,33 @@ def three_runs(folder):
 def test_flagged_and_skipped_runs_are_made_once_more(tmp_path, capsys):
     plan, journal = three_runs(tmp_path)
     conductor = Conductor(plan, journal)
-    conductor.finish(conductor.take(), Outcome("a", GOOD))
-    flagged = conductor.take()
+    conductor.finish(conductor.next_job(), Outcome("a", GOOD))
+    flagged = conductor.next_job()
     conductor.finish(flagged, Outcome("b", BAD))
-    skipped = conductor.take()
+    skipped = conductor.next_job()
     conductor.skip(skipped.run.key, "the operator")
-    redo(plan, tmp_path)
+    schedule_bad_runs_again(plan, tmp_path)
     assert capsys.readouterr().out == "2 flagged or skipped runs are made once more\n"
     _, journal = three_runs(tmp_path)
     conductor = Conductor(plan, journal)
     assert [done.valid_file for done in conductor.kept()] == ["a", "b"], "until there is a new one"
-    again = conductor.take()
+    again = conductor.next_job()
     assert (again.run.key, again.attempt) == (flagged.run.key, 2)
     assert again.measurement.name == f"{flagged.measurement.name}_r02"
     conductor.finish(again, Outcome("b_r02", GOOD))
-    last = conductor.take()
+    last = conductor.next_job()
     assert (last.run.key, last.measurement.name) == (skipped.run.key, skipped.measurement.name)
     conductor.finish(last, Outcome("c", BAD))
     assert conductor.over
     assert [done.valid_file for done in conductor.kept()] == ["a", "b_r02", "c"]
-    assert conclude(plan, three_runs(tmp_path)[1]) == NOT_ALL_GOOD
+    assert print_result_of_plan(plan, three_runs(tmp_path)[1]) == NOT_ALL_GOOD
     assert "1 flagged, 0 skipped: " in capsys.readouterr().out
 
 
 def test_nothing_can_be_made_once_more_before_it_was_made(tmp_path):
     plan, _ = three_runs(tmp_path / "elsewhere")
     with pytest.raises(ValueError, match="has no runs of this plan yet; leave it out"):
-        redo(plan, tmp_path)
+        schedule_bad_runs_again(plan, tmp_path)
     assert not list(tmp_path.glob(f"*{SUFFIX}"))
 
 
@@ -109,7 +115,7 @@ def test_a_key_is_one_service_of_the_runner(capsys):
 
     runner = Runner()
     for key in ("", "x", "r", "c", "e"):
-        tell(runner, OF_A_RUN, key)
+        call_service_of_key(runner, OF_A_RUN, key)
     assert runner.asked == ["/measurement_runner/confirm", "/measurement_runner/enough"]
     said = capsys.readouterr().out.splitlines()
     assert said == ["nothing is being asked", OF_A_RUN["e"].text]

@@ -8,8 +8,8 @@ import math
 import numpy as np
 from loop_bench import LoopBench
 
-from flatplank_hw.hub.identify import identify
-from flatplank_hw.hub.parasitic import from_text, to_text
+from flatplank_hw.hub.identify import identify_fit
+from flatplank_hw.hub.parasitic import fit_from_text, fit_to_text
 
 COUNT = 2.0 * math.pi / 20000
 
@@ -57,8 +57,8 @@ def test_three_turns_fit_and_filter():
     assert bench.drive.enable().accepted
     bench.run(1.0, until=lambda: bench.drive_sample.state == 4)
     raw = turn(bench, 6.1 * math.pi)
-    fit = identify(raw.angle, raw.volts, "Toyo", "2023-05-04")
-    bench.hub.use_fit(from_text(to_text(fit), "fit"))
+    fit = identify_fit(raw.angle, raw.volts, "Toyo", "2023-05-04")
+    bench.hub.use_fit(fit_from_text(fit_to_text(fit), "fit"))
     assert bench.hub.set_filter(True).accepted
     filtered = turn(bench, 8.2 * math.pi)
     before, after = amplitude(raw), amplitude(filtered)

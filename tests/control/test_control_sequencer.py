@@ -11,7 +11,7 @@ import pytest
 
 from flatplank_control.sequencer import SequencerParameters, SlipSequencer
 from flatplank_control.sequencer.waveforms import MAX_SLIP, WAVEFORMS
-from flatplank_data.params import describe, from_mapping, to_mapping
+from flatplank_data.params import from_mapping, parameter_infos, to_mapping
 from flatplank_hw.samples import EncoderSample
 
 P = SequencerParameters()
@@ -42,7 +42,7 @@ def test_every_waveform(name):
     assert kind.__doc__
     distances = np.linspace(0.0, 5.0, 501)
     assert all(kind().slip(d) == 0.0 for d in distances)
-    slips = {i.name: 0.2 for i in describe(kind) if i.bounds == (-MAX_SLIP, MAX_SLIP)}
+    slips = {i.name: 0.2 for i in parameter_infos(kind) if i.bounds == (-MAX_SLIP, MAX_SLIP)}
     assert slips
     wave = from_mapping(kind, slips, name)
     values = [wave.slip(d) for d in distances]
@@ -60,7 +60,7 @@ def test_every_waveform(name):
 @pytest.mark.parametrize("name", WAVEFORMS)
 @pytest.mark.parametrize("bad", [math.nan, math.inf, 0.51, -0.51])
 def test_every_waveform_refuses_bad_slips(name, bad):
-    for info in describe(WAVEFORMS[name]):
+    for info in parameter_infos(WAVEFORMS[name]):
         if info.bounds == (-MAX_SLIP, MAX_SLIP):
             answer = SlipSequencer(P).set_waveform(name, {info.name: bad}, 1.0, RE)
             assert not answer.accepted

@@ -23,16 +23,22 @@ def broken(result: Diagnosis) -> list[str]:
     if result.rmse_after > result.rmse_before * (1.0 + 1e-9):
         out.append(f"the error rises from {result.rmse_before:.3f} to {result.rmse_after:.3f}")
     if result.verdict.startswith("found"):
-        left = invariants.rest(last, True)
+        left = invariants.residual_of_consequence(last, True)
         out += [f"{result.verdict}, and {left}"] if left else []
     if result.verdict == "found" and any(f.alike for f in result.found):
         out.append("found, and something could stand in for it")
     if result.found and invariants.far_off(last):
         out.append("something is named on a base that is far off everywhere")
     claims = ("none of these", *(["partly"] if result.source.at_most == "found" else []))
-    if result.verdict in claims and not invariants.rest(last, bool(result.found)):
+    if result.verdict in claims and not invariants.residual_of_consequence(
+        last, bool(result.found)
+    ):
         out.append(f"{result.verdict}, and nothing of consequence is left")
     told = " ".join(result.notes)
-    ends = {n for f in (last.fit, last.whitened.fit) for n in invariants.at_ends(last.fitter, f)}
+    ends = {
+        n
+        for f in (last.fit, last.whitened.fit)
+        for n in invariants.parameters_at_ends(last.fitter, f)
+    }
     once = {n for n in ends if len(re.findall(rf"(?<![\w.]){re.escape(n)} = ", told)) == 1}
     return out + [f"not told once: {n}" for n in ends - once]

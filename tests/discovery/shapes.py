@@ -52,7 +52,7 @@ class Sum:
         self.runs = runs
         self.setting = runs.facts["setting"][:, None]
 
-    def stiff(self, base):
+    def scatter_directions(self, base):
         return ()
 
     def predict(self, sets):

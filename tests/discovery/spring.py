@@ -58,7 +58,7 @@ class Spring:
     def __init__(self, runs: RunSet) -> None:
         self.runs = runs
 
-    def stiff(self, base):
+    def scatter_directions(self, base):
         return ({"zero": 1.0},)
 
     def predict(self, sets):

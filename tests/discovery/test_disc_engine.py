@@ -72,8 +72,8 @@ def test_two_effects_are_found_and_an_unsure_one_is_refused():
     sure = replace(found[0].decision, p_repeats=0.0, p_conditions=0.5 * CONDITIONS)
     unsure = replace(sure, p_conditions=2.0 * CONDITIONS)
     reason = "not beyond the scatter among conditions"
-    assert reason in tuple(_reasons(unsure))
-    assert reason not in tuple(_reasons(sure))
+    assert reason in tuple(_reasons(unsure, CONDITIONS))
+    assert reason not in tuple(_reasons(sure, CONDITIONS))
 
 
 def test_nothing_is_found_where_nothing_is():

@@ -27,7 +27,12 @@ from flatplank_analysis.cli import diagnose as verb
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.report.text import text_of
 from flatplank_analysis.discovery.search import run_search
-from flatplank_analysis.discovery.sources import SOURCES, level_of, seen, source_of
+from flatplank_analysis.discovery.sources import (
+    SOURCES,
+    cut_where_needed,
+    scatter_lower_bound,
+    source_of,
+)
 from flatplank_analysis.discovery.verdict import AT_FLOOR, FOUND, PARTLY, diagnose, undecidable
 from flatplank_data.errors import FlatplankError
 from flatplank_validation.blind.nulls import nothing_hidden
@@ -116,19 +121,19 @@ def test_nothing_gives_no_floor_and_says_what_would():
 
 def test_a_lower_bound_joins_what_is_known():
     runs = measured(*ramps(), rest=(0.03,), resolution=(0.1,), input_noise=(0.04,)).runs
-    assert level_of(runs, 0) == pytest.approx(0.05)
+    assert scatter_lower_bound(runs, 0) == pytest.approx(0.05)
 
 
 def test_pieces_repeat_each_other():
     """Every piece of a condition has the same inputs, and the prediction is cut as they are."""
     for name in ("laps", "visits", "ways"):
         whole = RECORDS[name][0]()
-        view = seen(whole)
+        view = cut_where_needed(whole)
         assert view.runs.floor_from == name and view.runs.repeated
         u = view.runs.inputs["stretch"]
         for rows in view.runs.groups:
             assert np.ptp(u[rows], axis=0).max() < 0.02
-        np.testing.assert_array_equal(seen(view).runs.measured, view.runs.measured)
+        np.testing.assert_array_equal(cut_where_needed(view).runs.measured, view.runs.measured)
     assert [s.at_most for s in SOURCES] == sorted(
         (s.at_most for s in SOURCES), key=["found", "partly", "not decidable"].index
     )

@@ -14,12 +14,12 @@ from flatplank_analysis.contact_patch.tire_runs import coordinates_of
 from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_analysis.effects.checks import check_effect, probe_of
 from flatplank_analysis.effects.registry import load_file
-from flatplank_analysis.proposal.curves import acting
+from flatplank_analysis.proposal.curves import effect_of_curve
 from flatplank_analysis.proposal.hooks import HOOKS, NONE
 from flatplank_analysis.proposal.modulators import BY_NAME, MODULATORS
 from flatplank_analysis.proposal.shapes import shapes
 from flatplank_analysis.proposal.shapes.base import ANGLE, LEVEL, PLACE, SIGNAL, Span
-from flatplank_analysis.proposal.sites import Place, Site, places_of, sites_of
+from flatplank_analysis.proposal.sites import Site, SiteCoordinate, sites_of, varying_coordinates
 from flatplank_analysis.proposal.writing import Sentence, effect_of, renamed, text_of
 from flatplank_data.errors import FlatplankError
 
@@ -48,7 +48,7 @@ def sentence(hook: str, kind: str, shape: str, modulator: str = "") -> Sentence:
         name, span = "distance since the step", Span(-1.5, 2.65, PLACE, "m")
     form = shapes()[shape]
     numbers = {n.name: float(np.median(list(n.grid(span)))) for n in form.numbers}
-    site = Site(HOOK[hook], Place(name, span, np.zeros((1, 1))), BY_NAME[modulator])
+    site = Site(HOOK[hook], SiteCoordinate(name, span, np.zeros((1, 1))), BY_NAME[modulator])
     return Sentence(site, form, numbers, interval=(1.0, 2.0), evidence=("Seen.",))
 
 
@@ -88,7 +88,9 @@ def test_file_is_short_and_within_the_margin(hook, kind, shape):
 @pytest.mark.parametrize("name", ['oil "A"', "a\\b", "Öl 1", "x" * 70, ("long name " * 8).strip()])
 def test_a_column_may_have_any_name(name, tmp_path):
     said = sentence("fx", SIGNAL, "ramp")
-    said = replace(said, site=replace(said.site, place=replace(said.site.place, name=name)))
+    said = replace(
+        said, site=replace(said.site, coordinate=replace(said.site.coordinate, name=name))
+    )
     said = replace(said, evidence=(f"over {name}",))
     file = tmp_path / "proposed.py"
     file.write_text(text_of(said), encoding="utf-8")
@@ -117,8 +119,8 @@ def test_file_does_what_the_search_saw():
     effect = effect_of(text_of(said))
     model = probe_of(effect)
     u = model.data.coordinate("plank position")
-    basis = said.shape.values(said.site.place.span, u, said.numbers)
-    curve = acting(said.site, basis)
+    basis = said.shape.values(said.site.coordinate.span, u, said.numbers)
+    curve = effect_of_curve(said.site, basis)
     base = np.array([p.null for p in model.parameters])
     named = {"amount": 30.0}
     written = model.predict([ParameterSet(base, ((effect, effect.vector(named)),))])
@@ -145,8 +147,8 @@ def test_a_long_delay_is_a_shift_by_its_whole_length():
     base = np.array([p.null for p in model.parameters])
     (plain,) = model.predict([ParameterSet(base)])
     (late,) = model.predict([ParameterSet(base, ((effect, effect.vector({"amount": 0.6})),))])
-    span, time = said.site.place.span, model.data.runs.time
-    delay = 0.6 * (model.data.coordinate(said.site.place.name) - span.middle) / span.width
+    span, time = said.site.coordinate.span, model.data.runs.time
+    delay = 0.6 * (model.data.coordinate(said.site.coordinate.name) - span.middle) / span.width
     fx = model.data.runs.channels.index("fx")
     wanted = [np.interp(t - d, t, v) for t, d, v in zip(time, delay, plain[fx], strict=True)]
     assert np.ptp(delay) > 0.5
@@ -170,7 +172,7 @@ def test_many_sizes_at_once_are_as_one_by_one():
 
 def test_sites_are_what_the_runs_can_show():
     data = probe_of(effect_of(text_of(sentence("fx", PLACE, "bump")))).data
-    places = places_of(data)
+    places = varying_coordinates(data)
     names = [p.name for p in places]
     assert "plank position" in names and "slip level" not in names
     assert set(names[1:]) <= set(coordinates_of(data))
@@ -187,11 +189,11 @@ def test_sites_are_what_the_runs_can_show():
 def test_conditions_one_after_the_other_are_no_run_order():
     """What differs between conditions would pass for a change with time."""
     mixed = list(campaign(Truth(seed=74, slips=(-0.05, -0.01, 0.0, 0.01, 0.05))))
-    assert "run order" in [p.name for p in places_of(from_tables(mixed))]
+    assert "run order" in [p.name for p in varying_coordinates(from_tables(mixed))]
     sorted_ = [
         t.with_info(run_index=i) for i, t in enumerate(sorted(mixed, key=lambda t: t.info.kappa))
     ]
-    assert "run order" not in [p.name for p in places_of(from_tables(sorted_))]
+    assert "run order" not in [p.name for p in varying_coordinates(from_tables(sorted_))]
 
 
 def test_a_proposal_gets_the_name_of_its_cause(tmp_path):

@@ -23,7 +23,7 @@ from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import invariants, verdict
 from flatplank_analysis.discovery.fit import Fitter, Term
-from flatplank_analysis.discovery.model import Form
+from flatplank_analysis.discovery.model import FormError
 from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.discovery.patterns import Pattern
 from flatplank_analysis.discovery.search import run_search
@@ -125,22 +125,37 @@ def state_of(unexplained, floors, largest, form, p=1e-9):
 def test_what_is_significant_and_of_no_consequence_is_not_left():
     """0.7 N of Fy beside a floor of 2.3 N, on a tire of 3700 N."""
     form = TireModel.form
-    assert invariants.rest(state_of((0.0, 0.7), (12.8, 2.3), 3700.0, form), False) == ""
-    left = invariants.rest(state_of((0.0, 7.0), (12.8, 2.3), 3700.0, form), False)
+    assert (
+        invariants.residual_of_consequence(state_of((0.0, 0.7), (12.8, 2.3), 3700.0, form), False)
+        == ""
+    )
+    left = invariants.residual_of_consequence(
+        state_of((0.0, 7.0), (12.8, 2.3), 3700.0, form), False
+    )
     assert left == "7.0 is left in fy (floor 2.3)"
     # and of consequence, but not significant
-    assert invariants.rest(state_of((0.0, 7.0), (12.8, 2.3), 3700.0, form, 0.1), False) == ""
+    assert (
+        invariants.residual_of_consequence(
+            state_of((0.0, 7.0), (12.8, 2.3), 3700.0, form, 0.1), False
+        )
+        == ""
+    )
     # a model of no other form: a share of the floor
-    assert invariants.rest(state_of((0.0, 0.7), (12.8, 2.3), 3700.0, Form()), False) != ""
+    assert (
+        invariants.residual_of_consequence(
+            state_of((0.0, 0.7), (12.8, 2.3), 3700.0, FormError()), False
+        )
+        != ""
+    )
 
 
 def test_a_small_pattern_is_told_with_its_digits():
     """An angle in rad: a tenth of the unit is large."""
-    state = state_of((0.0, 0.0), (0.001, 0.001), 0.1, Form())
+    state = state_of((0.0, 0.0), (0.001, 0.001), 0.1, FormError())
     bump = Pattern("plank position", "m", 1.0, 2.0, -0.0043, float("nan"), "", 1e-9)
     state.patterns.strongest = lambda _bump, _wave: bump
     told = "0.0043 is left in fx: a bump over plank position within 1 to 2 m"
-    assert invariants.rest(state, False) == told
+    assert invariants.residual_of_consequence(state, False) == told
 
 
 def test_what_acts_across_the_wheel_alone_leaves_the_first_channel_as_it_is():
@@ -191,13 +206,13 @@ def test_a_number_at_an_end_of_its_range_is_told(found):
     near = Term(Wind, np.array([high - 2e-4 * (high - low)]))
     fit = state.fitter.fit(state.fit.base, [near], iterations=0)
     said = "wind.a = 1.9992 (range -2 to 2)"
-    assert invariants.at_ends(state.fitter, fit) == {"wind.a": said}
+    assert invariants.parameters_at_ends(state.fitter, fit) == {"wind.a": said}
     # in runs with a million times the noise
     faint = Fitter(state.fitter.model, 1e-6 * state.fitter.weight)
-    (told,) = invariants.at_ends(faint, fit).values()
+    (told,) = invariants.parameters_at_ends(faint, fit).values()
     assert told == "wind.a = 1.9992 (range -2 to 2; these runs hardly show it)"
     inside = replace(fit, terms=(Term(Wind, np.array([0.5 * high])),))
-    assert invariants.at_ends(state.fitter, inside) == {}
+    assert invariants.parameters_at_ends(state.fitter, inside) == {}
 
 
 @pytest.mark.parametrize("name", ["nonuniformity_1", "speed_droop"])

@@ -56,7 +56,7 @@ def test_components_are_told_from_a_covariance():
     # nodes 0.4 s apart cannot tell white noise from filtered
     assert found[0] + found[1] == pytest.approx(1.0 + 0.02 * 6.0, abs=0.01) and found[0] > 0.119
     np.testing.assert_allclose(found[2:], TRUE[2:], atol=0.01)
-    # what lies in the stiff directions is not seen, and what they hide has no weight
+    # what lies in the directions of the scatter is not seen, and what they hide has no weight
     level = noises._orthonormal(np.ones((2, n)))
     assert level.shape == (n, 1)
     seen = noises._without(kernels, level)

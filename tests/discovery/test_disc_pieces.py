@@ -11,16 +11,16 @@ from spring import SAMPLES, measured, sine, stairs, there_and_back
 
 from flatplank_analysis.discovery import recurring
 from flatplank_analysis.discovery.model import ParameterSet
-from flatplank_analysis.discovery.recurring import cut
+from flatplank_analysis.discovery.recurring import cut_into_pieces
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.discovery.sources import (
     FOUND,
     PARTLY,
     Source,
     can_show,
-    capped,
-    level_of,
-    seen,
+    cut_where_needed,
+    limited_by_source,
+    scatter_lower_bound,
 )
 
 
@@ -35,7 +35,7 @@ def nodes_of(pieces, name: str) -> list[np.ndarray]:
 
 def test_laps_are_cut_into_segments():
     """Eight laps of 120 nodes, six segments of 20 each."""
-    pieces = recurring.laps(runs_of(sine()))
+    pieces = recurring.lap_pieces(runs_of(sine()))
     assert pieces.names == tuple(f"record 1, segment {k} of the lap" for k in range(1, 7))
     for k, name in enumerate(pieces.names):
         for lap, nodes in enumerate(nodes_of(pieces, name)):
@@ -45,13 +45,13 @@ def test_laps_are_cut_into_segments():
 
 @pytest.mark.parametrize(("laps", "segments"), [(40, 2), (80, 1), (4, 6)])
 def test_segments_have_twelve_nodes_at_least(laps, segments):
-    pieces = recurring.laps(runs_of(sine(laps)))
+    pieces = recurring.lap_pieces(runs_of(sine(laps)))
     assert len(pieces.names) == segments and pieces.nodes.shape[1] >= 12
 
 
 def test_laps_begin_where_the_input_does():
     waits = np.concatenate([np.zeros(120), np.sin(2.0 * np.pi * np.arange(SAMPLES - 120) / 120)])
-    pieces = recurring.laps(runs_of(waits))
+    pieces = recurring.lap_pieces(runs_of(waits))
     first = nodes_of(pieces, pieces.names[0])
     assert [n[0] for n in first] == [120 + 120 * lap for lap in range(7)]
 
@@ -59,19 +59,19 @@ def test_laps_begin_where_the_input_does():
 def test_no_laps_where_the_input_does_not_come_again():
     n = np.arange(SAMPLES)
     drifts = np.sin(2.0 * np.pi * n / 120) + n / 960
-    assert recurring.laps(runs_of(drifts)) is None
+    assert recurring.lap_pieces(runs_of(drifts)) is None
     # two inputs are periodic together only after a common period
     other = np.sin(2.0 * np.pi * n / 160)[None]
-    pieces = recurring.laps(runs_of(sine(), turn=other))
+    pieces = recurring.lap_pieces(runs_of(sine(), turn=other))
     assert [x[0] for x in nodes_of(pieces, pieces.names[0])] == [0, 480]
     # an input that stands still says nothing, and one period alone does not come again
-    assert recurring.laps(runs_of(sine(), still=np.zeros((1, SAMPLES)))) is not None
-    assert recurring.laps(runs_of(np.zeros(SAMPLES))) is None
-    assert recurring.laps(runs_of(sine(1))) is None
+    assert recurring.lap_pieces(runs_of(sine(), still=np.zeros((1, SAMPLES)))) is not None
+    assert recurring.lap_pieces(runs_of(np.zeros(SAMPLES))) is None
+    assert recurring.lap_pieces(runs_of(sine(1))) is None
 
 
 def test_levels_that_are_held_and_held_again():
-    pieces = recurring.visits(runs_of(stairs()))
+    pieces = recurring.level_pieces(runs_of(stairs()))
     u = stairs()
     assert len(pieces.names) == 7 and np.bincount(pieces.condition).tolist() == [2] * 7
     for name in pieces.names:
@@ -87,14 +87,14 @@ def test_levels_that_are_held_and_held_again():
 
 def test_levels_are_too_few_or_too_short():
     steps = np.repeat([0.0, 1.0, 0.4, 0.7], SAMPLES // 4)
-    assert recurring.visits(runs_of(steps)) is None
+    assert recurring.level_pieces(runs_of(steps)) is None
     short = np.tile(np.repeat([0.0, 1.0], 30), 16)
-    assert recurring.visits(runs_of(short)) is None
+    assert recurring.level_pieces(runs_of(short)) is None
 
 
 def test_the_same_values_upwards_and_downwards():
     u = there_and_back()
-    pieces = recurring.ways(runs_of(u))
+    pieces = recurring.up_and_down_pieces(runs_of(u))
     assert pieces.names == tuple(f"record 1, part {k} of the range" for k in range(1, 7))
     turn = SAMPLES // 2
     low, high = -0.1, 1.0
@@ -105,19 +105,19 @@ def test_the_same_values_upwards_and_downwards():
         for nodes in (up, down):
             assert (u[nodes[0]], u[nodes[-1]]) == pytest.approx(edges, abs=0.02)
         np.testing.assert_allclose(u[up], u[down], atol=0.01)
-    assert recurring.ways(runs_of(np.linspace(0.0, 1.0, SAMPLES))) is None
+    assert recurring.up_and_down_pieces(runs_of(np.linspace(0.0, 1.0, SAMPLES))) is None
     # a little way back is none
     hook = np.concatenate([np.linspace(0.0, 1.0, 700), np.linspace(1.0, 0.7, 260)])
-    assert recurring.ways(runs_of(hook)) is None
-    assert recurring.ways(runs_of(u, other=u[None] ** 2)) is None
+    assert recurring.up_and_down_pieces(runs_of(hook)) is None
+    assert recurring.up_and_down_pieces(runs_of(u, other=u[None] ** 2)) is None
 
 
 def test_most_of_every_record_must_come_again():
     laps = np.concatenate([sine()[:240], np.linspace(0.0, 1.0, 720) ** 2])
-    assert recurring.laps(runs_of(laps)) is None
+    assert recurring.lap_pieces(runs_of(laps)) is None
     twice = runs_of(sine(), sine(8, 0.5))
-    assert recurring.laps(twice).rows.tolist() == [0] * 48 + [1] * 48
-    assert recurring.laps(runs_of(sine(), np.linspace(0.0, 1.0, SAMPLES))) is None
+    assert recurring.lap_pieces(twice).rows.tolist() == [0] * 48 + [1] * 48
+    assert recurring.lap_pieces(runs_of(sine(), np.linspace(0.0, 1.0, SAMPLES))) is None
 
 
 def test_a_record_cut_into_pieces():
@@ -125,9 +125,9 @@ def test_a_record_cut_into_pieces():
     model = measured(sine(), sine(8, 0.5))
     rough = 1.0 + np.arange(2 * SAMPLES, dtype=float).reshape(2, SAMPLES)
     model.runs = replace(model.runs, roughness=rough, facts={"load": np.array([3.0, 4.0])})
-    whole = seen(model)
+    whole = cut_where_needed(model)
     runs, pieces, before = whole.runs, whole.pieces, model.runs
-    assert runs.floor_from == "laps" and seen(whole) is whole
+    assert runs.floor_from == "laps" and cut_where_needed(whole) is whole
     rows, nodes = pieces.rows, pieces.nodes
     for i in (0, 7, 50, 95):
         r, n = rows[i], nodes[i]
@@ -143,18 +143,18 @@ def test_a_record_cut_into_pieces():
     base = np.array([8.0, 0.5])
     (found,) = whole.predict([ParameterSet(base)])
     np.testing.assert_allclose(found[0], 8.0 * runs.inputs["stretch"] + 0.5)
-    assert cut(replace(before, roughness=None), pieces).roughness is None
+    assert cut_into_pieces(replace(before, roughness=None), pieces).roughness is None
 
 
 def test_what_is_the_floor_itself_cannot_be_shown():
     """Up and down differ by it: on such a floor it is none of the effects."""
-    whole = seen(measured(there_and_back()))
+    whole = cut_where_needed(measured(there_and_back()))
     runs = whole.runs
     same = np.ones((1, *runs.measured.shape))
     way = np.where(np.arange(12) < 6, 1.0, -1.0)[:, None]
     assert runs.floor_from == "ways" and not can_show(runs, same * way)
     assert can_show(runs, same)
-    laps = seen(measured(sine())).runs
+    laps = cut_where_needed(measured(sine())).runs
     differs = np.random.default_rng(1).standard_normal((1, *laps.measured.shape))
     assert can_show(laps, laps.contrast(differs))
 
@@ -168,7 +168,7 @@ def test_the_smallest_scatter_that_is_known():
         ({"resolution": (12.0**0.5 * 0.3,), "input_noise": (0.4,)}, 0.5),
         ({}, 0.0),
     ):
-        assert level_of(replace(runs, **known), 0) == pytest.approx(wanted)
+        assert scatter_lower_bound(replace(runs, **known), 0) == pytest.approx(wanted)
 
 
 @pytest.mark.parametrize(
@@ -182,7 +182,7 @@ def test_the_smallest_scatter_that_is_known():
 )
 def test_a_verdict_says_no_more_than_its_floor_allows(most, verdict, told, words):
     source = Source("rest", "rest", most, lambda _: True)
-    found, reason = capped(source, verdict, "down to it")
+    found, reason = limited_by_source(source, verdict, "down to it")
     assert found == told and words in reason and reason.startswith("down to it")
     assert ("the floor is by" in reason) is (most != FOUND)
     assert ("repeat" in reason) is (told == PARTLY)

@@ -20,18 +20,18 @@ from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.effects.registry import load_file
 from flatplank_analysis.proposal.hooks import HOOKS
 from flatplank_analysis.proposal.modulators import BY_NAME
-from flatplank_analysis.proposal.propose import _refused, refuted
+from flatplank_analysis.proposal.propose import _refused, reason_against
 from flatplank_analysis.proposal.propose import propose as of_session
 from flatplank_analysis.proposal.scan import CURVE, FURTHER, SETTING, WAVE, Scanner, ScanResult
 from flatplank_analysis.proposal.search import (
     RefittedSentence,
+    bonferroni_divisors,
+    few_per_hook,
     is_sibling,
-    looks_of,
     reasons_against,
-    varied,
 )
 from flatplank_analysis.proposal.shapes.base import SIGNAL
-from flatplank_analysis.proposal.sites import Site, places_of, sites_of
+from flatplank_analysis.proposal.sites import Site, sites_of, varying_coordinates
 from flatplank_data.errors import FlatplankError
 
 pytestmark = pytest.mark.timeout(900)  # whole searches: a busy machine takes minutes
@@ -203,9 +203,9 @@ def test_a_law_of_another_form_pays_for_its_numbers(law, refused):
     tried = SimpleNamespace(cost=lambda level, price: (1032.0 + price) / level)
     fits = {"law": SimpleNamespace(chi2=law, fit=SimpleNamespace(free=[0] * 28))}
     own = SimpleNamespace(fit=SimpleNamespace(free=[0] * 18))
-    state = SimpleNamespace(settle=fits.get, whitened=own)
+    state = SimpleNamespace(fit_whitened=fits.get, whitened=own)
     proposer = SimpleNamespace(state=state, level=1.0, price=3.0)
-    search = SimpleNamespace(polished=SimpleNamespace(fit="law"))
+    search = SimpleNamespace(with_law_effects=SimpleNamespace(fit="law"))
     result = SimpleNamespace(verdict="tire law only", reason="why", search=search)
     told = _refused(SimpleNamespace(best=tried), proposer, result)
     assert bool(told) == refused
@@ -273,8 +273,8 @@ def test_coordinates_that_hardly_differ_fill_no_list():
     """Sites of one hook and modulator after the third make room for others."""
     fx, slip = (h for h in HOOKS if h.name in ("fx", "slip"))
     sites = [Site(slip, None, BY_NAME["braking"])] * 5 + [Site(fx, None, BY_NAME["braking"])]
-    assert varied(sites, lambda s: s, 9) == [*sites[:3], sites[5]]
-    assert varied(sites, lambda s: s, 2) == sites[:2]
+    assert few_per_hook(sites, lambda s: s, 9) == [*sites[:3], sites[5]]
+    assert few_per_hook(sites, lambda s: s, 2) == sites[:2]
 
 
 def test_a_site_is_ranked_by_its_best_form_where_that_takes_more_for_its_price():
@@ -302,34 +302,36 @@ def test_a_sentence_must_stand_its_refit(interval, p, gain, after, acts_in, why)
     """What acts at one place only is of consequence there."""
     numbers = {"interval": interval, "p_value": p, "held_out_gain": gain, "acts_in_runs": 6.0}
     numbers |= {"rmse": after, "acts_in": acts_in, "rmse_before": 10.0, "floor_before": 10.0}
-    assert refuted(numbers, at_floor=True) == why
+    assert reason_against(numbers, at_floor=True) == why
 
 
 def test_a_sentence_must_act_in_more_than_one_run():
     """Over the run order, beyond the last but one: nothing repeats it. That was proposed where
     nothing was hidden."""
     numbers = {"interval": [1.0, 2.0], "p_value": 1e-6, "held_out_gain": 0.2, "acts_in_runs": 1.0}
-    assert refuted(numbers) == "it acts in 1.0 runs, and one run repeats nothing"
+    assert reason_against(numbers) == "it acts in 1.0 runs, and one run repeats nothing"
 
 
 def test_a_tie_goes_to_what_a_person_would_look_for_first():
     """What the runs cannot tell: a signal may follow the cause, the pressure acts in the tire, and
     channels of their own would show a load or a motion."""
     data = from_tables(campaign(Truth(seed=74, slips=FEW)))
-    every = sites_of(data, places_of(data))
+    every = sites_of(data, varying_coordinates(data))
     sites = {s.key[:2]: s for s in every if not s.modulator.name}
     travel, slip = sites["travel", "wheel angle"], sites["slip", "load"]
     assert reasons_against(travel) < reasons_against(slip)
     force, slip = (sites[h, "plank position"] for h in ("fx", "slip"))
     assert reasons_against(force) < reasons_against(slip)
-    level = replace(sites["gain", "run order"].place, name="pressure")
-    gain, tire = (replace(sites[h, "run order"], place=level) for h in ("gain", "carcass"))
+    level = replace(sites["gain", "run order"].coordinate, name="pressure")
+    gain, tire = (replace(sites[h, "run order"], coordinate=level) for h in ("gain", "carcass"))
     assert reasons_against(tire) < reasons_against(gain)
     friction, load = (sites[h, "plank position"] for h in ("friction", "load"))
     assert reasons_against(friction) < reasons_against(load)
     assert is_sibling(friction, load) and not is_sibling(load, friction)
-    measured = replace(friction.place, name="mz", span=replace(friction.place.span, kind=SIGNAL))
-    over = replace(friction, place=measured)
+    measured = replace(
+        friction.coordinate, name="mz", span=replace(friction.coordinate.span, kind=SIGNAL)
+    )
+    over = replace(friction, coordinate=measured)
     assert is_sibling(friction, over) and not is_sibling(over, load)
 
     def cost(site, left):
@@ -344,12 +346,12 @@ def test_a_tie_goes_to_what_a_person_would_look_for_first():
 
 def test_a_curve_does_not_pay_for_the_periods_of_waves():
     curve, wave = ScanResult(None, 0.0, 5, 5, CURVE), ScanResult(None, 0.0, 2, 400, WAVE)
-    looks = looks_of([curve, wave] * 3)
+    looks = bonferroni_divisors([curve, wave] * 3)
     assert looks == {CURVE: 22.5, WAVE: 3600}
     own = ScanResult(None, 0.0, 5, 5, FURTHER)
     setting = ScanResult(None, 0.0, 3, 3, SETTING)
     scanned = [*[curve, wave] * 3, own, setting]
-    looks = looks_of(scanned)
+    looks = bonferroni_divisors(scanned)
     assert looks == {CURVE: 45, WAVE: 7200, FURTHER: 15, SETTING: 18}
     assert sum(s.looks / looks[s.kind] for s in scanned) == pytest.approx(1.0)
 
@@ -359,11 +361,11 @@ def test_constants_and_settings_do_not_pay_for_curves_along_the_run():
     session = Session.of_tables(campaign(Truth(seed=80, slips=FEW)))
     scanner = Scanner(session.fit(ModelFile()).state, session.data)
     kinds = {
-        site.place.name: scanner.curve(site).kind
-        for site in sites_of(session.data, places_of(session.data))
+        site.coordinate.name: scanner.curve(site).kind
+        for site in sites_of(session.data, varying_coordinates(session.data))
         if site.hook.name == "friction" and not site.modulator.name
     }
     assert kinds["plank position"] == CURVE
     assert kinds["run order"] == SETTING
-    held = Site(HOOKS[0], places_of(session.data)[0], BY_NAME["driving"])
+    held = Site(HOOKS[0], varying_coordinates(session.data)[0], BY_NAME["driving"])
     assert scanner.curve(held).kind == SETTING

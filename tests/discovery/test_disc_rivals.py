@@ -10,7 +10,7 @@ import pytest
 
 from flatplank_analysis.cli.diagnose import text_of
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.discovery.rivals import Rival, indifferent
+from flatplank_analysis.discovery.rivals import Rival, indecisive_difference
 from flatplank_analysis.discovery.steps import LARGEST_CLASS, AcceptedEffect
 from flatplank_analysis.discovery.verdict import GROUP
 from flatplank_validation.blind.cases import measured_table
@@ -55,7 +55,7 @@ def test_the_data_exclude_a_gap_that_slip_travel_crosses():
     assert {effect["name"], *effect["class"]} == {"drive_backlash", "rack_backlash"}
     (found,) = result.found
     excluded = {r.name: r for r in found.rivals if r.excluded}
-    assert all(r.excess > indifferent(found.decision) for r in excluded.values())
+    assert all(r.excess > indecisive_difference(found.decision) for r in excluded.values())
 
 
 def test_at_most_four_others_are_told():

@@ -12,7 +12,7 @@ from third_campaigns import tables
 from flatplank_analysis.contact_patch import kernel
 from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.discovery.model import Form
+from flatplank_analysis.discovery.model import FormError
 from flatplank_analysis.discovery.noise import ChannelNoise, no_quieter
 from flatplank_analysis.discovery.state import channel_weights
 from flatplank_analysis.discovery.verdict import AT_FLOOR, LAW
@@ -86,7 +86,7 @@ def test_the_force_at_rest_is_that_of_turned_wheels_without_the_zero_of_the_chan
 def test_a_quiet_channel_weighs_what_the_form_of_the_model_allows():
     model = throw(1, 0.0)
     largest = float(model.runs.largest[0])
-    model.form = Form(mean=0.01)
+    model.form = FormError(mean=0.01)
     (weight,) = channel_weights(model, [0.0])[:, 0, 0]
     assert weight == pytest.approx(100.0 / largest)
     (weight,) = channel_weights(model, [0.03 * largest])[:, 0, 0]

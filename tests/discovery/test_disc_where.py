@@ -113,7 +113,7 @@ def test_a_place_that_is_known_comes_first():
     residual = np.where((PLACE > 1.0) & (PLACE < 1.2), 1.0, 0.0) * np.ones((RUNS, 1))
     maps = where.make_maps(runs, residual, 0.0)
     last = next(m for m in maps if m.coordinate == "place")
-    first, *others = where.pointed(maps[::-1], {"place": (0.95, 1.1)})
+    first, *others = where.with_given_ranges(maps[::-1], {"place": (0.95, 1.1)})
     assert first.coordinate == "place" and first.place == (0.95, 1.1)
     assert first.place_share == pytest.approx(last.share[4:6].sum())
     assert [m.coordinate for m in others] == [

@@ -11,8 +11,12 @@ from ball import TIME, Ball, Drag, Wind, throw
 from scipy.signal import lfilter
 from scipy.stats import f as f_distribution
 
-from flatplank_analysis.discovery.dispersion import MOST_FREEDOM, TypicalDispersion, typical
-from flatplank_analysis.discovery.fit import Fitter, Term, settle
+from flatplank_analysis.discovery.dispersion import (
+    MOST_FREEDOM,
+    TypicalDispersion,
+    typical_dispersion,
+)
+from flatplank_analysis.discovery.fit import Fitter, Term, fit_whitened
 from flatplank_analysis.discovery.noise import fit_noise
 
 
@@ -30,7 +34,7 @@ def test_settles_where_the_weighted_sum_is_smallest():
     ball = throw(7, 0.02)
     fitter, fit = _plain(ball, (Term(Drag, np.array([0.005])),))
     weights = np.geomspace(1.0, 1e4, ball.runs.runs)
-    found = settle(_metric(weights), fitter, fit)
+    found = fit_whitened(_metric(weights), fitter, fit)
 
     def chi2(base, k):
         one = fit.parameter_set()
@@ -49,13 +53,13 @@ def test_settles_where_the_weighted_sum_is_smallest():
 def test_growing_and_shrinking_a_fit_keeps_its_rows():
     ball = throw(8, 0.02)
     fitter, fit = _plain(ball)
-    grown = fitter.grown(fit, Term(Wind, np.array([0.1])))
+    grown = fitter.with_term(fit, Term(Wind, np.array([0.1])))
     assert grown.free == (*fit.free, (0, "a"))
     fresh = fitter.derivative(grown)
     # exact for the rows that an acceleration more does not change
     assert np.allclose(fresh.jacobian[-1], grown.jacobian[-1])
     assert np.allclose(grown.predicted, ball.predict([grown.parameter_set()])[0])
-    back = fitter.shrunk(grown, 0)
+    back = fitter.without_term(grown, 0)
     assert back.free == fit.free and not back.terms
     assert np.allclose(back.predicted, fit.predicted)
 
@@ -67,16 +71,16 @@ def test_usual_dispersion_knows_how_far_single_ones_lie_from_it(freedom, low, hi
     found = []
     for _ in range(40):
         kappas = 1.5 * f_distribution.rvs(own, freedom, random_state=rng)
-        found.append(typical(kappas, own))
+        found.append(typical_dispersion(kappas, own))
     assert low <= np.median([u.freedom for u in found]) <= high
     assert np.median([u.dispersion for u in found]) == pytest.approx(1.5, rel=0.15)
 
 
 def test_a_dispersion_is_drawn_towards_the_typical_and_never_below_one():
-    kappa, freedom = TypicalDispersion(1.2, 8.0).draw(6.0, 4.0)
+    kappa, freedom = TypicalDispersion(1.2, 8.0).shrink(6.0, 4.0)
     assert freedom == 12.0 and kappa == pytest.approx((4.0 * 6.0 + 8.0 * 1.2) / 12.0)
-    assert TypicalDispersion(1.0, 8.0).draw(0.1, 4.0)[0] == 1.0
-    assert typical([1.0, 2.0], [4.0, 4.0]) == TypicalDispersion()
+    assert TypicalDispersion(1.0, 8.0).shrink(0.1, 4.0)[0] == 1.0
+    assert typical_dispersion([1.0, 2.0], [4.0, 4.0]) == TypicalDispersion()
 
 
 def _red(rng, shape, size, constant, dt):

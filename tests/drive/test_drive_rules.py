@@ -11,7 +11,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from flatplank_data.params import load
+from flatplank_data.params import load_parameter_set
 from flatplank_hw.bus.image import AXES, Health
 from flatplank_hw.cia402 import State
 from flatplank_hw.drive import DriveParameters
@@ -102,7 +102,7 @@ IN_ITS_PLACE = {"plank_stopped": "plank_stands"}
 
 
 def parameters(axis: str) -> DriveParameters:
-    return load(
+    return load_parameter_set(
         DriveParameters, config_file("flatplank_hw", f"{axis}_drive.yaml"), f"{axis}_drive"
     )
 

@@ -18,7 +18,7 @@ EXAMPLES = {
     "flatplank_hw": "tests/encoders/test_enc_core.py",
     "flatplank_control": "tests/recording/test_rec_session.py",
     "flatplank_sim": "tests/campaign/test_camp_provenance.py",
-    "flatplank_panel": "tests/panel/test_panel_core.py",
+    "flatplank_panel": "tests/panel/test_panel_access.py",
     "flatplank_analysis": "tests/discovery/test_disc_effects.py",
 }
 """package -> one of its tests"""

@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 from flatplank_analysis.cli import main as failures
-from flatplank_analysis.cli.main import guard, verbs
+from flatplank_analysis.cli.main import run_reporting_errors, verbs
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
@@ -181,7 +181,7 @@ def test_everything_else_is_one_line_with_the_file_of_its_trace(
     def work() -> int:
         return {}["two\nlines"]
 
-    assert guard("fit", work) == failures.UNEXPECTED == 70
+    assert run_reporting_errors("fit", work) == failures.UNEXPECTED == 70
     (line,) = capsys.readouterr().err.splitlines()
     (trace,) = tmp_path.iterdir()
     assert line.startswith("flatplank fit: unexpected KeyError: ")
@@ -193,6 +193,6 @@ def test_without_a_place_for_the_trace_it_is_still_one_line(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
 ) -> None:
     monkeypatch.setattr(failures.tempfile, "tempdir", "/proc/nowhere")
-    assert guard("fit", lambda: 1 // 0) == 70
+    assert run_reporting_errors("fit", lambda: 1 // 0) == 70
     (line,) = capsys.readouterr().err.splitlines()
     assert line.endswith("its trace could not be written anywhere")

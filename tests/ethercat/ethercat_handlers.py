@@ -154,8 +154,8 @@ MUTATIONS = (
     Mutation(
         "the bus ends without stopping the axes",
         "master/loop.py",
-        "            self.turn()\n        self._stop_axes()",
-        "            self.turn()",
+        "            self.run_cycle()\n        self._stop_axes()",
+        "            self.run_cycle()",
         "stopping_the_bus",
     ),
     Mutation(

@@ -12,7 +12,7 @@ from ethercat_rig import BUS_FILES
 
 from flatplank_hw.bus.image import AXES
 from flatplank_hw.ethercat import busfile
-from flatplank_hw.ethercat.layout import TYPES, Layout, limits
+from flatplank_hw.ethercat.layout import TYPES, Layout, range_of_type
 from flatplank_hw.ethercat.reader import BusFileError, parse_bus, read_bus_file
 from flatplank_hw.ethercat.writer import write_bus
 
@@ -109,7 +109,7 @@ def test_extremes_of_every_type(kind: str) -> None:
     bits = TYPES[kind][0]
     odd = Layout([("", 3), (kind, bits), ("", 5)])
     even = Layout([(kind, bits)])
-    for value in (*limits(kind), 0):
+    for value in (*range_of_type(kind), 0):
         assert odd.unpack(odd.pack((5, value, 9)))[1] == value
         assert even.unpack(even.pack((value,))) == (value,)
 

@@ -164,7 +164,7 @@ def test_source_address_tells_that_slaves_were_passed(segment: Segment) -> None:
 
 def test_topology_follows_the_cable(bench: EmulatedBench) -> None:
     def ends() -> list[bool]:
-        return [s.esc.get(0x0110) & 0x0C00 == 0x0400 for s in bench.slaves]
+        return [s.esc.read_register(0x0110) & 0x0C00 == 0x0400 for s in bench.slaves]
 
     assert ends() == [False] * 4 + [True]
     bench.segment.cut_after = 2

@@ -49,9 +49,9 @@ def test_every_cause_stops_and_stays(facts: dict, cause: Cause) -> None:
     assert guard.latched == {0: cause} and guard.stops == {cause.name: 1}
     assert all(step(guard, c) == 0x02 for c in range(3, 60))
     assert all(step(guard, c) == 0x00 for c in range(65, 90)), "the voltage goes after a while"
-    shown = guard.overlay(image()).axes[0]
+    shown = guard.with_held_axes_in_fault(image()).axes[0]
     assert (shown.status_word & 0x4F, shown.error_code) == (0x08, int(cause))
-    assert guard.overlay(image()).axes[1] == axis()
+    assert guard.with_held_axes_in_fault(image()).axes[1] == axis()
 
 
 @pytest.mark.parametrize(("facts", "cause"), BAD, ids=lambda v: getattr(v, "name", ""))

@@ -163,7 +163,7 @@ def test_emergency_and_order(dictionary: Dictionary) -> None:
     master.send(3, b"\x00\x20" + bytes([0x40]) + address(0x2000) + bytes(4))
     assert master.inbox == []
     master.room = True
-    master.mailbox.pump(0)
+    master.mailbox.offer_next(0)
     first, second = master.inbox
     assert first[6:] == b"\x00\x10\x10\x23\x01\x07\0\0\0\0" and second[7] >> 4 == 3
     assert first[5] >> 4 != second[5] >> 4, "the counter moves on"
@@ -173,15 +173,15 @@ def test_late_and_hanging_mailbox(dictionary: Dictionary) -> None:
     master = Master(dictionary)
     request = b"\x00\x20" + bytes([0x40]) + address(0x2000) + bytes(4)
     master.mailbox.late_ns = 1000
-    master.mailbox.pump(500)
+    master.mailbox.offer_next(500)
     master.send(3, request)
-    master.mailbox.pump(1499)
+    master.mailbox.offer_next(1499)
     assert master.inbox == []
-    master.mailbox.pump(1500)
+    master.mailbox.offer_next(1500)
     assert len(master.inbox) == 1
     master.mailbox.hang = True
     master.send(3, request)
-    master.mailbox.pump(10**9)
+    master.mailbox.offer_next(10**9)
     assert len(master.inbox) == 1
 
 

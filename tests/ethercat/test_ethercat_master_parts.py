@@ -23,14 +23,14 @@ from flatplank_hw.ethercat.master.health import (
     SlaveState,
 )
 from flatplank_hw.ethercat.master.image import (
-    Counter,
+    CounterExtension,
     InputImage,
     OutputImage,
     expected_counter,
     place_bits,
 )
 from flatplank_hw.ethercat.master.loop import BusLoop, Timing
-from flatplank_hw.ethercat.master.pacing import CATCH_UP, CycleClock, Inbox
+from flatplank_hw.ethercat.master.pacing import CATCH_UP, CommandInbox, CycleClock
 from flatplank_hw.ethercat.reader import BusFileError, read_bus_file
 
 BENCH = read_bus_file(BUS_FILES / "bench.yaml")
@@ -89,10 +89,12 @@ def test_a_bus_without_an_emergency_contact_has_it_closed() -> None:
 def test_small_slaves_share_a_byte() -> None:
     places = place_bits([4, 0, 4, 16, 2])
     assert [(p.shift, p.bits) for p in places] == [(0, 4), (0, 0), (4, 4), (0, 0), (0, 2)]
-    assert places[2].take(b"\xa5") == b"\x0a" and places[0].take(b"\xa5") == b"\x05"
+    assert (
+        places[2].extract_bits(b"\xa5") == b"\x0a" and places[0].extract_bits(b"\xa5") == b"\x05"
+    )
     shared: dict[int, int] = {}
-    assert places[0].put(b"\x05", shared) == b"\x05"
-    assert places[2].put(b"\x0a", shared) == b"\xa5"
+    assert places[0].insert_bits(b"\x05", shared) == b"\x05"
+    assert places[2].insert_bits(b"\x0a", shared) == b"\xa5"
     with pytest.raises(BusFileError, match="cross a byte"):
         place_bits([4, 6])
 
@@ -104,8 +106,8 @@ def test_small_slaves_share_a_byte() -> None:
     (24, [2**24 - 1, 0], [2**24 - 1, 2**24]),
 ])  # fmt: skip
 def test_narrow_counters_are_continued(bits: int, raw: list[int], seen: list[int]) -> None:
-    counter = Counter(bits)
-    assert [counter.see(value) for value in raw] == seen
+    counter = CounterExtension(bits)
+    assert [counter.extend(value) for value in raw] == seen
 
 
 def test_messages_come_through_unchanged() -> None:
@@ -206,25 +208,25 @@ def test_recovery_steps_down_at_once() -> None:
 # --- inbox, clock, histogram --------------------------------------------------------------
 
 
-def words(inbox: Inbox, *sent: int) -> int:
-    return inbox.take([command(w, n) for n, w in enumerate(sent)])[0].control_word
+def words(inbox: CommandInbox, *sent: int) -> int:
+    return inbox.commands_in_force([command(w, n) for n, w in enumerate(sent)])[0].control_word
 
 
 def test_newest_command_counts() -> None:
-    inbox = Inbox()
+    inbox = CommandInbox()
     assert words(inbox, 0, 6, 7) == 7
     assert words(inbox) == 7
 
 
 def test_a_reset_in_a_burst_is_not_lost() -> None:
-    inbox = Inbox()
+    inbox = CommandInbox()
     assert words(inbox, 0, 0x80, 0, 6) == 0x80
     assert words(inbox) == 6
     assert words(inbox, 7) == 7
 
 
 def test_a_reset_bit_that_stays_delays_nothing() -> None:
-    inbox = Inbox()
+    inbox = CommandInbox()
     assert words(inbox, 0x80) == 0x80
     assert words(inbox, 0x80, 0x80, 6) == 6
 
@@ -256,7 +258,7 @@ def test_time_waited_for_the_nodes_is_not_made_up_for() -> None:
 def test_only_the_reported_emergencies_are_kept() -> None:
     told: list[dict[str, Any]] = []
     soem: Any = SimpleNamespace(expected=0)
-    parent: Any = SimpleNamespace(tell=told.append, unread=0)
+    parent: Any = SimpleNamespace(send_message=told.append, unread=0)
     loop = BusLoop(BENCH, soem, parent, "", Timing())
     for code in range(100):
         soem.emergency("wheel_drive", code, 1)

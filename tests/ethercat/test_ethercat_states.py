@@ -85,7 +85,7 @@ def program(made: EmulatedSlave, number: int, start: int, length: int, control: 
 
 def ask_for(made: EmulatedSlave, state: int) -> tuple[int, int]:
     made.esc._write(reg.AL_CONTROL, state.to_bytes(2, "little"))
-    return made.esc.get(reg.AL_STATUS), made.esc.get(reg.AL_STATUS_CODE)
+    return made.esc.read_register(reg.AL_STATUS), made.esc.read_register(reg.AL_STATUS_CODE)
 
 
 def to_op(made: EmulatedSlave) -> None:
@@ -116,19 +116,22 @@ def test_configuration_is_checked_on_the_way_up() -> None:
 def test_watchdog_in_bench_time() -> None:
     made = slave("wheel_drive")
     to_op(made)
-    made.esc.put(reg.WATCHDOG_DATA, 400)
+    made.esc.write_register(reg.WATCHDOG_DATA, 400)
     assert made.esc.watchdog_ns == 40_000_000
     made.tick(40_000_000)
     assert made.operational
     made.tick(40_000_001)
     assert (made.al.state, made.al.code) == (State.SAFEOP, AlStatusCode.WATCHDOG)
-    assert made.esc.memory[reg.WATCHDOG_COUNT] == 1 and not made.esc.get(reg.WATCHDOG_STATUS) & 1
+    assert (
+        made.esc.memory[reg.WATCHDOG_COUNT] == 1
+        and not made.esc.read_register(reg.WATCHDOG_STATUS) & 1
+    )
 
 
 def test_watchdog_switched_off() -> None:
     made = slave("wheel_drive")
     to_op(made)
-    made.esc.put(reg.WATCHDOG_DATA, 0)
+    made.esc.write_register(reg.WATCHDOG_DATA, 0)
     made.tick(10**12)
     assert made.operational
 
@@ -242,7 +245,7 @@ def test_same_frames_same_bench() -> None:
     runs = []
     for _ in range(2):
         bench = EmulatedBench(BUS, StubPlant(250))
-        bench.at(20, lambda b=bench: b.coupling.drives[0].trip(0x2310))
+        bench.call_at(20, lambda b=bench: b.coupling.drives[0].trip(0x2310))
         seen = []
         for _ in range(60):
             bench.step()

@@ -11,7 +11,7 @@ from collections.abc import Callable
 import pytest
 
 from flatplank_hw.bus.image import AxisCommand
-from flatplank_hw.ethercat.master.pacing import Waiting
+from flatplank_hw.ethercat.master.pacing import AnswerWait
 
 TIMEOUT_S = 0.08
 
@@ -32,41 +32,41 @@ def always() -> bool:
 
 
 def hold(
-    waiting: Waiting, cycle: int, nodes: Nodes, go_on: Callable[[], bool] = always
+    waiting: AnswerWait, cycle: int, nodes: Nodes, go_on: Callable[[], bool] = always
 ) -> list[AxisCommand]:
     """A cycle that began just now and is over."""
     now = time.perf_counter_ns()
-    return waiting.hold(cycle, now, now, nodes.take, go_on)
+    return waiting.wait_for_cycle(cycle, now, now, nodes.take, go_on)
 
 
 def test_nobody_has_answered_yet() -> None:
-    waiting = Waiting(TIMEOUT_S)
+    waiting = AnswerWait(TIMEOUT_S)
     assert hold(waiting, 5, Nodes()) == []
     assert (waiting.waited_ns, waiting.given_up) == (0, 0)
 
 
 def test_a_real_bus_never_waits() -> None:
-    waiting = Waiting(0.0)
+    waiting = AnswerWait(0.0)
     assert len(hold(waiting, 5, Nodes([1]))) == 1
     assert (waiting.waited_ns, waiting.given_up) == (0, 0)
 
 
 def test_waits_for_the_answer_to_the_last_cycle() -> None:
-    waiting = Waiting(TIMEOUT_S)
+    waiting = AnswerWait(TIMEOUT_S)
     found = hold(waiting, 5, Nodes([1], [2], [], [3, 4]))
     assert [c.cycle for c in found] == [1, 2, 3, 4]
     assert waiting.given_up == 0
 
 
 def test_a_batch_is_answered_once() -> None:
-    waiting = Waiting(TIMEOUT_S, batch=4)
+    waiting = AnswerWait(TIMEOUT_S, batch=4)
     assert [c.cycle for c in hold(waiting, 7, Nodes([3]))] == [3]
-    assert waiting.lacking(8) == [0]
+    assert waiting.axes_without_answer(8) == [0]
 
 
 def test_who_is_silent_delays_the_bus_only_for_a_moment() -> None:
     """Also one that answers each cycle only after the next one: its source is dead."""
-    waiting = Waiting(TIMEOUT_S)
+    waiting = AnswerWait(TIMEOUT_S)
     start = time.perf_counter()
     for cycle in range(2, 22):
         hold(waiting, cycle, Nodes([cycle - 2]))
@@ -77,7 +77,7 @@ def test_who_is_silent_delays_the_bus_only_for_a_moment() -> None:
 
 
 def test_an_end_is_not_waited_for() -> None:
-    waiting = Waiting(60.0)
+    waiting = AnswerWait(60.0)
     hold(waiting, 5, Nodes([1]), lambda: False)
     assert waiting.given_up == 0
 
@@ -103,10 +103,10 @@ class Slow(Nodes):
 @pytest.mark.parametrize(("answer_s", "at_least"), [(0.005, 1.0), (0.03, 1.5), (0.06, 3.0)])
 def test_a_late_answer_makes_the_cycle_twice_as_long_as_the_answer(answer_s, at_least) -> None:
     """Answers take at most half of the time: the rest is for who only listens."""
-    waiting = Waiting(1.0)
+    waiting = AnswerWait(1.0)
     hold(waiting, 5, Nodes([4]))
     begun = time.perf_counter_ns()
-    found = waiting.hold(6, begun, begun + PERIOD_NS, Slow(answer_s).take, always)
+    found = waiting.wait_for_cycle(6, begun, begun + PERIOD_NS, Slow(answer_s).take, always)
     took = (time.perf_counter_ns() - begun) / PERIOD_NS
     assert [c.cycle for c in found] == [5]
     assert took >= at_least

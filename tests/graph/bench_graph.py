@@ -11,7 +11,7 @@ from typing import Any
 
 from std_srvs.srv import SetBool
 
-from flatplank_control.bench.fast_dds import loopback as on_loopback
+from flatplank_control.bench.fast_dds import loopback_environment as on_loopback
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.nodes.client import BenchClient

@@ -64,7 +64,7 @@ class Question:
 
     def end_the_server(self) -> None:
         executor = self.executors.pop(0)
-        executor.forget()
+        executor.release_entities()
         executor.remove_node(self.server)
         self.server.destroy_node()
 
@@ -79,7 +79,7 @@ def question(monkeypatch: pytest.MonkeyPatch) -> Iterator[Question]:
     yield asked
     asked.bench.close()
     for executor in asked.executors:
-        executor.forget()
+        executor.release_entities()
     rclpy.try_shutdown()
 
 

@@ -77,7 +77,7 @@ def test_a_run_by_services_is_recorded_and_evaluated_as_what_it_was(tmp_path, mo
         wanted = offered(bench)
     bag = Path(said.path)
     assert said.reason.startswith(
-        "slip +5 %, from 0.12 m, r_e 310.8 mm, Fz 3700 N, tire unknown, pressure not said, 0 of "
+        "slip +5 %, from 0.12 m, r_e 310.8 mm, Fz 3700 N, tire unknown, pressure not given, 0 of "
     )
     record = load_record(bag)
     assert (record.status, record.tire, record.kappa) == ("complete", "unknown", 0.05)

@@ -31,8 +31,8 @@ def test_a_goal_without_a_wish_moves_nothing_and_names_no_recorder(tmp_path, mon
         )
         bench.advance(10)
         for text, reason in {
-            "": "empty; say what to measure",
-            "{}": "empty; say what to measure",
+            "": "empty; state what to measure",
+            "{}": "empty; state what to measure",
             "just text": "'just text' is no plan",
             "{fz: 3700}": "not what to measure",
             "{kapa: 1}": "unknown key 'kapa'",

@@ -57,7 +57,7 @@ def test_a_measurement_is_cancelled(client, runner, where):
 
 
 def test_who_is_impatient_ends_at_once():
-    with pytest.raises(KeyboardInterrupt), Interrupt() as interrupt, interrupt.held():
+    with pytest.raises(KeyboardInterrupt), Interrupt() as interrupt, interrupt.delayed():
         ctrl_c()
         ctrl_c()
         pytest.fail("the second one was kept")
@@ -73,7 +73,7 @@ def test_a_client_that_has_ended_leaves_ctrl_c_as_it_was():
 def test_ignored_stays_ignored():
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
-        with Interrupt() as interrupt, interrupt.held():
+        with Interrupt() as interrupt, interrupt.delayed():
             ctrl_c()
         assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
     finally:

@@ -17,10 +17,10 @@ from flatplank_control.steering_hold import AngleParameters
 from flatplank_data.params import (
     ParameterError,
     Params,
-    describe,
     from_mapping,
-    load,
+    load_parameter_set,
     param,
+    parameter_infos,
     to_mapping,
 )
 from flatplank_hw.drive import DriveParameters
@@ -80,16 +80,16 @@ def test_shell_keys_are_left_to_the_node():
 
 @pytest.mark.parametrize("cls", SHIPPED, ids=lambda cls: cls.__name__)
 def test_shipped_file_holds_every_parameter_with_its_default(cls):
-    assert load(cls, SHIPPED[cls]) == cls()
+    assert load_parameter_set(cls, SHIPPED[cls]) == cls()
     text = SHIPPED[cls].read_text(encoding="utf-8")
-    for info in describe(cls):
+    for info in parameter_infos(cls):
         assert f"    {info.name}:" in text
         assert info.description in text
 
 
 @pytest.mark.parametrize("cls", SHIPPED, ids=lambda cls: cls.__name__)
 def test_every_parameter_has_note_unit_and_round_trip(cls):
-    for info in describe(cls):
+    for info in parameter_infos(cls):
         assert info.note
         assert info.unit
     assert from_mapping(cls, to_mapping(cls()), "default") == cls()
@@ -107,7 +107,7 @@ def test_bad_files_are_refused_in_one_line(tmp_path, text, message):
     path = tmp_path / "bad.yaml"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(ValueError, match=r"bad\.yaml") as caught:
-        load(Example, path)
+        load_parameter_set(Example, path)
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -119,4 +119,4 @@ def test_node_section_overrides_the_common_one(tmp_path):
         "hub:\n  ros__parameters:\n    gain: 3.0\n",
         encoding="utf-8",
     )
-    assert load(Example, path, "hub") == Example(gain=3.0, count=4)
+    assert load_parameter_set(Example, path, "hub") == Example(gain=3.0, count=4)

@@ -11,8 +11,8 @@ import pytest
 from hub_inputs import bus
 
 from flatplank_hw.hub import HubParameters, MeasurementHub, parasitic
-from flatplank_hw.hub.identify import identify
-from flatplank_hw.hub.parasitic import INDEX, ParasiticFit, Sine, to_text
+from flatplank_hw.hub.identify import identify_fit
+from flatplank_hw.hub.parasitic import INDEX, ParasiticFit, Sine, fit_to_text
 
 TRUE = (
     Sine(0.004, 1.0, 0.4, 0.01, 0.0),
@@ -38,7 +38,7 @@ def three_turns(noise: float, n: int = 6000):
 
 def test_identification_recovers_the_sines():
     angle, volts = three_turns(noise=0.002)
-    fit = identify(angle, volts, "m", "2023-05-04")
+    fit = identify_fit(angle, volts, "m", "2023-05-04")
     for found, true in zip(fit.sines, TRUE, strict=True):
         x = np.linspace(angle[0] + 2 * math.pi, angle[0] + 4 * math.pi, 200)
         y = [s.amplitude * np.sin(s.frequency * x + s.phase) + s.offset for s in (found, true)]
@@ -48,22 +48,22 @@ def test_identification_recovers_the_sines():
 
 def test_identification_of_a_wheel_that_turns_backwards():
     angle, volts = three_turns(noise=0.0)
-    fit = identify(angle[::-1], volts[::-1], "m", "d")
+    fit = identify_fit(angle[::-1], volts[::-1], "m", "d")
     assert fit.sines[1].amplitude == pytest.approx(0.15, rel=1e-6)
 
 
 def test_a_short_run_is_refused():
     angle, volts = three_turns(noise=0.0)
     with pytest.raises(ValueError, match="the wheel turned 360 deg and 720 deg are needed"):
-        identify(angle[:2001], volts[:2001], "m", "d")
+        identify_fit(angle[:2001], volts[:2001], "m", "d")
     with pytest.raises(ValueError, match="NaN"):
-        identify(np.full(10, np.nan), np.zeros((10, 6)), "m", "d")
+        identify_fit(np.full(10, np.nan), np.zeros((10, 6)), "m", "d")
 
 
 def test_file_round_trip(tmp_path):
     path = tmp_path / "fit.yaml"
-    path.write_text(to_text(FIT), encoding="utf-8")
-    assert parasitic.load(path) == FIT
+    path.write_text(fit_to_text(FIT), encoding="utf-8")
+    assert parasitic.load_fit(path) == FIT
 
 
 @pytest.mark.parametrize(
@@ -77,7 +77,7 @@ def test_file_round_trip(tmp_path):
 )
 def test_bad_files_are_refused(tmp_path, old, new, message):
     path = tmp_path / "fit.yaml"
-    path.write_text(to_text(FIT).replace(old, new), encoding="utf-8")
+    path.write_text(fit_to_text(FIT).replace(old, new), encoding="utf-8")
     answer = MeasurementHub(HubParameters()).load_fit(str(path))
     assert not answer.accepted
     assert message in answer.reason
@@ -142,7 +142,7 @@ def test_a_tare_after_the_fit_replaces_its_offset():
 
 def test_parameters_can_switch_it_on_at_the_start(tmp_path):
     path = tmp_path / "fit.yaml"
-    path.write_text(to_text(FIT), encoding="utf-8")
+    path.write_text(fit_to_text(FIT), encoding="utf-8")
     hub = MeasurementHub(HubParameters(filter_on=True, parasitic_fit=str(path)))
     assert max(abs(s.wheel.fx) for s in run(hub, range(100))) < 1e-9
     with pytest.raises(ValueError, match="filter_on needs parasitic_fit"):

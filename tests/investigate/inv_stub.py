@@ -15,7 +15,7 @@ from flatplank_analysis.investigation import loop
 from flatplank_analysis.investigation.decoys import Decoys
 from flatplank_analysis.investigation.planner import DECIDED, Choice
 from flatplank_analysis.investigation.settings import Setting
-from flatplank_control.bench.results import list_kept
+from flatplank_control.bench.results import write_kept_runs
 from flatplank_control.investigate.bench import CampaignBench
 from flatplank_control.investigate.opening import DiskLog
 from flatplank_control.runner.campaign import SUFFIX, Conductor, Journal, Outcome, Verdict
@@ -102,8 +102,8 @@ def execute(folder: Path, death: Death):
     def made(plan, _text, _left) -> None:
         journal = Journal(folder / f"{plan.name}{SUFFIX}", plan.name, plan.digest)
         conductor = Conductor(plan, journal)
-        list_kept(conductor, folder)
-        while job := conductor.take():
+        write_kept_runs(conductor, folder)
+        while job := conductor.next_job():
             death.step()
             path = folder / f"{job.measurement.name}.parquet"
             path.write_text(str(job.run.key))
@@ -113,7 +113,7 @@ def execute(folder: Path, death: Death):
             facts = {"radius": 0.31} if free else {}
             conductor.finish(job, Outcome(path.name, Verdict(findings), facts))
             death.step()
-            list_kept(conductor, folder)
+            write_kept_runs(conductor, folder)
 
     return made
 

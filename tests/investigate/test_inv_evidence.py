@@ -10,7 +10,7 @@ import math
 
 import pytest
 
-from flatplank_analysis.investigation.evidence import ALPHA, Evidence, times
+from flatplank_analysis.investigation.evidence import ALPHA, Evidence, e_value_words
 from flatplank_sim.sealed.menu import MENU
 from flatplank_validation.investigate.fast import FastBench
 from flatplank_validation.investigate.nulls import evidence_of
@@ -22,14 +22,14 @@ def test_the_product_may_be_looked_at_after_every_batch():
     total = Evidence()
     for log in (1.0, 1.0, 1.0):
         assert not total.enough
-        total = total.times(log, True)
+        total = total.with_batch(log, True)
     assert total.enough
     assert (total.log, total.batches) == (3.0, 3)
     assert total.e_value == pytest.approx(math.exp(3.0))
-    assert total.times(0.0, False).batches == 3
-    assert times(3.0) == "e = 20.1"
-    assert times(207.0) == "e = 10^90"
-    assert (times(1e5), times(-1e5)) == ("e > 10^99", "e < 10^-99")
+    assert total.with_batch(0.0, False).batches == 3
+    assert e_value_words(3.0) == "e = 20.1"
+    assert e_value_words(207.0) == "e = 10^90"
+    assert (e_value_words(1e5), e_value_words(-1e5)) == ("e > 10^99", "e < 10^-99")
 
 
 def test_an_effect_that_is_there_is_told_from_the_tire_alone():

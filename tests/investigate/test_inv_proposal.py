@@ -13,7 +13,7 @@ from flatplank_analysis.effects.registry import library, load_file
 from flatplank_analysis.investigation.loop import Loop
 from flatplank_analysis.investigation.notebook import summary, text_of
 from flatplank_analysis.investigation.report import write_notebook
-from flatplank_control.investigate.opening import DiskLog, proposed
+from flatplank_control.investigate.opening import DiskLog, propose_effect
 from flatplank_panel.analysis.investigating import investigation
 from flatplank_sim.sealed.menu import MENU, OUTSIDE
 from flatplank_validation.investigate.fast import FastBench
@@ -26,7 +26,7 @@ FEW = {k: v for k, v in library().items() if k in {n for m in MENU.values() for 
 def test_what_no_effect_explains_is_proposed_at_the_end(tmp_path):
     force, place = OUTSIDE["bump"](SIZE, np.random.default_rng(8))
     bench, log = FastBench(77, effects=FEW, force=force), DiskLog(tmp_path)
-    at_end = lambda session, result: proposed(session, result, tmp_path)  # noqa: E731
+    at_end = lambda session, result: propose_effect(session, result, tmp_path)  # noqa: E731
     Loop(bench, log, 90.0, at_end=at_end).run()
     told, text = summary(log.events), text_of(log.events)
     assert told["verdict"]["verdict"] in ("none of these", "partly"), text

@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from flatplank_control.bench.fast_dds import loopback as on_loopback
+from flatplank_control.bench.fast_dds import loopback_environment as on_loopback
 from flatplank_hw.nodes import convert
 from flatplank_hw.process import END_WITH_PARENT
 

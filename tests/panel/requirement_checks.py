@@ -19,7 +19,7 @@ from panel_rig import wait_for
 
 from flatplank_data.campaign import Campaign
 from flatplank_hw.drive.modes import MODES
-from flatplank_hw.hub.parasitic import ParasiticFit, Sine, to_text
+from flatplank_hw.hub.parasitic import ParasiticFit, Sine, fit_to_text
 
 SPEED = 0.03092
 HELD = 50.0
@@ -308,7 +308,7 @@ def status_of_the_bus(who, observer, data):
 def parasitic_filter(who, observer, data):
     sine = Sine(0.05, 1.0, 0.3, 0.0, 0.001)
     fit = ParasiticFit("test mounting", "2026-01-01", (sine,) * 5)
-    (data / "mounting.yaml").write_text(to_text(fit))
+    (data / "mounting.yaml").write_text(fit_to_text(fit))
     who.tab("Set-up")
     who.click("Filter on")
     who.said("no parasitic fit is loaded")

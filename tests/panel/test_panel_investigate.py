@@ -40,12 +40,12 @@ class Steps:
 
     async def ask(self, job, _tell, **about):
         self.asked.append(job)
-        if job == "measure":
+        if job == "measure_batch":
             if not self.measured:
                 raise ValueError("batch_01: 2 of 7 runs are made")
             self.made += 1
         waiting = None
-        if job == "decide" and self.made < 2:
+        if job == "choose_batch" and self.made < 2:
             plan = f"batch {self.made + 1}"
             waiting = {"number": self.made + 1, "what": "w", "plan": plan, "minutes": 6.0}
         return {
@@ -62,7 +62,7 @@ class Bench:
         self.plans: list[str] = []
 
     async def measure(self, page: str, plan: str, folder: str) -> None:
-        self.charge.check(page)
+        self.charge.require_charge(page)
         assert folder == WISH["folder"]  # below the data folder, as pages name it
         self.plans.append(plan)
         self.link.state.progress = Progress(True, "slip +2 %", share=0.5, time_left=600.0)
@@ -70,8 +70,8 @@ class Bench:
     def over(self) -> None:
         self.link.state.progress = Progress(message="complete")
 
-    async def cancel(self, page: str) -> None:
-        self.charge.check(page)
+    async def cancel_measurement(self, page: str) -> None:
+        self.charge.require_charge(page)
         self.over()
 
 
@@ -95,18 +95,18 @@ def test_each_batch_waits_until_it_is_approved(tmp_path):
         of, steps, _ = _investigation(tmp_path)
         of.begin("page", WISH, each=True)
         await _until(lambda: of.asking)
-        assert steps.asked == ["decide"]
+        assert steps.asked == ["choose_batch"]
         assert of.progress == ("waiting to be approved; 36 min left", 0.0)
         with pytest.raises(ValueError, match="under way"):
             of.begin("other", WISH, each=True)
-        of.approve("page")
+        of.approve_batch("page")
         await _until(lambda: steps.made == 1 and of.asking)
         of.run_all("page")
         await _until(lambda: not of.busy)
-        assert steps.asked == ["decide", "measure"] * 2 + ["decide"]
+        assert steps.asked == ["choose_batch", "measure_batch"] * 2 + ["choose_batch"]
         assert of.progress[0] == "ended: decided (r)"
         with pytest.raises(ValueError, match="no batch waits"):
-            of.approve("page")
+            of.approve_batch("page")
 
     finished(scene())
 
@@ -115,28 +115,30 @@ def test_a_refused_batch_is_not_made_and_another_is_chosen(tmp_path):
     async def scene() -> None:
         of, steps, _ = _investigation(tmp_path)
         with pytest.raises(ValueError, match="no batch waits"):
-            of.refuse("page")
+            of.refuse_batch("page")
         of.begin("page", WISH, each=True)
         await _until(lambda: of.asking)
-        of.refuse("page")
-        await _until(lambda: steps.asked == ["decide", "refuse", "decide"] and of.asking)
+        of.refuse_batch("page")
+        await _until(
+            lambda: steps.asked == ["choose_batch", "refuse_batch", "choose_batch"] and of.asking
+        )
         of.run_all("page")
         await _until(lambda: not of.busy)
-        assert steps.asked[3:] == ["measure", "decide"] * 2 and steps.made == 2
+        assert steps.asked[3:] == ["measure_batch", "choose_batch"] * 2 and steps.made == 2
 
     finished(scene())
 
 
 def test_a_batch_that_was_begun_is_not_refused(tmp_path):
     about = {"folder": str(tmp_path), "minutes": 60.0, "tire": ""}
-    told = investigating.decide(lambda *_: None, **about)
+    told = investigating.choose_batch(lambda *_: None, **about)
     begun = tmp_path / "batch_01.journal.jsonl"
     begun.touch()
     with pytest.raises(ValueError, match="batch_01 was begun: approve it"):
-        investigating.refuse(lambda *_: None, **about)
+        investigating.refuse_batch(lambda *_: None, **about)
     begun.unlink()
     assert told["left"] < 60.0
-    told = investigating.refuse(lambda *_: None, **about)
+    told = investigating.refuse_batch(lambda *_: None, **about)
     assert told["left"] == 60.0 and told["waiting"] is None
     (entry,) = told["entries"]
     assert entry["runs"] == "no run" and entry["answer"].startswith("refused")
@@ -148,7 +150,7 @@ def test_on_the_bench_the_runner_makes_them_for_the_page_in_charge(tmp_path):
         wish = {**WISH, "place": "bench"}
         with pytest.raises(ValueError, match="charge"):
             of.begin("page", wish, each=False)
-        bench.charge.take("page", "me", 0.0)
+        bench.charge.take_charge("page", "me", 0.0)
         of.begin("page", wish, each=False)
         await _until(lambda: bench.plans == ["batch 1"] and "slip" in of.progress[0])
         assert of.progress == ("slip +2 %; 40 min left", 0.5)
@@ -169,17 +171,17 @@ def test_on_the_bench_the_runner_makes_them_for_the_page_in_charge(tmp_path):
 def test_on_the_bench_a_page_that_watches_approves_nothing(tmp_path):
     async def scene() -> None:
         of, _, bench = _investigation(tmp_path)
-        bench.charge.take("page", "me", 0.0)
+        bench.charge.take_charge("page", "me", 0.0)
         of.begin("page", {**WISH, "place": "bench"}, each=True)
         await _until(lambda: of.asking)
-        for act in (of.approve, of.refuse, of.run_all):
+        for act in (of.approve_batch, of.refuse_batch, of.run_all):
             with pytest.raises(ValueError, match="this page only watches: me is in charge"):
                 act("other")
         await asyncio.sleep(0)  # nothing was let go
         assert of.asking and of.each and bench.plans == []
         bench.charge.release_page("page")
-        bench.charge.take("other", "you", 0.0)
-        of.approve("other")  # who approves makes the batch
+        bench.charge.take_charge("other", "you", 0.0)
+        of.approve_batch("other")  # who approves makes the batch
         await _until(lambda: bench.plans == ["batch 1"])
         await of.stop("other")
         await _until(lambda: not of.busy)

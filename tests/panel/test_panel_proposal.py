@@ -14,7 +14,7 @@ from panel_rig import shows, status, wait_for
 from flatplank_analysis.effects.checks import check_effect
 from flatplank_analysis.effects.registry import load_file
 from flatplank_panel.analysis import proposing
-from flatplank_panel.analysis.worker import do
+from flatplank_panel.analysis.worker import do_request
 from flatplank_sim.sealed.conditions import STEP
 from flatplank_sim.sealed.generate import make_challenge, more_runs
 
@@ -28,14 +28,16 @@ def quiet(_text: str, _share: float) -> None:
 def test_nothing_is_added_that_was_not_proposed(tmp_path):
     folder = campaign(tmp_path / "pulled")
     about = {"folder": str(folder), "model": str(folder / "model.yaml")}
-    answer = do({"do": "accept", "with": {**about, "name": "mine"}}, quiet)
+    answer = do_request({"do": "accept", "with": {**about, "name": "mine"}}, quiet)
     assert "propose it first" in answer["error"]
-    answer = do({"do": "confirm", "with": {**about, "name": "mine", "new": str(folder)}}, quiet)
+    answer = do_request(
+        {"do": "confirm", "with": {**about, "name": "mine", "new": str(folder)}}, quiet
+    )
     assert "add it first" in answer["error"]
     proposing._TEXTS[str(folder)] = "import os\n"
-    answer = do({"do": "accept", "with": {**about, "name": "../mine"}}, quiet)
+    answer = do_request({"do": "accept", "with": {**about, "name": "../mine"}}, quiet)
     assert "no identifier" in answer["error"]
-    answer = do({"do": "rename", "with": {**about, "old": "it", "new": "a b"}}, quiet)
+    answer = do_request({"do": "rename", "with": {**about, "old": "it", "new": "a b"}}, quiet)
     assert "no identifier" in answer["error"]
     assert sorted(p.name for p in folder.glob("*.py")) == []
 

@@ -216,7 +216,7 @@ def test_runs_have_the_verdicts_of_their_campaign(tmp_path):
     conductor = Conductor(plan, Journal(folder / "judged.journal.jsonl", plan.name, plan.digest))
     drift = [Verdict((Finding("load_drift", v, 0.02),)) for v in (0.3, 0.001, 0.2, 0.2)]
     for file, verdict in zip(files, drift, strict=False):
-        conductor.finish(conductor.take(), Outcome(file, verdict))
+        conductor.finish(conductor.next_job(), Outcome(file, verdict))
     rows = {r["file"]: r["verdict"] for r in browse_jobs.runs(quiet, str(folder))["rows"]}
     again = f"rejected, made again as {files[1]}: load_drift 0.3 (limit 0.02)"
     assert [rows[f] for f in files[:2]] == [again, "good"]

@@ -13,7 +13,7 @@ from rclpy.parameter import get_parameter_value as as_the_command_line_reads_it
 from flatplank_control.bench.setup import DRIVEN, BenchSetup
 from flatplank_control.sequencer.waveforms import WAVEFORMS
 from flatplank_control.steering_hold import PROFILES, AngleControl, AngleParameters
-from flatplank_data.params import describe
+from flatplank_data.params import parameter_infos
 
 ROOT = Path(__file__).resolve().parents[2]
 DEFINITION = ROOT / "ros_ws/src/flatplank_msgs/srv/SetWaveform.srv"
@@ -32,9 +32,9 @@ def rows(title: str) -> dict[str, list[str]]:
 
 
 def test_the_service_names_every_waveform_and_profile_with_its_parameters():
-    waves = {name: [i.name for i in describe(wave)] for name, wave in WAVEFORMS.items()}
+    waves = {name: [i.name for i in parameter_infos(wave)] for name, wave in WAVEFORMS.items()}
     assert rows("# /slip_sequencer/set_waveform") == waves
-    profiles = {name: [i.name for i in describe(kind)] for name, kind in PROFILES.items()}
+    profiles = {name: [i.name for i in parameter_infos(kind)] for name, kind in PROFILES.items()}
     assert rows("# /steering_hold/set_profile") == profiles
 
 
@@ -42,7 +42,7 @@ def test_the_service_names_every_waveform_and_profile_with_its_parameters():
 def test_every_profile_is_taken_as_the_service_gives_it(name):
     """All values of the message are float64, also whole numbers."""
     hold = AngleControl(AngleParameters())
-    given = {i.name: float(i.default) for i in describe(PROFILES[name])}
+    given = {i.name: float(i.default) for i in parameter_infos(PROFILES[name])}
     done = hold.set_profile(name, given)
     assert done.accepted, done.reason
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from flatplank_control.bench.launching import ARGUMENTS, refuse_unknown, setup_of, why_ended
+from flatplank_control.bench.launching import ARGUMENTS, check_argument_names, setup_of, why_ended
 
 DEFAULTS = {name: argument.default for name, argument in ARGUMENTS.items()}
 
@@ -64,8 +64,12 @@ def test_data_that_is_a_file_is_refused(tmp_path):
 
 def test_an_argument_that_is_none_is_refused():
     with pytest.raises(ValueError, match="unknown argument 'simm'; the nearest is 'sim'"):
-        refuse_unknown(["ros2", "launch", "flatplank_control", "bench.launch.py", "simm:=true"])
-    refuse_unknown(["ros2", "launch", "bench.launch.py", *(f"{name}:=x" for name in ARGUMENTS)])
+        check_argument_names(
+            ["ros2", "launch", "flatplank_control", "bench.launch.py", "simm:=true"]
+        )
+    check_argument_names(
+        ["ros2", "launch", "bench.launch.py", *(f"{name}:=x" for name in ARGUMENTS)]
+    )
 
 
 def test_the_end_of_a_node_says_which_and_how():

@@ -55,32 +55,32 @@ def test_what_lasts_is_logged_at_its_edges_only(node, clock):
 
 def test_what_happened_is_shown_for_a_while_and_not_logged_again_meanwhile(node, clock):
     for _ in range(5):
-        node.says.happened("refused", "/a: no")
+        node.says.report_occurrence("refused", "/a: no")
         clock.value += 1.0
-    node.says.happened("refused", "/b: no")
+    node.says.report_occurrence("refused", "/b: no")
     assert [level for level, _ in node.terminal.lines] == ["warning", "warning"]
     assert node.says.status({}).message.count(TROUBLES["refused"].text) == 2
     clock.value += 11.0
     assert node.says.status({}).level == DiagnosticStatus.OK
-    node.says.happened("refused", "/a: no")
+    node.says.report_occurrence("refused", "/a: no")
     assert len(node.terminal.lines) == 3
 
 
 def test_the_worst_is_first_and_other_kinds_stay(node):
-    node.says.happened("refused", "/a: no")
-    node.says.now({"plank_stands": "", "drag": "Fz 3700 N"}, DRIVE)
+    node.says.report_occurrence("refused", "/a: no")
+    node.says.set_lasting({"plank_stands": "", "drag": "Fz 3700 N"}, DRIVE)
     status = node.says.status({})
     assert status.level == DiagnosticStatus.ERROR
     assert status.message.startswith(TROUBLES["drag"].text)
-    node.says.now({}, DRIVE)
+    node.says.set_lasting({}, DRIVE)
     assert node.says.status({}).message == TROUBLES["refused"].line("/a: no")
 
 
 def test_the_health_of_the_bus_is_one_of_its_troubles_at_a_time(node):
     for name in OF_HEALTH.values():
-        node.says.now({name: "slave 3"}, OF_HEALTH.values())
+        node.says.set_lasting({name: "slave 3"}, OF_HEALTH.values())
         assert node.says.status({}).message == TROUBLES[name].line("slave 3")
-    node.says.now({}, OF_HEALTH.values())
+    node.says.set_lasting({}, OF_HEALTH.values())
     assert node.says.status({}).message == "ok"
 
 
@@ -111,14 +111,14 @@ def test_refusals_of_services_are_told_however_they_answer(node):
 
 def test_a_node_that_is_not_heard_any_more_is_found(clock):
     collector = Collector()
-    collector.hear(DiagnosticArray(status=[DiagnosticStatus(name="hub", message="ok")]))
+    collector.store_status(DiagnosticArray(status=[DiagnosticStatus(name="hub", message="ok")]))
     clock.value += 5.0
-    collector.hear(DiagnosticArray(status=[DiagnosticStatus(name="drive", message="ok")]))
-    assert collector.silent() == {"hub": False, "drive": False}
+    collector.store_status(DiagnosticArray(status=[DiagnosticStatus(name="drive", message="ok")]))
+    assert collector.silence_by_node() == {"hub": False, "drive": False}
     clock.value += 6.0
-    assert collector.silent() == {"hub": True, "drive": False}
+    assert collector.silence_by_node() == {"hub": True, "drive": False}
     levels = {s.name: s.level for s in collector.statuses()}
     assert levels == {"drive": DiagnosticStatus.OK, "hub": DiagnosticStatus.STALE}
     clock.value += Collector.FORGOTTEN
-    collector.silent()
+    collector.silence_by_node()
     assert not collector.statuses()

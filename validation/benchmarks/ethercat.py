@@ -18,7 +18,7 @@ from pathlib import Path
 
 from diagnostic_msgs.msg import DiagnosticArray
 
-from flatplank_control.bench.fast_dds import loopback
+from flatplank_control.bench.fast_dds import loopback_environment
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.nodes.client import BenchClient
@@ -45,7 +45,7 @@ def busy(count: int) -> Iterator[None]:
 
 def main(seconds: float = 60.0, burners: int = 0) -> None:
     """Roll in slip control and record for `seconds` [s]."""
-    os.environ.update(loopback(), ROS_DOMAIN_ID=str(60 + os.getpid() % 40))
+    os.environ.update(loopback_environment(), ROS_DOMAIN_ID=str(60 + os.getpid() % 40))
     seen: dict[str, str] = {}
     oldest: list[int] = []
     held: set[int] = set()

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from std_srvs.srv import SetBool
 
-from flatplank_control.bench.fast_dds import loopback
+from flatplank_control.bench.fast_dds import loopback_environment
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.nodes.client import BenchClient
@@ -34,7 +34,7 @@ BARE = Path(__file__).with_name("nodes") / "bare_graph.py"
 
 def bare_rate(cycles: int, executor: str, domain: int) -> float:
     """Rounds per second of the bare graph."""
-    env = {**os.environ, **loopback(), "ROS_DOMAIN_ID": str(domain)}
+    env = {**os.environ, **loopback_environment(), "ROS_DOMAIN_ID": str(domain)}
     command = [sys.executable, str(BARE)]
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "env": env}
     others = [subprocess.Popen([*command, role, executor], **quiet) for role in ROLES]
@@ -54,7 +54,7 @@ def bare_rate(cycles: int, executor: str, domain: int) -> float:
 
 def bench_rate(cycles: int, domain: int) -> float:
     """Bus cycles per second of the bench in slip control over a moving road, recording."""
-    os.environ.update(loopback(), ROS_DOMAIN_ID=str(domain))
+    os.environ.update(loopback_environment(), ROS_DOMAIN_ID=str(domain))
     with tempfile.TemporaryDirectory() as folder:
         setup = BenchSetup(pace="hold", data=folder)
         log = Path(folder) / "nodes.log"

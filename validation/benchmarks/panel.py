@@ -17,7 +17,7 @@ from pathlib import Path
 from diagnostic_msgs.msg import DiagnosticArray
 from playwright.sync_api import Page, sync_playwright
 
-from flatplank_control.bench.fast_dds import loopback
+from flatplank_control.bench.fast_dds import loopback_environment
 from flatplank_control.nodes.client import BenchClient
 from flatplank_hw.process import END_WITH_PARENT
 from flatplank_msgs.srv import StartRecording, StopRecording
@@ -68,7 +68,7 @@ def ticks(pages: list[Page]) -> list[int]:
 
 
 def main(minutes: float = 2.0) -> None:
-    os.environ.update(loopback(), ROS_DOMAIN_ID=str(60 + os.getpid() % 40))
+    os.environ.update(loopback_environment(), ROS_DOMAIN_ID=str(60 + os.getpid() % 40))
     with socket.socket() as s:
         s.bind(("127.0.0.1", 0))
         port = s.getsockname()[1]

@@ -12,7 +12,7 @@ from pathlib import Path
 from diagnostic_msgs.msg import DiagnosticArray
 from std_srvs.srv import SetBool
 
-from flatplank_control.bench.fast_dds import loopback
+from flatplank_control.bench.fast_dds import loopback_environment
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.nodes.client import BenchClient
@@ -74,7 +74,7 @@ def roll(c: BenchClient) -> None:
 
 
 def main(seconds: float | None = None) -> None:
-    os.environ.update(loopback(), ROS_DOMAIN_ID=str(60 + os.getpid() % 40))
+    os.environ.update(loopback_environment(), ROS_DOMAIN_ID=str(60 + os.getpid() % 40))
     for rate_hz, batch, usual in CASES:
         run(rate_hz, batch, seconds or usual)
 

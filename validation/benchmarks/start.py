@@ -13,7 +13,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from flatplank_control.bench.fast_dds import loopback
+from flatplank_control.bench.fast_dds import loopback_environment
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.nodes.client import BenchClient
@@ -67,7 +67,7 @@ def total(rows: dict[str, Row]) -> Row:
 
 
 def main() -> int:
-    os.environ.update(loopback())
+    os.environ.update(loopback_environment())
     start({})  # a first start warms all caches
     warm = start({})
     with tempfile.TemporaryDirectory() as folder:

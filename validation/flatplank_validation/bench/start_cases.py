@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flatplank_control.free_rolling.design import phase_margin
-from flatplank_control.road_map import Run, learn
+from flatplank_control.road_map import Run, identify_road_map
 from flatplank_sim.plant.truth import truth_row
 from flatplank_validation.bench.start_bench import StartBench
 
@@ -111,8 +111,11 @@ def slip_errors(kappa: float) -> dict[str, float]:
     ours."""
     truth = truth_row(StartBench("toyo").config, FZ, PRESSURE)
     run, _ = driven(0.0, 3.2, follow_until=100.0)
-    road = learn([run], truth.standstill_stiffness_x, truth.relaxation_length_x)
-    ways = {"thesis": {}, "ours": {"follow_until": 100.0, **road.parameters()}}
+    road = identify_road_map([run], truth.standstill_stiffness_x, truth.relaxation_length_x)
+    ways: dict[str, dict[str, Any]] = {
+        "thesis": {},
+        "ours": {"follow_until": 100.0, **road.parameters()},
+    }
     found = {}
     for way, sequencer in ways.items():
         _, slips = driven(kappa, 2.2, **sequencer)

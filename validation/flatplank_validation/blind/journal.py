@@ -52,7 +52,7 @@ def commit() -> str:
 def diagnose(tables: list) -> dict[str, Any]:
     """Diagnose tables, with no other information."""
     result = Session.of_tables(tables).diagnose().to_dict()
-    short = {k: result[k] for k in KEPT}
+    short = {k: result[k] for k in (*KEPT, "detectable")}
     return short | {"effects": [{k: e[k] for k in OF_EFFECT} for e in result["effects"]]}
 
 
@@ -64,7 +64,9 @@ def solve(case: Case, seed: int) -> dict[str, Any]:
     if made is None:
         return entry | {"answer": None, "diagnosis": None}
     tables, answer = made
-    return entry | {"answer": answer, "diagnosis": diagnose(tables)}
+    told = diagnose(tables)
+    told["detectable"] = {n: told["detectable"].get(n) for n in case.hidden}
+    return entry | {"answer": answer, "diagnosis": told}
 
 
 def read(path: Path) -> list[dict[str, Any]]:

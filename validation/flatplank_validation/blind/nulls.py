@@ -12,7 +12,7 @@ import numpy as np
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import where
-from flatplank_analysis.discovery.model import form_of
+from flatplank_analysis.discovery.model import form_error_of
 from flatplank_analysis.discovery.verdict import AT_FLOOR, Diagnosis
 from flatplank_data.table import MeasurementTable
 from flatplank_validation.blind.cases import measured_table
@@ -88,7 +88,7 @@ def form_errors(count: int, seed: int = 1) -> Iterator[FormError]:
             runs, largest = state.runs, float(state.runs.largest[0])
             beyond = float(np.sqrt(np.mean(runs.mean(state.residual[0]) ** 2)))
             events = where.events(runs, state.residual[0], 0.0)
-            band = form_of(state.model)
+            band = form_error_of(state.model)
             pattern = state.patterns.strongest(band.bump * largest, band.wave * largest)
             told = f"{pattern.words()}, {abs(pattern.size) / largest:.2%}" if pattern else ""
             yield FormError(world, number, beyond / largest, events[0].level / largest, told)

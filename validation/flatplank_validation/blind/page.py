@@ -117,7 +117,11 @@ size in another unit than the hidden one counts as not covered."""
 
 _MISSED = """Of the rows with a goal, every campaign that was not right. *Error / floor*: error of
 the base without any effect over the scatter between repeats; at 1 and below the whole effect is
-less than what repeats differ by, and only its regularity can tell it."""
+less than what repeats differ by, and only its regularity can tell it. *Size / detectable*: the
+detectable size of the generator, which fits its own tire with the few parameters that this tire
+has. *Size / detectable by the search*: the smallest size that `diagnose --json` states for these
+runs (80 % power with its own base, noise and scatter). Where it is below 1, the search states
+itself that it cannot find the effect: its base must fit any tire, and so imitates more of it."""
 
 _POWER = """Strictly right over the ratio of the hidden size to the detectable size. The third
 column says how many detectable sizes the size of no consequence is: where it is large the

@@ -33,6 +33,7 @@ from flatplank_analysis.discovery.state import (
     term_of,
 )
 from flatplank_analysis.effects.registry import library
+from flatplank_analysis.identify.results import NORMAL_90
 from flatplank_sim.sealed.score import GROUP, LARGEST_CLASS, LAW
 from flatplank_validation.blind import journal
 from flatplank_validation.blind.cases import Case, make
@@ -185,7 +186,7 @@ def verdict(named: Sequence[Mapping[str, Any]], left: float, floor: float) -> st
 
 
 def _entry(index: int, term: Term, error: float, alike: list[str]) -> dict[str, Any]:
-    half = 1.645 * error
+    half = NORMAL_90 * error
     return {
         "name": term.effect.identifier,
         "size": term.size,

@@ -35,6 +35,7 @@ def scored(entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
         p = points_of(e) | {"world": e["case"]["world"], "factor": e["case"]["factor"]}
         p |= {"rung": e["case"]["rung"], "ratio": math.nan, "clear": True}
         p |= {"noise": f"{e['case']['noise']}, {e['case']['scatter']:.0%}", "said": _said(e)}
+        p["own_ratio"] = _own_ratio(one, e["diagnosis"].get("detectable") or {})
         p["error"] = e["diagnosis"]["rmse_before"] / max(e["diagnosis"]["floor_rmse"], 1e-9)
         for h in one:
             p["ratio"] = h["size"] / h["detectable"]
@@ -46,6 +47,17 @@ def scored(entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
             p["clear"] = outside.get("size", math.inf) >= CLEAR * slight * (1.0 - 1e-9)
         out.append(p)
     return out
+
+
+def _own_ratio(hidden: Sequence[Mapping[str, Any]], own: Mapping[str, Any]) -> float:
+    """Hidden size over the smallest size that the search states for itself [-]; NaN for an effect
+    that it found, for a pair, and where the two numbers have different units.
+    """
+    for h in hidden:
+        stated = own.get(h["name"])
+        if stated and stated["unit"] == h["unit"]:
+            return h["size"] / stated["size"]
+    return math.nan
 
 
 def _said(entry: Mapping[str, Any]) -> str:
@@ -195,6 +207,10 @@ def power(points: Points) -> str:
     return table(head, rows)
 
 
+def _times(value: float) -> str:
+    return "" if math.isnan(value) else f"{value:.1f} x"
+
+
 def _ratio(value: float) -> str:
     return "inf" if math.isinf(value) else f"{value:g} x" if value >= 1.0 else "1 x"
 
@@ -251,17 +267,16 @@ def missed(points: Points) -> str:
     rows = [
         [
             p["truth"], p["world"], p["noise"],
-            "" if math.isnan(p["ratio"]) else f"{p['ratio']:.1f} x", f"{p['error']:.2f}",
-            p["said"], how(p),
+            _times(p["ratio"]), _times(p["own_ratio"]), f"{p['error']:.2f}", p["said"], how(p),
         ]
         for key, own in rows_of(points).items()
         if key in ASKED
         for p in own
         if not p["right"]
     ]  # fmt: skip
-    return table(
-        ["hidden", "world", "noise, scatter", "detectable", "error / floor", "said", "how"], rows
-    )
+    head = ["hidden", "world", "noise, scatter", "size / detectable"]
+    head += ["size / detectable by the search", "error / floor", "said", "how"]
+    return table(head, rows)
 
 
 def ways(points: Points) -> str:

@@ -125,7 +125,7 @@ def _run(truth: Truth, x: np.ndarray, level: float, force: np.ndarray, start: in
     zero = np.zeros_like(x)
     return StepRun(
         name=f"{100 * level:+.0f}perc_{truth.fz:.0f}N_{start + 1}",
-        condition=(truth.fz, truth.pressure),
+        operating_point=(truth.fz, truth.pressure),
         level=float(level),
         kappa=float(level),
         distance=x,

@@ -92,7 +92,7 @@ def draw_mf(seed: int) -> dict[str, tuple[float, Estimate]]:
 
     rows = dict(zip(("fx", "fy", "mz"), forces * gain + noise, strict=True))
     rows["re"] = shape.effective_radius(truth, o, 0.0) + 1e-4 * rng.standard_normal(len(fz))
-    rows |= {"a": spread(shape.contact_length(truth, o), 0.01)}
+    rows |= {"a": spread(shape.contact_half_length(truth, o), 0.01)}
     rows |= {"rho": spread(shape.deflection(truth, o, 0.0, 0.0, 0.0), 0.01)}
     rows |= {"cx": spread(shape.stiffness_x(truth, o), 0.02)}
     points = steady_points(rows, fz=fz, kappa=kappa, alpha=alpha, gamma=gamma, pressure=pressure)

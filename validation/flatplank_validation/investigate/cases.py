@@ -18,7 +18,7 @@ import numpy as np
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.investigation.evidence import ALPHA, Evidence
 from flatplank_analysis.investigation.inquiry import questions
-from flatplank_analysis.investigation.loop import Choose, Loop, MemoryLog, ask
+from flatplank_analysis.investigation.loop import Choose, Loop, MemoryLog, choose_by_questions
 from flatplank_analysis.investigation.notebook import summary
 from flatplank_analysis.investigation.planner import DECIDED, SPENT, Choice
 from flatplank_analysis.investigation.settings import SLIPS, STARTS, Candidate, Setting
@@ -76,7 +76,7 @@ def judged() -> str:
 
 
 def _loop(bench: FastBench, case: Case, minutes: float) -> dict[str, Any]:
-    return _made(bench, minutes, ask)
+    return _made(bench, minutes, choose_by_questions)
 
 
 def _made(bench: FastBench, minutes: float, how: Choose) -> dict[str, Any]:

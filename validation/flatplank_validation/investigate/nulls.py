@@ -11,7 +11,13 @@ from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.decide import Judge
 from flatplank_analysis.discovery.screen import VISIBLE, best_per_effect
 from flatplank_analysis.discovery.state import term_of
-from flatplank_analysis.investigation.evidence import ALPHA, Evidence, Hypothesis, log_e, times
+from flatplank_analysis.investigation.evidence import (
+    ALPHA,
+    Evidence,
+    Hypothesis,
+    e_value_words,
+    log_e,
+)
 from flatplank_analysis.investigation.loop import rows_of
 from flatplank_analysis.investigation.settings import Setting
 from flatplank_validation.blind.points import share
@@ -50,7 +56,7 @@ def evidence_of(bench: FastBench, batches: Sequence[tuple[float, float]] = BATCH
         files = [*files, *new]
         if bet is not None:
             session = bench.session(files)
-            total = total.times(log_e(bet, session.data, rows_of(session, new)), True)
+            total = total.with_batch(log_e(bet, session.data, rows_of(session, new)), True)
         out.append(total.log)
     return out
 
@@ -62,5 +68,5 @@ def lines_of_evidence(count: int, seed: int) -> Iterator[str]:
     for number in range(count):
         product = evidence_of(FastBench(seed + number))
         passed.append(max(product) >= -math.log(ALPHA))
-        yield f"{number + 1}/{count}: {', '.join(times(log) for log in product)}"
+        yield f"{number + 1}/{count}: {', '.join(e_value_words(log) for log in product)}"
     yield f"1/alpha = {1.0 / ALPHA:g} passed at any time: {share(passed)}"

@@ -22,10 +22,10 @@ from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.contact_patch.tire_runs import TireRuns, coordinates_of
 from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_analysis.proposal.modulators import BY_NAME
-from flatplank_analysis.proposal.propose import of_diagnosis
+from flatplank_analysis.proposal.propose import propose_from_diagnosis
 from flatplank_analysis.proposal.search import RefittedSentence
 from flatplank_analysis.proposal.shapes.base import Span
-from flatplank_analysis.proposal.sites import factor, places_of
+from flatplank_analysis.proposal.sites import factor, varying_coordinates
 from flatplank_data.table import MeasurementTable
 from flatplank_sim.sealed.conditions import Run, Setting
 from flatplank_validation.blind.journal import read
@@ -121,18 +121,20 @@ def compare(case: kit.Case, seed: int) -> dict[str, Any]:
     rest = np.ravel(result.search.last.state.residual[0])
     forces = [at_nodes(d, t).ravel() for d, t in ((data, inside), (new, outside))]
     began = time.process_time()
-    best = found.best if (found := of_diagnosis(session, result).outcome) else None
+    best = found.best if (found := propose_from_diagnosis(session, result).outcome) else None
     said: dict[str, Any] = {}
     if best:
         model = TireModel(new)
         model.take_references(session.model)
         claims = [ours(m, best).ravel() for m in (session.model, model)]
         site = best.sentence.site
-        said[OURS] = _line(claims, forces, (site.place.name,), best.sentence.shape.name, truth)
+        said[OURS] = _line(
+            claims, forces, (site.coordinate.name,), best.sentence.shape.name, truth
+        )
     else:
         said[OURS] = {"said": False}
     said[OURS]["seconds"] = time.process_time() - began
-    spans = {p.name: p.span for p in places_of(data) if p.name}
+    spans = {p.name: p.span for p in varying_coordinates(data) if p.name}
     seen, beyond = inputs(data, spans), inputs(new, spans)
     few = _thinned(seen, rest.size)
     for name, rival in RIVALS.items():

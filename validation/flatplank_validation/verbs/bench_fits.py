@@ -47,7 +47,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if "bag_import" in chosen.parts and chosen.bags is None:
         parser.error("bag_import needs --bags DIR: flatplank simulate DIR --bags makes some")
     wanted = chosen.parts or [p for p in PARTS if p != "bag_import" or chosen.bags]
-    return common.guarded("bench-fits", lambda: _run(wanted, chosen))
+    return common.run_or_report_nothing_usable("bench-fits", lambda: _run(wanted, chosen))
 
 
 def _run(wanted: Sequence[str], chosen: argparse.Namespace) -> int:

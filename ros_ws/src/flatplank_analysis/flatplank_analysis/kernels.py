@@ -25,5 +25,5 @@ def compile_all() -> None:
             states, blocks, node, pair, node, node, node, 1.0, pair.copy(), across
         )  # fmt: skip
     cube = np.zeros((0, 1, 1))
-    gaps.distance(cube, node, cube.copy())
+    gaps.play_distance(cube, node, node, cube.copy())
     march(node, node, node, node, node, cube, 0.0, 1.0, cube, True)

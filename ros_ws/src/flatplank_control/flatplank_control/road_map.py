@@ -91,7 +91,7 @@ class RoadMap(Params):
         return from_mapping(RoadMap, found, str(path))
 
 
-def learn(
+def identify_road_map(
     runs: Sequence[Run], stiffness: float, relaxation: float, *, pitch_radius: float = 0.05
 ) -> RoadMap:
     """Identify the map from runs in which the wheel followed the encoder.
@@ -135,7 +135,7 @@ def _rolling(run: Run, where: str) -> Run:
     return Run(*(column[keep] for column in run))
 
 
-def check_follows(run: Run, radius: float, where: str) -> None:
+def check_wheel_followed(run: Run, radius: float, where: str) -> None:
     """Raise ValueError when the wheel did not follow the encoder: its slip then changes the force.
 
     radius: effective rolling radius of the slip control [m].

@@ -14,7 +14,14 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from flatplank_control.sequencer.waveforms import triangle
-from flatplank_data.params import ParameterError, Params, describe, from_mapping, nearest, param
+from flatplank_data.params import (
+    ParameterError,
+    Params,
+    from_mapping,
+    nearest_hint,
+    param,
+    parameter_infos,
+)
 from flatplank_hw.answers import Answer, refused
 from flatplank_hw.samples import FOLLOW, EncoderSample, HubSample, Reference
 
@@ -111,7 +118,7 @@ class Impulse(Profile):
         return self.start + self.length
 
 
-PROFILES: dict[str, Callable[..., Profile]] = {
+PROFILES: dict[str, type[Profile]] = {
     kind.name: kind for kind in (Sine, Triangle, Parking, Impulse)
 }
 """name -> profile; add a new one as a class and an entry here"""
@@ -208,12 +215,12 @@ class AngleControl:
         """Follow a profile from the next cycle on; a faulty one is refused as a whole."""
         kind = PROFILES.get(name)
         if kind is None:
-            return refused(f"unknown profile '{name}'{nearest(name, PROFILES)}")
+            return refused(f"unknown profile '{name}'{nearest_hint(name, PROFILES)}")
         # the message has floats only
-        whole = {i.name for i in describe(kind) if isinstance(i.default, int)}
+        whole = {i.name for i in parameter_infos(kind) if isinstance(i.default, int)}
         values = {k: int(v) if k in whole and v == v // 1 else v for k, v in values.items()}
         try:
-            profile: Profile = from_mapping(kind, values, f"profile {name}")  # type: ignore[type-var]
+            profile = from_mapping(kind, values, f"profile {name}")
         except ParameterError as error:
             return refused(str(error))
         if profile.largest() > self.parameters.limit:

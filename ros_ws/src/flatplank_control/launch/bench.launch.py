@@ -11,7 +11,7 @@ from launch.events.process import ProcessExited
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-from flatplank_control.bench.launching import ARGUMENTS, refuse_unknown, setup_of, why_ended
+from flatplank_control.bench.launching import ARGUMENTS, check_argument_names, setup_of, why_ended
 from launch import LaunchContext, LaunchDescription
 
 
@@ -31,7 +31,7 @@ def on_exit(name: str) -> Callable[[ProcessExited, LaunchContext], None]:
 
 def make_nodes(context: LaunchContext) -> list[Node]:
     if any(Path(word).name == Path(__file__).name for word in sys.argv):
-        refuse_unknown(sys.argv)
+        check_argument_names(sys.argv)
     setup = setup_of({name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS})
     files = setup.write(Path(tempfile.mkdtemp(prefix="flatplank-")))
     return [

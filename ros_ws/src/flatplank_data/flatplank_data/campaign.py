@@ -12,10 +12,15 @@ from typing import Any
 from flatplank_data import checks
 from flatplank_data.condition import Condition, is_nan
 from flatplank_data.errors import FlatplankError, NothingUsableError
-from flatplank_data.measured import fill, is_silent, missing_keys, reconciled
+from flatplank_data.measured import (
+    is_rolling_run_without_load,
+    missing_keys,
+    with_measured_values,
+    with_values_in_use,
+)
 from flatplank_data.naming import facts_of_name
-from flatplank_data.problem import Problem, problem_of
-from flatplank_data.readers import Request, describe, reader_for, suffixes
+from flatplank_data.problem import Problem, problem_from_error
+from flatplank_data.readers import Request, read_description, reader_for, suffixes
 from flatplank_data.readers.bag import MEASURED, METADATA_FILE
 from flatplank_data.readers.base import turned_columns, turned_facts, turned_info, turned_names
 from flatplank_data.record_checks import default_of
@@ -37,7 +42,7 @@ class Run:
     info: RunRecord
     store: Store
     mapping: Mapping[str, Any] | None = None
-    said: Collection[str] = ()
+    given: Collection[str] = ()
     """keys that campaign.yaml sets; they override the run's own file"""
 
     def table(self, columns: Sequence[str] | None = None, check: bool = True) -> MeasurementTable:
@@ -59,15 +64,15 @@ class Run:
         loaded = reader_for(self.store, self.info.file)(request)
         facts = dict(loaded.facts)
         measured = turned_facts(facts.pop(MEASURED, {}), self.mapping)
-        merged = _merged(self.info, turned_facts(facts, self.mapping), self.said)
-        info, remarks = reconciled(merged, measured)
+        merged = _merged(self.info, turned_facts(facts, self.mapping), self.given)
+        info, remarks = with_values_in_use(merged, measured)
         table = MeasurementTable(turned_columns(loaded.columns, self.mapping), info)
         remarks += [Problem(self.info.file, text, fatal=False) for text in loaded.remarks]
         if check:
             remarks += checks.run_checks(table)
         for problem in remarks:
             if check and problem.fatal:
-                raise problem.error()
+                raise problem.as_error()
         if columns is not None:
             more = [name for name in table.columns if name not in COLUMN_UNITS]
             table = table.select([*(name for name in columns if name in table), *more])
@@ -76,18 +81,18 @@ class Run:
 
 def _described(store: Store, info: RunRecord, mapping: Mapping | None) -> RunRecord:
     """Complete the record: from the file first, then from its name, then from the samples."""
-    facts = dict(describe(store, info.file))
+    facts = dict(read_description(store, info.file))
     facts.pop("file", None)
-    said = {k: v for k, v in info.to_dict().items() if k != "_own"} | facts
-    found = read_run(said, info.file)[0]
-    if not is_silent(found):
+    given = {k: v for k, v in info.to_dict().items() if k != "_own"} | facts
+    found = read_run(given, info.file)[0]
+    if not is_rolling_run_without_load(found):
         return found
     loaded = reader_for(store, info.file)(Request(store, info.file, (), mapping))
-    return read_run(fill(said, loaded.facts.get(MEASURED, {})), info.file)[0]
+    return read_run(with_measured_values(given, loaded.facts.get(MEASURED, {})), info.file)[0]
 
 
-def _merged(info: RunRecord, facts: Mapping[str, Any], said: Collection[str]) -> RunRecord:
-    """The record in campaign.yaml, which sets the keys `said`; the run's own file supplies the
+def _merged(info: RunRecord, facts: Mapping[str, Any], given: Collection[str]) -> RunRecord:
+    """The record in campaign.yaml, which sets the keys `given`; the run's own file supplies the
     others."""
     own, _ = read_run(facts, info.file)
     changes = {}
@@ -95,7 +100,7 @@ def _merged(info: RunRecord, facts: Mapping[str, Any], said: Collection[str]) ->
         ours, theirs, usual = getattr(info, item.name), getattr(own, item.name), default_of(item)
         if item.name in ("file", "name", "extra") or theirs == usual:
             continue
-        if is_nan(ours) or (ours == usual and item.name not in said):
+        if is_nan(ours) or (ours == usual and item.name not in given):
             changes[item.name] = theirs
     return dataclasses.replace(info, **changes) if changes else info
 
@@ -153,7 +158,7 @@ class Campaign:
                 info = _described(store, info, mapping)
         except FlatplankError as error:
             file = entry.get("file", where) if isinstance(entry, Mapping) else where
-            self.problems.append(problem_of(error, str(file)))
+            self.problems.append(problem_from_error(error, str(file)))
             return
         # a bag opened by its own path is evaluated whatever its status
         if info.status not in USED and not store.exists(FILE_NAME):
@@ -163,8 +168,8 @@ class Campaign:
             self.problems.append(Problem(info.file, text, where, "correct the spelling", False))
         if own and _is_bag(store, info.file):
             self.problems += missing_keys(info, FILE_NAME)
-        said = () if own else frozenset(k for k, v in entry.items() if v not in (None, "", {}))
-        self.runs.append(Run(turned_info(info, mapping), store, mapping, said))
+        given = () if own else frozenset(k for k, v in entry.items() if v not in (None, "", {}))
+        self.runs.append(Run(turned_info(info, mapping), store, mapping, given))
 
     def _tell_unlisted(self, store: Store) -> None:
         """Report runs in the folder that campaign.yaml does not list."""
@@ -234,18 +239,18 @@ class Campaign:
         try:
             table, remarks = run.read(columns, further=further)
         except FlatplankError as error:
-            self.note(problem_of(error, run.info.file))
+            self.add_problem(problem_from_error(error, run.info.file))
             return None
         for problem in remarks:
-            self.note(problem)
+            self.add_problem(problem)
         first = self._files.setdefault(table.info.uuid or run.info.file, run.info.file)
         if first != run.info.file:
             what = f"same UUID {table.info.uuid} as {first}"
-            self.note(Problem(run.info.file, what, remedy="leave one of them out"))
+            self.add_problem(Problem(run.info.file, what, remedy="leave one of them out"))
             return None
         return table
 
-    def note(self, problem: Problem) -> None:
+    def add_problem(self, problem: Problem) -> None:
         """Add a problem, unless it is in the list already."""
         if problem not in self.problems:
             self.problems.append(problem)
@@ -278,7 +283,7 @@ def _found(store: Store) -> list[dict[str, Any]]:
 def _facts_of(store: Store, file: str) -> Mapping[str, Any]:
     """Facts in an unlisted file; empty when it cannot be read."""
     try:
-        return describe(store, file)
+        return read_description(store, file)
     except FlatplankError:
         return {}
 

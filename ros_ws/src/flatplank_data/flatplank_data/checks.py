@@ -27,7 +27,7 @@ REQUIRED: dict[str, tuple[str, ...]] = {
 ROLLING = ("slip", "free_rolling", "cleat")
 FITTED = ("slip", "cleat")
 """kinds whose samples along the road are fitted, not only their mean"""
-UNSAID_STEP = 0.01
+UNSTATED_STEP = 0.01
 """largest relative change of wheel speed over road speed in a run without a step [-]"""
 LOCKED = 0.05
 """a wheel is locked when its rim is slower than this share of the road speed [-]"""
@@ -90,11 +90,11 @@ def time_increases(table: MeasurementTable) -> Iterator[Remark]:
 
 
 def samples_lost(table: MeasurementTable) -> Iterator[Remark]:
-    """Report lost samples; refuse a run to be fitted that has lost many."""
+    """Report lost samples; a run for fits that has lost many is refused."""
     found = lost_samples(table)
     if not found.lost:
         return
-    if found.harmless or table.info.measurement not in FITTED:
+    if found.allows_fit or table.info.measurement not in FITTED:
         yield str(found), "column 'time'", "see why the recorder did not keep up", False
     else:
         remedy = "measure it again: no model is fitted across them"
@@ -167,7 +167,7 @@ def slip_sign(table: MeasurementTable) -> Iterator[Remark]:
     if not (table.has("wheel_velocity") and table.has("plank_velocity")):
         return
     if info.is_step and not np.isfinite(info.step_position):
-        yield from _unsaid_step(table)
+        yield from _unstated_step(table)
         return
     if not info.is_step:
         return
@@ -196,7 +196,7 @@ def slip_sign(table: MeasurementTable) -> Iterator[Remark]:
             yield what, "key 'kappa'", remedy, bool(fatal)
 
 
-def _unsaid_step(table: MeasurementTable) -> Iterator[Remark]:
+def _unstated_step(table: MeasurementTable) -> Iterator[Remark]:
     """Report a run without a recorded step whose slip changes: compares wheel speed over road
     speed early (15 to 30 %) and late (80 to 95 %) in the travel."""
     x = table["plank_position"]
@@ -211,7 +211,7 @@ def _unsaid_step(table: MeasurementTable) -> Iterator[Remark]:
         for p in parts
     ]
     change = turned[1] / turned[0] - 1.0 if turned[0] else np.nan
-    if abs(change) > UNSAID_STEP:
+    if abs(change) > UNSTATED_STEP:
         what = f"no step is stated, but the slip changes by {100.0 * change:+.1f} %"
         remedy = "write 'kappa', 'step_position' and 'effective_rolling_radius'"
         yield what, "key 'step_position'", remedy, True

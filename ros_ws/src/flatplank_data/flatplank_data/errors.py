@@ -24,7 +24,7 @@ class UnwritableError(FlatplankError, OSError):
 
     @property
     def strerror(self) -> str:  # type: ignore[override]
-        """What is wrong, without the file."""
+        """The fault alone, without the name of the file."""
         return self.what
 
 

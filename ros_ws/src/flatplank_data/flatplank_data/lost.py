@@ -39,7 +39,7 @@ class LostSamples:
         return self.lost / self.of if self.of else 0.0
 
     @property
-    def harmless(self) -> bool:
+    def allows_fit(self) -> bool:
         """True when a model can be fitted to the samples that are left."""
         return self.share <= MAX_SHARE and self.road <= MAX_ROAD
 

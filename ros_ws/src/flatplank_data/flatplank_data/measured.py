@@ -119,8 +119,8 @@ def _start(columns: Columns) -> Facts:
     return {"start": round(thirds) % 3 + 1} if near else {}
 
 
-def is_silent(info: RunRecord) -> bool:
-    """True for the record of a rolling run without a load, which nobody has filled in."""
+def is_rolling_run_without_load(info: RunRecord) -> bool:
+    """True when a record has no load although the tire rolls: nobody has filled the record in."""
     return info.measurement in (SLIP, FREE_ROLLING, UNKNOWN) and not info.fz > 0.0
 
 
@@ -141,18 +141,20 @@ def missing_keys(info: RunRecord, record: str) -> list[Problem]:
     return [Problem(info.file, what, remedy=remedy, fatal=False)] if keys else []
 
 
-def fill(said: Mapping[str, Any], measured: Mapping[str, Any]) -> dict[str, Any]:
-    """The keys `said`, with measured values for those that are missing or have defaults."""
+def with_measured_values(given: Mapping[str, Any], measured: Mapping[str, Any]) -> dict[str, Any]:
+    """The record's keys `given`; those that are missing or have defaults get `measured` values."""
     defaults = {f.name: default_of(f) for f in dataclasses.fields(RunRecord)}
     silent = {
         key
         for key in measured
-        if said.get(key) in (None, "", {}, 0, 0.0, defaults.get(key), "forward")
+        if given.get(key) in (None, "", {}, 0, 0.0, defaults.get(key), "forward")
     }
-    return {**said, **{key: measured[key] for key in silent}}
+    return {**given, **{key: measured[key] for key in silent}}
 
 
-def reconciled(info: RunRecord, measured: Mapping[str, Any]) -> tuple[RunRecord, list[Problem]]:
+def with_values_in_use(
+    info: RunRecord, measured: Mapping[str, Any]
+) -> tuple[RunRecord, list[Problem]]:
     """The record with the radius and step position in use, and a remark on each difference.
 
     A difference in slip or control is fatal, because the run would count in the wrong condition.
@@ -163,14 +165,13 @@ def reconciled(info: RunRecord, measured: Mapping[str, Any]) -> tuple[RunRecord,
     ]
     changes = {}
     for key, same in (("effective_rolling_radius", SAME_RADIUS), ("step_position", SAME_PLACE)):
-        said, found = getattr(info, key), measured.get(key, math.nan)
-        if info.measurement != SLIP or not abs(found - said) > same:
+        given, found = getattr(info, key), measured.get(key, math.nan)
+        if info.measurement != SLIP or not abs(found - given) > same:
             continue
         changes[key] = found
         unit, factor = ("mm", 1e3) if key == "effective_rolling_radius" else ("m", 1.0)
-        text = (
-            f"{factor * said:.6g} {unit} said, {factor * found:.6g} {unit} was in use and is used"
-        )
+        in_use = f"{factor * found:.6g} {unit}"
+        text = f"{factor * given:.6g} {unit} stated, {in_use} was in use and is used"
         problems.append(Problem(info.file, text, f"key '{key}'", "", fatal=False))
     return dataclasses.replace(info, **changes) if changes else info, problems
 
@@ -179,14 +180,14 @@ def _contradictions(info: RunRecord, measured: Mapping[str, Any]) -> list[tuple[
     """Keys that contradict the samples, each with the reason."""
     found = measured.get("measurement", UNKNOWN)
     if found != UNKNOWN and info.measurement in {SLIP, FREE_ROLLING} - {found}:
-        return [("measurement", f"{info.measurement} said, but {found} was on")]
+        return [("measurement", f"{info.measurement} stated, but {found} was on")]
     if not info.is_step or found != SLIP:
         return []
     waveform = info.waveform or {}
     name = measured.get("waveform", {}).get("name")
     if name == VARYING and "length" not in waveform:
-        return [("waveform", "a step said, but the slip asked for was not constant")]
+        return [("waveform", "a step stated, but the slip asked for was not constant")]
     kappa = measured.get("kappa", math.nan)
     if abs(kappa - info.kappa) > SAME_KAPPA:
-        return [("kappa", f"{100 * info.kappa:+g} % said, but {100 * kappa:+g} % was asked for")]
+        return [("kappa", f"{100 * info.kappa:+g} % stated, but {100 * kappa:+g} % was asked for")]
     return []

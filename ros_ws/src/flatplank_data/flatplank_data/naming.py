@@ -127,9 +127,9 @@ def facts_of_name(stem: str) -> dict[str, Any]:
 
 def _settings(kind: str, words: list[str]) -> dict[str, float]:
     """Slip, side slip and camber from the name; with `_CAM` the first angle is the camber."""
-    said = [m for w in words if (m := _SETTING.fullmatch(w))]
-    slips = [float(m[1]) / 100.0 for m in said if m[2] == "perc"]
-    angles = [float(m[1]) for m in said if m[2] == "deg"]
+    given = [m for w in words if (m := _SETTING.fullmatch(w))]
+    slips = [float(m[1]) / 100.0 for m in given if m[2] == "perc"]
+    angles = [float(m[1]) for m in given if m[2] == "deg"]
     keys = [key for key in ("gamma_deg", "alpha_deg") if key == "alpha_deg" or "_CAM" in kind]
     return dict(zip(keys, angles, strict=False)) | dict(zip(["kappa"], slips, strict=False))
 

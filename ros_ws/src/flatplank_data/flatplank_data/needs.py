@@ -11,7 +11,7 @@ from flatplank_data.run_record import RunRecord
 Infos = Sequence[RunRecord]
 
 
-def what_is_missing(infos: Infos) -> list[dict[str, str]]:
+def parameters_and_missing_runs(infos: Infos) -> list[dict[str, str]]:
     """Groups of parameters, each with its meaning and its missing runs (as text, may be empty)."""
     return [
         {"parameters": parameters, "meaning": meaning, "missing": missing(infos)}

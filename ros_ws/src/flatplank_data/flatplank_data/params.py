@@ -10,17 +10,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import Field, dataclass, field, fields
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, ClassVar, NamedTuple, Protocol, TypeVar
 
 from flatplank_data.yaml_text import load_yaml
 
 SHELL_KEYS = frozenset({"use_sim_time", "autostart", "fifo_priority"})
 """Keys of a parameter file that belong to the ROS node, not to its core."""
 
-P = TypeVar("P")
+
+class AnyDataclass(Protocol):
+    """Bound of the types that are made from a mapping: any dataclass."""
+
+    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
+
+
+P = TypeVar("P", bound=AnyDataclass)
 Bounds = tuple[float, float]
 
 
@@ -85,17 +92,17 @@ class Params:
         return None
 
 
-def describe(cls: type) -> tuple[ParamInfo, ...]:
+def parameter_infos(cls: type) -> tuple[ParamInfo, ...]:
     """Every parameter of a set in order, for declaration and documentation."""
     return tuple(ParamInfo(name=f.name, default=f.default, **f.metadata) for f in fields(cls))
 
 
 def from_mapping(cls: type[P], mapping: Mapping[str, Any], where: str) -> P:
     """Checked parameters from a plain mapping; `where` names its file or node in errors."""
-    known = {info.name for info in describe(cls)}
+    known = {info.name for info in parameter_infos(cls)}
     for key in mapping:
         if key not in known and key not in SHELL_KEYS:
-            raise ParameterError(f"{where}: unknown parameter '{key}'{nearest(key, known)}")
+            raise ParameterError(f"{where}: unknown parameter '{key}'{nearest_hint(key, known)}")
     try:
         values = cls(**{key: value for key, value in mapping.items() if key in known})
         validate(values, where)
@@ -123,7 +130,7 @@ def require_changes_only(old: P, new: P, allowed: Iterable[str], where: str) -> 
             )
 
 
-def load(cls: type[P], path: str | Path, node: str = "") -> P:
+def load_parameter_set(cls: type[P], path: str | Path, node: str = "") -> P:
     """A parameter set from a ROS parameter file."""
     return from_mapping(cls, load_parameters(path, node), str(path))
 
@@ -148,15 +155,15 @@ def load_parameters(path: str | Path, node: str = "") -> dict[str, Any]:
     return merged
 
 
-def alike(key: str, known: Iterable[str], least: float = 0.4, most: int = 1) -> list[str]:
+def similar_names(key: str, known: Iterable[str], least: float = 0.4, most: int = 1) -> list[str]:
     """Known names similar to `key`, the nearest first; `least` 0 .. 1: smallest similarity."""
     return get_close_matches(str(key), sorted(known), n=most, cutoff=least)
 
 
-def nearest(key: str, known: Iterable[str]) -> str:
+def nearest_hint(key: str, known: Iterable[str]) -> str:
     """Hint at the nearest known name, to end an error message with."""
     names = sorted(known)
-    match = alike(key, names)
+    match = similar_names(key, names)
     return f"; the nearest is '{match[0]}'" if match else f"; known are {', '.join(names)}"
 
 
@@ -202,7 +209,7 @@ def _out_of_range(value: Any, metadata: Mapping[str, Any]) -> str | None:
     if isinstance(value, str):
         choices = metadata.get("choices", ())
         known = not choices or value in choices
-        return None if known else f"is '{value}'{nearest(value, choices)}"
+        return None if known else f"is '{value}'{nearest_hint(value, choices)}"
     if isinstance(value, bool):
         return None
     if not math.isfinite(value):

@@ -27,13 +27,13 @@ class Problem:
         tail = f"; {self.remedy}" if self.remedy else ""
         return f"{head}{self.what}{tail}" + ("" if self.fatal or self.left_out else " (run kept)")
 
-    def error(self) -> FlatplankError:
+    def as_error(self) -> FlatplankError:
         """The problem as an exception."""
         where = f"{self.file}, {self.place}" if self.place else self.file
         return FlatplankError(self.what, where, self.remedy)
 
 
-def problem_of(error: FlatplankError, file: str) -> Problem:
+def problem_from_error(error: FlatplankError, file: str) -> Problem:
     """Convert an exception about `file`."""
     where = error.where.removeprefix(file).lstrip(":, ")
     return Problem(file, error.what, where, error.remedy)

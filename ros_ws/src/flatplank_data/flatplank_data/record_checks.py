@@ -12,7 +12,7 @@ from uuid import UUID
 from flatplank_data.condition import is_nan
 from flatplank_data.errors import FlatplankError, RecordingError
 from flatplank_data.limits import IN_FILES
-from flatplank_data.params import nearest
+from flatplank_data.params import nearest_hint
 from flatplank_data.values import is_number
 
 STATUSES = (
@@ -54,14 +54,14 @@ def converted(item: Field, value: Any, where: str) -> Any:
     return str(value) if kind == "str" else value
 
 
-def refuse_unknown(values: Mapping[str, Any], known: Mapping[str, Field], where: str) -> None:
+def check_keys(values: Mapping[str, Any], known: Mapping[str, Field], where: str) -> None:
     """Raise RecordingError for a key that is not in `known`."""
     for key in values:
         if key not in known:
-            raise RecordingError(f"{where}: unknown key {key!r}{nearest(key, known)}")
+            raise RecordingError(f"{where}: unknown key {key!r}{nearest_hint(key, known)}")
 
 
-def refuse(values: Mapping[str, Any], known: Mapping[str, Field]) -> None:
+def check_values(values: Mapping[str, Any], known: Mapping[str, Field]) -> None:
     """Raise RecordingError for the first value that a record of this bench cannot have."""
     for key in _TEXTS:
         if not isinstance(values.get(key, ""), str):
@@ -80,10 +80,10 @@ def refuse(values: Mapping[str, Any], known: Mapping[str, Field]) -> None:
     if status not in STATUSES:
         raise RecordingError(f"status {status!r} is unknown; use {', '.join(STATUSES)}")
     if "uuid" in values:
-        _refuse_uuid(values["uuid"])
+        _check_uuid(values["uuid"])
 
 
-def _refuse_uuid(text: str) -> None:
+def _check_uuid(text: str) -> None:
     try:
         UUID(text)
     except ValueError:

@@ -22,8 +22,8 @@ from flatplank_data.condition import Condition, condition_of, is_nan
 from flatplank_data.errors import FlatplankError, RecordingError, YamlError
 from flatplank_data.files import read_text, write_atomic
 from flatplank_data.naming import STEPS, check_name, name_of
-from flatplank_data.params import alike
-from flatplank_data.record_checks import STATUSES, converted, default_of, refuse, refuse_unknown
+from flatplank_data.params import similar_names
+from flatplank_data.record_checks import STATUSES, check_keys, check_values, converted, default_of
 from flatplank_data.yaml_text import load_yaml
 
 FORMAT = "flatplank-run/1"
@@ -146,7 +146,7 @@ class RunRecord:
 
     def with_changes(self, **changes: Any) -> RunRecord:
         """A copy with other values, checked; an error for an unknown key names the nearest one."""
-        refuse_unknown(changes, _OWN, "run record")
+        check_keys(changes, _OWN, "run record")
         return _checked(self, changes)
 
     def to_dict(self) -> dict[str, Any]:
@@ -161,7 +161,7 @@ class RunRecord:
         return out | dict(self.extra)
 
     def to_yaml(self) -> str:
-        """Every key, as `run.yaml` has it."""
+        """The text of `run.yaml`, with every key."""
         return yaml.safe_dump(self._whole(), sort_keys=False, allow_unicode=True)
 
     def _whole(self) -> dict[str, Any]:
@@ -228,7 +228,7 @@ def read_run(raw: Mapping[str, Any], where: str) -> tuple[RunRecord, list[str]]:
             known[key] = converted(_KEYS[key], value, where)
             continue
         extra[str(key)] = value
-        near = alike(key, _KEYS, 0.75)
+        near = similar_names(key, _KEYS, 0.75)
         if near:
             remarks.append(f"unknown key '{key}' (nearest: '{near[0]}')")
     return RunRecord(**known, extra=extra), remarks
@@ -241,7 +241,7 @@ def record_from_dict(data: Mapping[str, Any], where: str = "run record") -> RunR
     values = {key: value for key, value in data.items() if key != "format"}
     if data.get("format", FORMAT) != FORMAT:
         raise RecordingError(f"{where}: format {data['format']!r} is unknown; use {FORMAT!r}")
-    refuse_unknown(values, _OWN, where)
+    check_keys(values, _OWN, where)
     if "tire" not in values:
         raise RecordingError(f"{where}: tire is missing; name the tire")
     try:
@@ -252,7 +252,7 @@ def record_from_dict(data: Mapping[str, Any], where: str = "run record") -> RunR
 
 def _checked(record: RunRecord, changes: Mapping[str, Any]) -> RunRecord:
     """The record with these values; RecordingError for a value out of range."""
-    refuse(changes, _KEYS)
+    check_values(changes, _KEYS)
     try:
         own = {key: converted(_KEYS[key], value, key) for key, value in changes.items()}
     except FlatplankError as error:
@@ -265,7 +265,7 @@ def _checked(record: RunRecord, changes: Mapping[str, Any]) -> RunRecord:
 
 
 def record_from_yaml(text: str, where: str = "run record") -> RunRecord:
-    """Like `record_from_dict`, from a YAML text."""
+    """The record in a YAML text, checked as by `record_from_dict`."""
     try:
         return record_from_dict(load_yaml(text, where), where)
     except YamlError as error:

@@ -37,7 +37,7 @@ class LocalStore:
         """A local path with the content of `name` (a file or a folder)."""
         return Path(self._path(name))
 
-    def stamp(self, name: str) -> tuple[int, int]:
+    def size_and_time(self, name: str) -> tuple[int, int]:
         """Size [bytes] and modification time [ns] of a file."""
         stat = os.stat(self._path(name))
         return stat.st_size, stat.st_mtime_ns
@@ -87,7 +87,7 @@ class RemoteStore:
             fs.get(posixpath.join(path, name), str(target), recursive=self.is_dir(name))
         return target
 
-    def stamp(self, name: str) -> tuple[int, int]:
+    def size_and_time(self, name: str) -> tuple[int, int]:
         fs, path = self._fs()
         details = fs.info(posixpath.join(path, name))
         return int(details.get("size") or 0), 0

@@ -7,6 +7,7 @@ import dataclasses
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -114,17 +115,17 @@ class MeasurementTable:
         return {name: COLUMN_UNITS.get(name, "1") for name in self.columns}
 
     def select(self, names: Iterable[str]) -> MeasurementTable:
-        """The same run with fewer columns."""
+        """The table with these columns only."""
         return MeasurementTable({name: self[name] for name in names}, self.info)
 
     def rows(self, mask: np.ndarray | slice) -> MeasurementTable:
-        """The same run with fewer samples."""
+        """The table with the samples of a mask or slice only."""
         return MeasurementTable({k: v[mask] for k, v in self.columns.items()}, self.info)
 
     def with_columns(self, **columns: np.ndarray) -> MeasurementTable:
-        """The same run with columns added or replaced."""
+        """The table with columns added or replaced."""
         return MeasurementTable({**self.columns, **columns}, self.info)
 
-    def with_info(self, **changes: object) -> MeasurementTable:
-        """The same samples with another run record."""
+    def with_info(self, **changes: Any) -> MeasurementTable:
+        """The table with changes in its run record."""
         return MeasurementTable(self.columns, dataclasses.replace(self.info, **changes))

@@ -86,7 +86,7 @@ _SPELLINGS = {
 
 
 def is_number_text(text: str) -> bool:
-    """Whether a text is one number."""
+    """True when a text is one number."""
     try:
         float(text)
     except ValueError:
@@ -94,7 +94,7 @@ def is_number_text(text: str) -> bool:
     return True
 
 
-def canonical(unit: str) -> str:
+def canonical_unit(unit: str) -> str:
     """Key of `UNITS` for a unit as written in a file, without the dot or blank of a product."""
     text = unit.strip().strip("[]()'\"").strip()
     key = text.lower()
@@ -108,7 +108,7 @@ def canonical(unit: str) -> str:
 
 def factor_offset(unit: str, expected: str, where: str) -> tuple[float, float]:
     """Factor and offset that turn values in `unit` into the SI unit `expected`."""
-    entry = UNITS.get(canonical(unit))
+    entry = UNITS.get(canonical_unit(unit))
     if entry is None:
         raise FlatplankError(
             f"unknown unit '{unit}'", where, f"write a unit that converts to {expected}"

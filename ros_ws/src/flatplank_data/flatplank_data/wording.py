@@ -60,7 +60,7 @@ def sized(value: float, interval: Sequence[float], unit: str, digits: int = 3) -
     return f"{plain(factor * value, digits)}{unit_word} (90 %: {low} to {high})"
 
 
-def table(rows: list[tuple[str, ...]]) -> str:
+def table(rows: Sequence[tuple[str, ...]]) -> str:
     """Text table; the first column is left-aligned, the others right-aligned."""
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     out = []

@@ -30,7 +30,7 @@ def end_with_parent() -> None:
         raise SystemExit(f"the process {parent} that started this node is gone")
 
 
-def tell_started() -> None:
+def report_started() -> None:
     """Make the file that reports the start, if the environment names one."""
     if file := os.environ.get(STARTED):
         Path(file).touch()
@@ -112,7 +112,7 @@ def _fifo(thread: int, priority: int) -> str:
     return f"SCHED_FIFO {priority}"
 
 
-def prepare(fifo: bool, priority: int) -> str:
+def prepare_thread(fifo: bool, priority: int) -> str:
     """Set exact timers and, if requested and allowed, SCHED_FIFO for this thread; returns the
     result."""
     _prctl(PR_SET_TIMERSLACK, 1)
@@ -130,7 +130,7 @@ def prepare_threads(priority: int) -> str:
     return outcomes[0]
 
 
-def environment(*more: Path) -> dict[str, str]:
+def child_environment(*more: Path) -> dict[str, str]:
     """Environment for a child process: that of this process, with the folders of this and further
     packages first in the module path.
     """

@@ -38,7 +38,7 @@ class Trouble:
         return f"{seen}; {self.remedy}" if self.remedy else seen
 
 
-def table(*troubles: Trouble) -> dict[str, Trouble]:
+def table_of_troubles(*troubles: Trouble) -> dict[str, Trouble]:
     """Troubles by name; ValueError for a duplicate name."""
     by_name = {trouble.name: trouble for trouble in troubles}
     if len(by_name) < len(troubles):
@@ -50,7 +50,7 @@ _ERROR, _WARN, _OK = Level.ERROR, Level.WARN, Level.OK
 AGAIN = "then enable the drive again"
 
 
-DRIVE = table(
+DRIVE = table_of_troubles(
     Trouble(
         "inputs", _ERROR, "inputs of the bus are stale or lost",
         "no fresh image of the bus reached the drive node in time, or the bus says that it is bad",
@@ -158,7 +158,7 @@ DRIVE = table(
     ),
 )  # fmt: skip
 
-BUS = table(
+BUS = table_of_troubles(
     Trouble(
         "bus_degraded", _WARN, "single frames of the bus were lost",
         "one or two cycles in a row without a good answer; they are bridged",
@@ -216,7 +216,7 @@ OF_HEALTH = {
 }
 """health of an image -> trouble"""
 
-MEASURING = table(
+MEASURING = table_of_troubles(
     Trouble(
         "saturated", _WARN, "bridges of the hub are at their limit",
         "the amplifier of a channel is beyond saturation_volts: the forces made of it are wrong",
@@ -255,7 +255,7 @@ MEASURING = table(
     ),
 )  # fmt: skip
 
-NODES = table(
+NODES = table_of_troubles(
     Trouble(
         "refused", _WARN, "a call was refused",
         "what was asked for is not possible now or its values are wrong; nothing has changed",
@@ -286,4 +286,6 @@ SECTIONS = {
 }
 """section title of docs/troubles.md -> troubles"""
 
-TROUBLES = table(*(trouble for section in SECTIONS.values() for trouble in section.values()))
+TROUBLES = table_of_troubles(
+    *(trouble for section in SECTIONS.values() for trouble in section.values())
+)

@@ -68,14 +68,14 @@ class Guard:
             await self.app(scope, receive, send)
             return
         headers = {k.decode("latin-1").lower(): v.decode("latin-1") for k, v in scope["headers"]}
-        status = self.judge(headers, scope.get("query_string", b"").decode("latin-1"))
+        status = self.refusal_of(headers, scope.get("query_string", b"").decode("latin-1"))
         if status:
             await _refuse(scope, send, *status)
             return
         given = _token_in_query(scope.get("query_string", b"").decode("latin-1"))
         await self.app(scope, receive, self._with_cookie(send) if given and self.token else send)
 
-    def judge(self, headers: dict[str, str], query: str) -> tuple[int, str] | None:
+    def refusal_of(self, headers: dict[str, str], query: str) -> tuple[int, str] | None:
         """Status and reason of a refusal, or None."""
         host = host_of(headers.get("host", ""))
         if not self.token and not is_loopback(host):

@@ -162,7 +162,7 @@ class BenchState:
         )  # fmt: skip
 
     # texts
-    def words(self, now: float) -> dict[str, str]:
+    def state_texts(self, now: float) -> dict[str, str]:
         """State as texts for the page."""
         s = self.samples
         if not self.running(now) or s.inputs is None:

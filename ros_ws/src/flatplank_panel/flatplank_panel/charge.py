@@ -21,9 +21,9 @@ class PageInCharge:
         """name shown to the other pages"""
         self._heard = 0.0
 
-    def take(self, page: str, name: str, now: float) -> None:
+    def take_charge(self, page: str, name: str, now: float) -> None:
         """Take charge; NotInCharge while another page is in charge."""
-        self.expire(now)
+        self.release_if_silent(now)
         if self.holder not in ("", page):
             raise NotInCharge(f"{self.name or 'another page'} is in charge; ask for a hand-over")
         self.holder, self.name, self._heard = page, name, now
@@ -32,21 +32,21 @@ class PageInCharge:
         if self.holder == page:
             self.holder = self.name = ""
 
-    def beat(self, page: str, now: float) -> bool:
+    def register_heartbeat(self, page: str, now: float) -> bool:
         """Register a heartbeat; true when the page is in charge."""
         if page != self.holder or not page:
             return False
         self._heard = now
         return True
 
-    def expire(self, now: float) -> bool:
+    def release_if_silent(self, now: float) -> bool:
         """Release a silent page; true when the page in charge has just been released."""
         if self.holder and now - self._heard > HOLDER_TIMEOUT_S:
             self.holder = self.name = ""
             return True
         return False
 
-    def check(self, page: str) -> None:
+    def require_charge(self, page: str) -> None:
         """Raise NotInCharge unless the page is in charge."""
         if not page or page != self.holder:
             who = f"{self.name} is in charge" if self.holder else "take charge first"

@@ -71,14 +71,21 @@ class Host:
         """
         if self._processes is not None:
             raise ValueError("a bench is running already; stop it first")
+        kind = validation.choice(kind, BUSES, "bench")
+        tire = validation.choice(tire, TIRES, "tire")
+        preset = validation.choice(preset, PRESETS, "preset")
+        seed = int(validation.number(seed, "seed", 0, 2**31 - 1))
+        rate_hz = int(validation.number(rate, "bus rate", 50, 1000, "Hz"))
+        wiring = self._wiring(interface, bus_file) if kind == "lab" else ("", "")
         self.setup = BenchSetup(
-            kind=validation.choice(kind, BUSES, "bench"),
-            tire=validation.choice(tire, TIRES, "tire"),
-            preset=validation.choice(preset, PRESETS, "preset"),
-            seed=int(validation.number(seed, "seed", 0, 2**31 - 1)),
-            rate_hz=int(validation.number(rate, "bus rate", 50, 1000, "Hz")),
+            kind=kind,
+            tire=tire,
+            preset=preset,
+            seed=seed,
+            rate_hz=rate_hz,
             data=str(self.data),
-            **(self._wiring(interface, bus_file) if kind == "lab" else {}),
+            interface=wiring[0],
+            bus_file=wiring[1],
             parameters=self.parameters,
             calibration=str(book_for(self.data).path),
         )
@@ -86,7 +93,7 @@ class Host:
         self._processes.start()
         return self.setup
 
-    def _wiring(self, interface: str, bus_file: str) -> dict[str, str]:
+    def _wiring(self, interface: str, bus_file: str) -> tuple[str, str]:
         """Interface and bus file of the machine."""
         text = str(bus_file or "").strip()
         ours = config_file("flatplank_hw", f"bus/{text}.yaml") if text.isidentifier() else None
@@ -94,10 +101,7 @@ class Host:
             path = validation.inside(self.data, text, "bus file")
             read_bus_file(path)
             text = str(path)
-        return {
-            "interface": validation.choice(interface, interfaces(), "network interface"),
-            "bus_file": text,
-        }
+        return validation.choice(interface, interfaces(), "network interface"), text
 
     def stop(self) -> None:
         """End the nodes, if any."""

@@ -46,7 +46,7 @@ class Investigation:
         self.folder = ""
         self.each = True
         """true: the operator approves each batch"""
-        self.said = ""
+        self.last_message = ""
         self._page = ""
         """page that began, or approved last: the batches are made in its name"""
         self._on_twin = False
@@ -69,7 +69,7 @@ class Investigation:
     def progress(self) -> tuple[str, float]:
         """Text about the present action with the minutes left, and its completed share."""
         if not self.busy:
-            return self.said, 0.0
+            return self.last_message, 0.0
         text, share, left = *self._doing, self.content["left"]
         if self._asking:
             left += self.content["waiting"]["minutes"]
@@ -84,28 +84,33 @@ class Investigation:
         """Show the investigation in a folder."""
         self._require_rest()
         where = check.inside(self.service.data, folder)
-        self.content = await self.service.investigating.ask("investigation", folder=str(where))
-        self.folder, self.said = folder, "" if self.content["entries"] else "nothing is there yet"
+        self.content = await self.service.investigating.ask(
+            "investigation_state", folder=str(where)
+        )
+        self.folder, self.last_message = (
+            folder,
+            "" if self.content["entries"] else "nothing is there yet",
+        )
 
     def begin(self, page: str, request: Mapping[str, Any], each: bool) -> None:
         """Start, or continue the investigation in the folder."""
         self._require_rest()
         checked = self._checked(page, request)
         self.content, self.folder = EMPTY, str(request["folder"])
-        self.each, self.said, self._ending = bool(each), "", False
+        self.each, self.last_message, self._ending = bool(each), "", False
         self._page, self._on_twin = page, checked.twin is not None
         self._go.clear()
         self._task = asyncio.create_task(self._run(checked))
 
-    def approve(self, page: str) -> None:
+    def approve_batch(self, page: str) -> None:
         """Approve the waiting batch."""
         if not self.asking:
             raise ValueError("no batch waits to be approved")
         self._answered_by(page)
 
-    def refuse(self, page: str) -> None:
+    def refuse_batch(self, page: str) -> None:
         """Refuse the waiting batch; another one is chosen."""
-        self.approve(page)  # ends the wait, whose answer is read after this
+        self.approve_batch(page)  # ends the wait, whose answer is read after this
         self._refused = True
 
     def run_all(self, page: str) -> None:
@@ -121,13 +126,15 @@ class Investigation:
             raise ValueError("no investigation is under way")
         self._ending = True
         if self._on_bench:
-            await self.operator.cancel(page)  # the runner stops safely and ends the batch
+            await self.operator.cancel_measurement(
+                page
+            )  # the runner stops safely and ends the batch
         else:
             self._task.cancel()
 
     def _answered_by(self, page: str) -> None:
         if not self._on_twin:
-            self.operator.charge.check(page)
+            self.operator.charge.require_charge(page)
         self._page = page
         self._go.set()
 
@@ -138,7 +145,7 @@ class Investigation:
         if tire:
             check.choice(tire, known_tires(), "tire")
         if place == "bench":
-            self.operator.charge.check(page)
+            self.operator.charge.require_charge(page)
             twin = None
         else:
             plant = str(request["plant"] or "").strip()
@@ -162,22 +169,24 @@ class Investigation:
         about = {"folder": request.folder, "minutes": request.minutes, "tire": request.tire}
         try:
             while not self._ending:
-                self.content = await self._ask("decide", **about)
+                self.content = await self._ask("choose_batch", **about)
                 if self.content["waiting"] is None:
-                    self.said = f"ended: {self.content['ended']} ({self.content['reason']})"
+                    self.last_message = (
+                        f"ended: {self.content['ended']} ({self.content['reason']})"
+                    )
                     break
                 if not await self._approved():
-                    self.content = await self._ask("refuse", **about)
+                    self.content = await self._ask("refuse_batch", **about)
                     continue
                 await self._made(request, self.content["waiting"]["plan"])
-                self.content = await self._ask("measure", **about, twin=request.twin)
+                self.content = await self._ask("measure_batch", **about, twin=request.twin)
             else:  # the batch was complete when the stop came
-                self.said = STOPPED
+                self.last_message = STOPPED
         except ValueError as error:
             stopped = "stopped; " if self._ending else ""
-            self.said = f"{stopped}{error}"
+            self.last_message = f"{stopped}{error}"
         except asyncio.CancelledError:
-            self.said = STOPPED
+            self.last_message = STOPPED
         finally:
             self._asking = self._on_bench = False
             self._doing = ("", 0.0)
@@ -195,7 +204,10 @@ class Investigation:
             self._asking = self._refused = False
 
     async def _made(self, request: PageRequest, plan: str) -> None:
-        """Let the runner of the bench make the batch; on the twin the job `measure` makes it."""
+        """Let the runner of the bench make the batch.
+
+        On the twin the job `measure_batch` makes it.
+        """
         if request.twin is not None:
             return
         state = self.operator.link.state
@@ -208,7 +220,7 @@ class Investigation:
             self._on_bench = False
 
     async def _ask(self, job: str, **arguments: Any) -> Mapping[str, Any]:
-        return await self.service.investigating.ask(job, self._tell, **arguments)
+        return await self.service.investigating.ask(job, self._on_progress, **arguments)
 
-    def _tell(self, text: str, share: float) -> None:
+    def _on_progress(self, text: str, share: float) -> None:
         self._doing = (text, share)

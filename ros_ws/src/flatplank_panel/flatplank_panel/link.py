@@ -37,7 +37,7 @@ class BenchLink(Protocol):
     async def cancel(self) -> Reply:
         """Stop the measurement that the runner makes."""
 
-    def beat(self, token: str) -> None:
+    def send_heartbeat(self, token: str) -> None:
         """Heartbeat of the client in charge."""
 
     def offers(self, request: str) -> bool:

@@ -51,7 +51,7 @@ class LiveData:
             "begun": begun,
             "rows": rows,
             "live": self.state.running(now),
-            "words": self.state.words(now),
+            "words": self.state.state_texts(now),
         }
 
     def start(self) -> str:

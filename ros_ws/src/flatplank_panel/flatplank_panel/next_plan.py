@@ -36,7 +36,7 @@ def _as_it_is(key: str) -> Callable[[Settings], dict[str, Any]]:
     return lambda s: {key: float(s[key])}
 
 
-SAID: dict[str, Callable[[Settings], dict[str, Any]]] = {
+BLOCK_OF_SETTING: dict[str, Callable[[Settings], dict[str, Any]]] = {
     **{k: _as_it_is(k) for k in ("kappa", "fz", "pressure", "alpha_deg", "gamma_deg")},
     "step_position": _as_it_is("step_position"),
     "start": _start,
@@ -50,14 +50,14 @@ SAID: dict[str, Callable[[Settings], dict[str, Any]]] = {
 def block_of(settings: Settings) -> dict[str, Any]:
     """One run of a plan; ValueError names a setting that no plan can express."""
     for key in settings:
-        if key not in SAID:
+        if key not in BLOCK_OF_SETTING:
             raise ValueError(f"{key}: a plan cannot express it; measure by hand")
     for key in ("kappa", "step_position"):
         if key not in settings:
-            raise ValueError(f"{key}: the proposal does not say it; measure by hand")
+            raise ValueError(f"{key}: the proposal does not state it; measure by hand")
     block: dict[str, Any] = {"measurement": "slip"}
-    for key in (k for k in SAID if k in settings):
-        block |= SAID[key](settings)
+    for key in (k for k in BLOCK_OF_SETTING if k in settings):
+        block |= BLOCK_OF_SETTING[key](settings)
     return block
 
 
@@ -81,8 +81,8 @@ def write_next(proposal: Mapping[str, Any], campaign: str, data: Path) -> Path:
     name = check.name(f"next_run_{campaign}")
     blocks = [block_of(settings) | {"repeats": repeats} for settings in runs]
     plan = {"format": FORMAT, "name": name, "tire": proposal.get("tire", ""), "runs": blocks}
-    said = " ".join(str(proposal.get("what", "")).split())
-    text = f"# {said}\n" + yaml.safe_dump(plan, sort_keys=False)
+    purpose = " ".join(str(proposal.get("what", "")).split())
+    text = f"# {purpose}\n" + yaml.safe_dump(plan, sort_keys=False)
     path = data / FOLDER / f"{name}.yaml"
     plan_from_text(text, path.name)
     path.parent.mkdir(exist_ok=True)

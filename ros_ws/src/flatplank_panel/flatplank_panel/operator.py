@@ -63,25 +63,25 @@ class Operator:
         self._claim_refused = ""
 
     # charge
-    def take(self, page: str, name: str) -> None:
-        self.charge.take(page, check.note(name)[:40] or "another page", time.monotonic())
+    def take_charge(self, page: str, name: str) -> None:
+        self.charge.take_charge(page, check.note(name)[:40] or "another page", time.monotonic())
 
     async def release_page(self, page: str) -> None:
         if self.charge.holder == page:
             self.charge.release_page(page)
             await self._release()
 
-    def beat(self, page: str) -> None:
+    def register_heartbeat(self, page: str) -> None:
         """Register a heartbeat of a page; that of the page in charge goes on to the drive."""
-        if self.charge.beat(page, time.monotonic()) and self._token:
-            self.link.beat(self._token)
+        if self.charge.register_heartbeat(page, time.monotonic()) and self._token:
+            self.link.send_heartbeat(self._token)
 
     async def supervise(self) -> None:
         """Keep the claim at the drive consistent with the page in charge; call a few times a
         second."""
         now = time.monotonic()
-        if self.charge.expire(now):
-            self.say("the page in charge has gone; nobody is in charge")
+        if self.charge.release_if_silent(now):
+            self.add_to_log("the page in charge has gone; nobody is in charge")
             await self._release()
         if not self.link.state.running(now):
             self._token = ""
@@ -90,7 +90,7 @@ class Operator:
         elif not self._token or now - self._claimed_at > RENEWAL:
             reason = await self._claim()
             if reason and reason != self._claim_refused:
-                self.say(f"charge of the drive: {reason}")
+                self.add_to_log(f"charge of the drive: {reason}")
             self._claim_refused = reason
 
     async def _claim(self) -> str:
@@ -109,19 +109,19 @@ class Operator:
     # bench
     async def start_bench(self, page: str, wishes: Mapping[str, Any]) -> str:
         """Start the nodes; `wishes`: arguments of `Host.start`."""
-        self.charge.check(page)
+        self.charge.require_charge(page)
         if self.link.state.running(time.monotonic()):
             raise ValueError("a bench is running already, started elsewhere; the page uses it")
         setup = await asyncio.to_thread(partial(self.host.start, **wishes))
-        return self.say(f"bench {setup.kind} started, tire {setup.tire}")
+        return self.add_to_log(f"bench {setup.kind} started, tire {setup.tire}")
 
     async def stop_bench(self, page: str) -> str:
-        self.charge.check(page)
+        self.charge.require_charge(page)
         if not self.host.running:
             raise ValueError("this page has not started the bench; stop it where it was started")
         self._token = ""
         await asyncio.to_thread(self.host.stop)
-        return self.say("bench stopped")
+        return self.add_to_log("bench stopped")
 
     async def emergency_stop(self, page: str) -> str:
         """Emergency stop, allowed for every page: stops the wheel, and presses the button of a
@@ -140,7 +140,7 @@ class Operator:
         ]
         if not mushroom:
             parts.append("the plank is stopped by its own switch")
-        text = self.say("STOP: " + "; ".join(parts))
+        text = self.add_to_log("STOP: " + "; ".join(parts))
         if not all(reply.accepted for reply in replies):
             raise ValueError(text)
         return text
@@ -153,7 +153,7 @@ class Operator:
     def log_ended_nodes(self) -> None:
         """Log nodes started by this panel that have ended by themselves."""
         for name, code in self.host.newly_ended().items():
-            self.say(
+            self.add_to_log(
                 f"{name} has ended by itself (exit code {code}), see {self.host.log.name}; "
                 "stop the bench and start it again"
             )
@@ -187,7 +187,7 @@ class Operator:
         self, page: str, name: str, values: Mapping[str, Any], start: Any, radius: Any
     ) -> str:
         """Set the waveform and select slip control."""
-        self.charge.check(page)
+        self.charge.require_charge(page)
         wave = waveform_of(name, values)
         known = {k: float(getattr(wave, k)) for k in values}
         text = f"{name} from {start} m with r_e {radius} m"
@@ -214,7 +214,7 @@ class Operator:
 
     async def set_constants(self, page: str, values: Mapping[str, Any]) -> str:
         """Set parameters of hub and encoders; for each node all or none."""
-        self.charge.check(page)
+        self.charge.require_charge(page)
         by_node: dict[str, dict[str, float]] = {}
         for name, value in values.items():
             constant = CONSTANTS[check.choice(name, CONSTANTS, "constant")]
@@ -223,7 +223,7 @@ class Operator:
             by_node.setdefault(constant.node, {})[name] = number
         for node, part in by_node.items():
             self._judge(await self.link.set_parameters(node, part))
-        return self.say("constants: " + ", ".join(f"{k} = {v}" for k, v in values.items()))
+        return self.add_to_log("constants: " + ", ".join(f"{k} = {v}" for k, v in values.items()))
 
     async def constants(self) -> dict[str, float]:
         """Present constants of the nodes."""
@@ -238,7 +238,7 @@ class Operator:
         self, page: str, name: str, folder: str, note: str, at_once: bool, facts: Mapping[str, Any]
     ) -> str:
         """Arm the recorder; it writes from the motion trigger on, or at once."""
-        self.charge.check(page)
+        self.charge.require_charge(page)
         record = {"tire": UNKNOWN} | dict(facts)
         record |= {"name": check.name(name), "notes": check.note(note)}
         record["operator"] = self.charge.name
@@ -247,12 +247,12 @@ class Operator:
         request["record"] = yaml.safe_dump(record)
         return await self._send_claimed(page, "record", f"recording {name}", **request)
 
-    async def save(self, page: str) -> str:
+    async def save_recording(self, page: str) -> str:
         return await self._send_claimed(
             page, "stop_record", "recording saved", status="complete", notes=""
         )
 
-    async def discard(self, page: str) -> str:
+    async def discard_recording(self, page: str) -> str:
         return await self._send_claimed(page, "discard", "recording discarded")
 
     async def measure(self, page: str, plan: str | Mapping[str, Any], folder: str) -> str:
@@ -263,18 +263,18 @@ class Operator:
         # the simulated operator makes manual settings without a prompt
         simulated = self.link.offers("load_to")
         self._judge(await self.link.measure(text, target, simulated))
-        return self.say("measurement begun")
+        return self.add_to_log("measurement begun")
 
-    async def cancel(self, page: str) -> str:
-        self.charge.check(page)
+    async def cancel_measurement(self, page: str) -> str:
+        self.charge.require_charge(page)
         self._judge(await self.link.cancel())
-        return self.say("measurement is being stopped")
+        return self.add_to_log("measurement is being stopped")
 
-    async def confirm(self, page: str) -> str:
+    async def confirm_prompt(self, page: str) -> str:
         return await self._send_claimed(page, "confirm", "confirmed")
 
     # manual settings of the simulated machine
-    async def hand(self, page: str, what: str, value: Any) -> str:
+    async def set_by_hand(self, page: str, what: str, value: Any) -> str:
         label, setting = HANDS[check.choice(what, HANDS, "quantity")]
         number = check.setting(value, setting)
         text = f"{label} {number:g} {LIMITS[setting].unit}"
@@ -283,7 +283,7 @@ class Operator:
     async def unload(self, page: str) -> str:
         return await self._send_claimed(page, "unload", "wheel lifted")
 
-    async def plank(
+    async def move_plank(
         self, page: str, direction: int, fast: bool = True, stop_at: Any = None
     ) -> str:
         word = {1: "forward", 0: "stop", -1: "reverse"}[int(direction)]
@@ -297,7 +297,7 @@ class Operator:
     # helpers
     async def _in_charge(self, page: str) -> None:
         """Raise ValueError unless the page is in charge here and this panel at the drive."""
-        self.charge.check(page)
+        self.charge.require_charge(page)
         self._judge(Reply(not (reason := await self._claim()), reason))
 
     async def _send_claimed(self, page: str, request: str, text: str, /, **fields: Any) -> str:
@@ -307,16 +307,16 @@ class Operator:
 
     async def _send(self, page: str, request: str, text: str, /, **fields: Any) -> str:
         """Send a request that needs no claim, such as a stop."""
-        self.charge.check(page)
+        self.charge.require_charge(page)
         self._judge(await self.link.ask(request, **fields))
-        return self.say(text)
+        return self.add_to_log(text)
 
     def _judge(self, reply: Reply) -> None:
         if not reply.accepted:
-            self.say(f"refused: {reply.reason}")
+            self.add_to_log(f"refused: {reply.reason}")
             raise ValueError(reply.reason)
 
-    def say(self, text: str) -> str:
+    def add_to_log(self, text: str) -> str:
         """Add a line to the log that every page shows."""
         self.link.state.log.appendleft((time.strftime("%H:%M:%S"), text))
         return text

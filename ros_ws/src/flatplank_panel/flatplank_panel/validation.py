@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from flatplank_data.errors import RecordingError
 from flatplank_data.limits import LIMITS, Limit
 from flatplank_data.naming import check_name
-from flatplank_data.params import ParamInfo, describe, nearest
+from flatplank_data.params import ParamInfo, nearest_hint, parameter_infos
 from flatplank_hw.encoders import EncoderParameters
 from flatplank_hw.encoders.params import SETUP_CONSTANTS as OF_ENCODERS
 from flatplank_hw.hub import HubParameters
@@ -44,7 +44,9 @@ def choice(value: Any, known: Iterable[str], what: str) -> str:
     """One of the known names."""
     names = list(known)
     if value not in names:
-        raise ValueError(f"{what} {str(value)[:40]!r} is not known{nearest(str(value), names)}")
+        raise ValueError(
+            f"{what} {str(value)[:40]!r} is not known{nearest_hint(str(value), names)}"
+        )
     return value
 
 
@@ -98,7 +100,7 @@ class Constant(NamedTuple):
 
 
 def _of(node: str, cls: type, names: tuple[str, ...]) -> list[Constant]:
-    return [Constant(node, info) for info in describe(cls) if info.name in names]
+    return [Constant(node, info) for info in parameter_infos(cls) if info.name in names]
 
 
 CONSTANTS = {

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from flatplank_hw.ethercat.master import BusClient, BusError
-from flatplank_hw.process import environment
+from flatplank_hw.process import child_environment
 from flatplank_sim.emulator.control import Control
 
 MASTER, EMULATOR = "veth0", "veth1"
@@ -87,7 +87,7 @@ class EmulatorProcess:
         words += ["--control", self.control_path, "--with-parent", "--fifo", *arguments]
         self.process = subprocess.Popen(
             words,
-            env=environment(Path(__file__).parents[1]),
+            env=child_environment(Path(__file__).parents[1]),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,

@@ -7,9 +7,9 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
-from flatplank_control.bench.results import read
+from flatplank_control.bench.results import read_samples
 from flatplank_control.bench.setup import BenchSetup
-from flatplank_control.calibration.fits import under_load
+from flatplank_control.calibration.fits import amplitudes_under_load
 from flatplank_control.calibration.parasitic import UnloadedTurns, turn_of
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of
@@ -77,5 +77,5 @@ def filter_on_twin(
         with tempfile.TemporaryDirectory() as folder:
             bench = TwinBench(Twin(own), TableLog(Path(folder)))
             bench.perform(plan_of(m))
-            columns.append(read(bench.kept[0]).columns)
-    return under_load(columns[0], columns[1], last - 2.4, last)
+            columns.append(read_samples(bench.kept[0]).columns)
+    return amplitudes_under_load(columns[0], columns[1], last - 2.4, last)

@@ -37,7 +37,7 @@ def diagnose(
     effects: your own effect files in addition to the library; measured: start values [SI] by
     effect and parameter, as a calibration gives them.
     """
-    files = [*map(os.fspath, effects), *(model.session.files if model else ())]
+    files = [*(os.fspath(e) for e in effects), *(model.session.files if model else ())]
     if model and same_runs(model.session.campaign, runs) and not effects:
         session = model.session
     else:

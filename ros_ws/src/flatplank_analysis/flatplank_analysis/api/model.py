@@ -35,7 +35,7 @@ def fit(
     """
     file = load_model(model) if model is not None else None
     own = [e.file for e in file.effects if e.file] if file else []
-    session = open_session(runs, [*map(os.fspath, effects), *own])
+    session = open_session(runs, [*(os.fspath(e) for e in effects), *own])
     made = Model(session, file)
     _ = made.step
     return made

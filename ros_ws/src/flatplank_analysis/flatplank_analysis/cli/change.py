@@ -63,7 +63,7 @@ def _refit(
                 print(f"doubt: {doubt}")
         return 0
 
-    return common.guarded(verb, work)
+    return common.run_or_report_nothing_usable(verb, work)
 
 
 def undo(argv: Sequence[str] | None = None) -> int:

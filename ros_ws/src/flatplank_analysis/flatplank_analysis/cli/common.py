@@ -23,7 +23,7 @@ NOTHING_USABLE = 2
 def campaign_parser(verb: str, text: str, several: bool = False) -> argparse.ArgumentParser:
     """A parser with the arguments of every verb on a campaign; `several`: on any number."""
     parser = Parser(prog=f"flatplank {verb}", description=text)
-    many = {"nargs": "*"} if several else {}
+    many: dict[str, Any] = {"nargs": "*"} if several else {}
     parser.add_argument("folder", metavar="DIR", help="campaign folder, or an fsspec URL", **many)
     parser.add_argument("--json", action="store_true", help="print JSON for programs")
     mapping_argument(parser)
@@ -62,7 +62,7 @@ def read_mapping(path: str | None) -> dict[str, Any] | None:
     return found
 
 
-def guarded(verb: str, work: Callable[[], int]) -> int:
+def run_or_report_nothing_usable(verb: str, work: Callable[[], int]) -> int:
     """Exit code of `work`; 2 with one line on stderr when no run could be used."""
     try:
         return work()
@@ -71,7 +71,7 @@ def guarded(verb: str, work: Callable[[], int]) -> int:
         return NOTHING_USABLE
 
 
-def tell(problems: Iterable[Problem]) -> None:
+def print_problems(problems: Iterable[Problem]) -> None:
     """Print problems on stderr, one line each."""
     for problem in problems:
         print(f"warning: {problem}", file=sys.stderr)

@@ -10,7 +10,7 @@ from pathlib import Path
 from flatplank_analysis.cli import common, loop
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.effects.registry import load_file
-from flatplank_analysis.proposal.confirm import Confirmation, confirm, fitted, interval_of
+from flatplank_analysis.proposal.confirm import Confirmation, confirm, fit_with_effect, interval_of
 from flatplank_data.errors import FlatplankError
 from flatplank_data.wording import sized, span
 
@@ -23,7 +23,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         help="folders of runs that took no part in the search",
     )  # fmt: skip
     arguments = parser.parse_args(argv)
-    return common.guarded("confirm", lambda: _run(arguments))
+    return common.run_or_report_nothing_usable("confirm", lambda: _run(arguments))
 
 
 def _run(arguments: argparse.Namespace) -> int:
@@ -38,9 +38,9 @@ def _run(arguments: argparse.Namespace) -> int:
     mapping = common.read_mapping(arguments.mapping)
     sets = [(f, Session.open(f, session.files, mapping)) for f in arguments.new]
     for _, new in sets:
-        common.tell(new.campaign.problems)
+        common.print_problems(new.campaign.problems)
     loop.progress("fit of the first campaign", 0.3)
-    step = fitted(session, model, name)
+    step = fit_with_effect(session, model, name)
     result = confirm(session, step, name, sets)
     loop.progress_done()
     if arguments.json:

@@ -29,7 +29,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         help="starting values, as `flatplank calibrate sheet` prints them",
     )
     arguments = parser.parse_args(argv)
-    return common.guarded("diagnose", lambda: _run(arguments))
+    return common.run_or_report_nothing_usable("diagnose", lambda: _run(arguments))
 
 
 def _run(arguments) -> int:

@@ -51,7 +51,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--out", metavar="FILE.tir", help="mf: write the fitted tire")
     common.parallel_arguments(parser)
     arguments = parser.parse_args(argv)
-    return common.guarded("fit", lambda: _run(arguments))
+    return common.run_or_report_nothing_usable("fit", lambda: _run(arguments))
 
 
 def _run(arguments: argparse.Namespace) -> int:
@@ -73,7 +73,7 @@ def _run(arguments: argparse.Namespace) -> int:
             extra = extra_points(campaigns, steps, radii, fits, record)
         result = fit_campaign(steps, settings, extra=extra, start=start, mapper=executor.map)
     problems = [p for campaign in campaigns for p in campaign.problems]
-    common.tell(problems)
+    common.print_problems(problems)
     if arguments.out:
         if not isinstance(result, MFFit):
             raise FlatplankError("this model has no .tir", "--out", "use --model mf")
@@ -144,7 +144,7 @@ def _conditions(result: ConditionFits) -> None:
 
 
 def _linear_rows(fit: LinearCondition) -> list[tuple[str, ...]]:
-    name = fit.condition.label()
+    name = fit.operating_point.label()
     return [
         _row(name, f"{100.0 * level.level:+g} %", estimate)
         for level in fit.levels
@@ -153,7 +153,7 @@ def _linear_rows(fit: LinearCondition) -> list[tuple[str, ...]]:
 
 
 def _carcass_rows(fit: CarcassFit) -> list[tuple[str, ...]]:
-    return [_row(fit.condition.label(), "", e, _bias(fit, e)) for e in fit.estimates]
+    return [_row(fit.operating_point.label(), "", e, _bias(fit, e)) for e in fit.estimates]
 
 
 def _bias(fit: CarcassFit, e: Estimate) -> str:

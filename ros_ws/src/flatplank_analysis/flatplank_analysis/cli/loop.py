@@ -16,7 +16,7 @@ from flatplank_data.errors import FlatplankError
 MODEL = "model.yaml"
 
 
-def loop_parser(verb: str, text: str, effect: bool = False) -> argparse.ArgumentParser:
+def loop_parser(verb: str, text: str | None, effect: bool = False) -> argparse.ArgumentParser:
     """A parser with the arguments of a verb on a model; `effect`: the first one is an effect."""
     parser = Parser(prog=f"flatplank {verb}", description=text)
     if effect:
@@ -71,7 +71,7 @@ def _session(arguments: argparse.Namespace, folder: str, model: ModelFile | None
     own = [e.file for e in model.effects if e.file] if model else []
     mapping = common.read_mapping(arguments.mapping)
     session = Session.open(folder, [*arguments.effects, *own], mapping)
-    common.tell(session.campaign.problems)
+    common.print_problems(session.campaign.problems)
     return session
 
 

@@ -130,19 +130,19 @@ def main(argv: list[str] | None = None) -> int:
         os.environ.setdefault(name, "1")
     known = verbs()
     if not arguments or arguments[0] in ("help", "-h", "--help"):
-        return guard("help", lambda: print(listing(known)) or 0)
+        return run_reporting_errors("help", lambda: print(listing(known)) or 0)
     name, rest = arguments[0], arguments[1:]
     if name not in known:
-        from flatplank_data.params import alike
+        from flatplank_data.params import similar_names
 
-        near = alike(name, known, 0.6)
+        near = similar_names(name, known, 0.6)
         hint = f"did you mean {near[0]}?" if near else "`flatplank help` lists them"
         print(f"flatplank: no verb {name!r}: {hint}", file=sys.stderr)
         return 2
-    return guard(name, lambda: int(known[name].load()(rest) or 0))
+    return run_reporting_errors(name, lambda: int(known[name].load()(rest) or 0))
 
 
-def guard(name: str, work: Callable[[], int]) -> int:
+def run_reporting_errors(name: str, work: Callable[[], int]) -> int:
     """Exit code of `work`; whatever it raises becomes one line on stderr."""
     try:
         code = work()

@@ -25,7 +25,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--report", metavar="DIR", help="write a page: curve, form and file")
     arguments = parser.parse_args(argv)
-    return common.guarded("propose", lambda: _run(arguments))
+    return common.run_or_report_nothing_usable("propose", lambda: _run(arguments))
 
 
 def _run(arguments: argparse.Namespace) -> int:

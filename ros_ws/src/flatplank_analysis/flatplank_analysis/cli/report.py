@@ -28,7 +28,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     common.tire_argument(parser)
     common.parallel_arguments(parser)
     arguments = parser.parse_args(argv)
-    return common.guarded("report", lambda: _run(arguments))
+    return common.run_or_report_nothing_usable("report", lambda: _run(arguments))
 
 
 def _run(arguments) -> int:
@@ -48,7 +48,7 @@ def _run(arguments) -> int:
         tire=arguments.tire,
         reference=[common.load_folder(f, arguments.mapping) for f in arguments.reference],
     )
-    common.tell(campaign.problems)
+    common.print_problems(campaign.problems)
     if arguments.json:
         data = {"page": str(page), "data": str(out / "report.json")}
         common.print_json(data | {"problems": [str(p) for p in campaign.problems]})

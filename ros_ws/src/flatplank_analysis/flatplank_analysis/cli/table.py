@@ -12,7 +12,7 @@ from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError, NothingUsableError
 from flatplank_data.exporters import EXPORTERS, export_campaign
 from flatplank_data.lost import lost_samples
-from flatplank_data.needs import what_is_missing
+from flatplank_data.needs import parameters_and_missing_runs
 from flatplank_data.run_record import RunRecord
 
 
@@ -22,7 +22,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--export", metavar="DIR", help="write the runs there as tables")
     parser.add_argument("--as", dest="suffix", default=".parquet", choices=sorted(EXPORTERS))
     arguments = parser.parse_args(argv)
-    return common.guarded("table", lambda: _run(arguments))
+    return common.run_or_report_nothing_usable("table", lambda: _run(arguments))
 
 
 def _run(arguments) -> int:
@@ -31,7 +31,7 @@ def _run(arguments) -> int:
     sizes = [(table.info, len(table)) for table in campaign.tables()]
     infos, samples = [info for info, _ in sizes], sum(size for _, size in sizes)
     lost = _lost(campaign, {info.file for info in infos})
-    common.tell(campaign.problems)
+    common.print_problems(campaign.problems)
     if not infos:
         raise NothingUsableError("no run could be used", campaign.path, "see the problems above")
     if arguments.export:
@@ -86,7 +86,7 @@ def summary(
         "runs": len(infos),
         "samples": samples,
         "conditions": conditions,
-        "parameters": what_is_missing(infos),
+        "parameters": parameters_and_missing_runs(infos),
         "lost": list(lost),
         "problems": [str(p) for p in campaign.problems],
     }

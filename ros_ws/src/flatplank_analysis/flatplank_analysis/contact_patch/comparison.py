@@ -38,7 +38,7 @@ def numbers(session: Session, step: Step) -> dict[str, Any]:
                 for p, v in zip(session.model.parameters, step.state.fit.base, strict=True)
             },
             "at_bound": list(step.state.fit.at_bound),
-            "at_end": [*invariants.at_ends(step.state.fitter, step.state.fit).values()],
+            "at_end": [*invariants.parameters_at_ends(step.state.fitter, step.state.fit).values()],
             "effects": [term.effect.identifier for term in step.state.fit.terms],
         }
     )

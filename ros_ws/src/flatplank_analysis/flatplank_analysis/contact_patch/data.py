@@ -30,7 +30,7 @@ from flatplank_analysis.contact_patch.tire_runs import SETTINGS, TireRuns
 from flatplank_analysis.discovery.runs import Coordinate, RunSet
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError, NothingUsableError
-from flatplank_data.problem import Problem, problem_of
+from flatplank_data.problem import Problem, problem_from_error
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import COLUMN_UNITS, MeasurementTable
 
@@ -63,7 +63,7 @@ def load_runs(campaign: Campaign) -> TireRuns:
         try:
             _require(table)
         except FlatplankError as error:
-            campaign.note(problem_of(error, run.info.file))
+            campaign.add_problem(problem_from_error(error, run.info.file))
             continue
         tables.append(table)
     if not tables:
@@ -74,7 +74,7 @@ def load_runs(campaign: Campaign) -> TireRuns:
     short = {i: problem for i, problem in _short_runs(tables)}
     tables = [t for i, t in enumerate(tables) if i not in short]
     for problem in (*short.values(), *_incomplete_channels(tables)):
-        campaign.note(problem)
+        campaign.add_problem(problem)
     return from_tables(tables)
 
 
@@ -335,7 +335,7 @@ def _labels(infos: list[RunRecord]) -> Iterator[str]:
             info.tire,
             "reverse" if info.direction < 0.0 else "forward",
             "no step" if np.isnan(info.step_position) else f"step at {info.step_position} m",
-            "speed not said" if np.isnan(info.speed) else f"{info.speed} m/s",
+            "speed not given" if np.isnan(info.speed) else f"{info.speed} m/s",
             " ".join(f"{k} {v}" for k, v in (info.waveform or {"waveform": "step"}).items()),
         )
         for info in infos

@@ -14,8 +14,8 @@ from flatplank_analysis.contact_patch import kernel
 from flatplank_analysis.contact_patch.grid import SPEED
 from flatplank_analysis.contact_patch.parameters import base_parameters, other_starts
 from flatplank_analysis.contact_patch.tire_runs import TireRuns
-from flatplank_analysis.discovery.effect import ask, fault
-from flatplank_analysis.discovery.model import Form, ParameterSet
+from flatplank_analysis.discovery.effect import call_hook, hook_error
+from flatplank_analysis.discovery.model import FormError, ParameterSet
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.effects.base import Block, Motion, Node, Signal, Tire
 
@@ -28,7 +28,7 @@ _POOL = ThreadPoolExecutor(max_workers=THREADS)
 class TireModel:
     """Contact-patch model along (x) and across (y) the wheel; calls the hooks of `TireEffect`."""
 
-    form = Form(mean=0.0012, stretch=0.005, bump=0.002, wave=0.0006, side=0.0018)
+    form = FormError(mean=0.0012, stretch=0.005, bump=0.002, wave=0.0006, side=0.0018)
     """largest errors on thirteen plants of other form (bristles of the bench, of the blind kit, of
     the tests, and a relaxation), `side` on three of them with side slip; 1 N of noise, nothing
     hidden: `bench-discovery --form` prints them"""
@@ -50,7 +50,7 @@ class TireModel:
         self._names = list(other._names)
         self.data = replace(self.data, against=other.data.reference)
 
-    def stiff(self, base: np.ndarray) -> tuple[dict[str, float], ...]:
+    def scatter_directions(self, base: np.ndarray) -> tuple[dict[str, float], ...]:
         """Directions in which a tire scatters from run to run: gain of the force, slip offset."""
         value = dict(zip(self._names, base, strict=True))
         return ({"stiff": value["stiff"], "peak": value["peak"]}, {"slip_offset": 1.0})
@@ -250,11 +250,11 @@ def _acts_on_tire(effect) -> bool:
 
 def _call_hook(effect, hook, argument, names: Sequence[str], shape: tuple[int, ...]) -> None:
     """Call a hook; the arrays that it may change must keep their shape."""
-    ask(effect, hook, argument)
+    call_hook(effect, hook, argument)
     for name in names:
         found = np.shape(getattr(argument, name))
         if found != shape:
-            raise fault(effect, hook, f"'{name}' has shape {found}, not {shape}")
+            raise hook_error(effect, hook, f"'{name}' has shape {found}, not {shape}")
 
 
 def _jobs(todo: np.ndarray, params: np.ndarray) -> Iterator[tuple[np.ndarray, bool, bool]]:

@@ -105,7 +105,7 @@ class Session:
         """Search for missing effects; measured: effect -> parameter -> start value [SI]."""
         began = time.perf_counter()
         if verdict.undecidable(self.data.runs):
-            return verdict.refused(self.data.runs, time.perf_counter() - began)
+            return verdict.undecidable_diagnosis(self.data.runs, time.perf_counter() - began)
         for name, numbers in (measured or {}).items():
             self.effect_of(name, numbers, "starting values")
         options = Options(progress=progress, measured=measured or {})
@@ -197,9 +197,9 @@ class Session:
         }
         index = len(after.state.fit.terms) - 1
         judge = Judge(before.state, before.state.whitened.chi2, before.screen.typical)
-        found = before.state.settle(after.state.whitened.fit)
+        found = before.state.fit_whitened(after.state.whitened.fit)
         decision = judge.decide(found, index, 1, plain=after.state.fit)
-        ends = invariants.at_ends(after.state.fitter, after.state.fit).values()
+        ends = invariants.parameters_at_ends(after.state.fitter, after.state.fit).values()
         numbers |= {
             "size": six_digits(decision.term.size),
             "unit": effect.main_parameter().unit,

@@ -22,7 +22,7 @@ from flatplank_analysis.discovery.dispersion import (
     among_repeats,
     scores_of,
 )
-from flatplank_analysis.discovery.fit import Fit, Term, Whitened, amplitude
+from flatplank_analysis.discovery.fit import Fit, Term, Whitened, effect_contribution
 from flatplank_analysis.discovery.gram import Gram, solve
 from flatplank_analysis.discovery.state import State
 
@@ -54,6 +54,9 @@ PRIOR = 4.0
 CONDITIONS = 0.0005
 """p-value required among conditions: strict, because they are few and because errors of the law's
 form and of accepted effects also differ between conditions"""
+SURE, CONDITIONS_OF_SURE = 1e-5, 0.005
+"""p-value among repeats of a first effect from which on the second value is required among
+conditions: chance is excluded, and only an error of the law's form could look like the effect"""
 SHARE = 0.003
 """least drop of chi2 of a further effect, as a share of the drop explained already"""
 
@@ -95,6 +98,11 @@ class Decision:
     @property
     def accepted(self) -> bool:
         return not self.reasons
+
+    @property
+    def covers_zero(self) -> bool:
+        """True when the interval of a size does not exclude zero; a free form has no such size."""
+        return self.interval[0] * self.interval[1] <= 0.0 and not self.term.effect.generic
 
     @property
     def unevenness(self) -> float:
@@ -145,16 +153,15 @@ class Judge:
         fit, state = found.fit, self.state
         term, runs = fit.terms[index], state.runs
         drop = self.without - found.chi2
-        direction = amplitude(fit, index)
+        direction = effect_contribution(fit, index)
         linear = {(index, p.name) for p in term.effect.linear()}
         own = [i for i in fit.loose() if fit.free[i] not in linear]
         pieces = _stretches(state, direction)
-        columns = np.concatenate([fit.jacobian[own], direction[None], pieces, fit.predicted[None]])
-        gram = state.gram(fit.residual(state.runs.measured), columns)
+        gram = state.sums(fit, own, direction[None], pieces, fit.predicted[None])
         base = len(own)
         k = len([1 for owner, _ in fit.free if owner == index])
         local, info = scores_of(gram, base)
-        kappa, freedom = self.typical.draw(*among_repeats(runs.comparable, local, info))
+        kappa, freedom = self.typical.shrink(*among_repeats(runs.comparable, local, info))
         kappa_c, freedom_c = among_conditions(runs.groups, local, info)
         # an effect that shows in two conditions has one degree of freedom: too few for a
         # dispersion of its own, so it is shrunk towards that among repeats
@@ -208,12 +215,12 @@ class Judge:
         """Share of an effect that the model without it cannot imitate. Where only the effect makes
         a force (Fy by camber), the tire's parameters act on that force only in its presence."""
         fit = self.bare or self.state.whitened.fit
-        columns = np.concatenate([fit.jacobian[fit.loose()], direction[None]])
-        gram = self.state.gram(fit.residual(self.state.runs.measured), columns)
-        return _visible(gram, range(len(columns) - 1), len(columns) - 1)
+        own = fit.loose()
+        return _visible(self.state.sums(fit, own, direction[None]), range(len(own)), len(own))
 
     def _reasons(self, d: Decision) -> Iterator[str]:
-        yield from _reasons(d)
+        sure = not self.explained and d.p_repeats < SURE
+        yield from _reasons(d, CONDITIONS_OF_SURE if sure else CONDITIONS)
         if d.drop < SHARE * self.explained:
             yield f"its drop is below {100 * SHARE:g} % of what is explained already"
         if d.drop < self.residue:
@@ -222,10 +229,10 @@ class Judge:
             yield "its drop does not distinguish it from a found effect"
 
 
-def _reasons(d: Decision) -> Iterator[str]:
+def _reasons(d: Decision, conditions: float) -> Iterator[str]:
     if d.drop <= 0.0 or d.p_repeats > d.level:
         yield "not beyond the scatter among repeats"
-    if d.drop <= 0.0 or d.p_conditions > CONDITIONS:
+    if d.drop <= 0.0 or d.p_conditions > conditions:
         yield "not beyond the scatter among conditions"
     if abs(d.term.size) < d.matters:
         yield "present, negligible"
@@ -233,7 +240,7 @@ def _reasons(d: Decision) -> Iterator[str]:
         yield UNEVEN[0]
     if d.condition_q > d.condition_limit:
         yield UNEVEN[1]
-    if d.interval[0] * d.interval[1] <= 0.0 and not d.term.effect.generic:
+    if d.covers_zero:
         yield "its interval covers zero"
     if at_edge(d.term):
         yield "at the end of its physical range"

@@ -28,14 +28,14 @@ class TypicalDispersion:
     dispersion: float = 1.0
     freedom: float = LEAST_FREEDOM
 
-    def draw(self, kappa: float, freedom: float) -> tuple[float, float]:
+    def shrink(self, kappa: float, freedom: float) -> tuple[float, float]:
         """Shrink a dispersion `kappa` towards the typical one; at least 1, with its freedom."""
         total = freedom + self.freedom
         drawn = (freedom * kappa + self.freedom * self.dispersion) / total
         return max(drawn, 1.0), total
 
 
-def typical(kappas: Sequence[float], freedoms: Sequence[float]) -> TypicalDispersion:
+def typical_dispersion(kappas: Sequence[float], freedoms: Sequence[float]) -> TypicalDispersion:
     """Typical dispersion and its freedom, from the moments of the logarithms."""
     pairs = [(k, f) for k, f in zip(kappas, freedoms, strict=True) if k > 0.0 and f >= 1.0]
     if len(pairs) < 5:

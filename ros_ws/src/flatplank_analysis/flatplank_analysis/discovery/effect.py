@@ -117,17 +117,17 @@ class Effect:
         return dataclasses.replace(cls(), **fields)
 
 
-def ask(effect: type[Effect], hook: Callable[..., Any], *arguments: Any) -> Any:
+def call_hook(effect: type[Effect], hook: Callable[..., Any], *arguments: Any) -> Any:
     """Call a hook of an effect; its errors become a FlatplankError with the effect's name."""
     try:
         return hook(*arguments)
     except FlatplankError:
         raise
     except Exception as error:
-        raise fault(effect, hook, f"raised {type(error).__name__}: {error}") from error
+        raise hook_error(effect, hook, f"raised {type(error).__name__}: {error}") from error
 
 
-def fault(effect: type[Effect], hook: Callable[..., Any], what: str) -> FlatplankError:
+def hook_error(effect: type[Effect], hook: Callable[..., Any], what: str) -> FlatplankError:
     """The error for a wrong hook of an effect."""
     return FlatplankError(
         what,
@@ -140,11 +140,11 @@ def variants_of(
     effect: type[Effect], runs: RunSet, residual: np.ndarray
 ) -> list[dict[str, float]]:
     """Result of `variants`; FlatplankError when it fails or names an unknown parameter."""
-    found = ask(effect, effect.variants, runs, residual)
+    found = call_hook(effect, effect.variants, runs, residual)
     if not isinstance(found, list) or not all(isinstance(s, Mapping) for s in found):
-        raise fault(effect, effect.variants, "gives no list of settings {parameter: value}")
+        raise hook_error(effect, effect.variants, "gives no list of settings {parameter: value}")
     known = {p.name for p in effect.parameters()}
     for name in (name for setting in found for name in setting):
         if name not in known:
-            raise fault(effect, effect.variants, f"sets '{name}', which is no parameter")
+            raise hook_error(effect, effect.variants, f"sets '{name}', which is no parameter")
     return found

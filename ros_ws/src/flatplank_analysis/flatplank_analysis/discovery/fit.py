@@ -94,7 +94,7 @@ def scale_of(p: Parameter) -> float:
     return 0.02 * width if np.isfinite(width) else max(abs(p.null), 1.0)
 
 
-def growth(fit: Fit, index: int) -> np.ndarray:
+def doubling_step(fit: Fit, index: int) -> np.ndarray:
     """Change of the free parameters, in their scale, when effect `index` doubles."""
     term = fit.terms[index]
     named = term.named()
@@ -107,9 +107,9 @@ def growth(fit: Fit, index: int) -> np.ndarray:
     return out
 
 
-def amplitude(fit: Fit, index: int) -> np.ndarray:
+def effect_contribution(fit: Fit, index: int) -> np.ndarray:
     """Change of the prediction when the effect doubles (channels, runs, samples)."""
-    return np.tensordot(growth(fit, index), fit.jacobian, axes=1)
+    return np.tensordot(doubling_step(fit, index), fit.jacobian, axes=1)
 
 
 class Fitter:
@@ -167,7 +167,7 @@ class Fitter:
     def task(self, fit: Fit) -> Task:
         return Task(self, fit.base, fit.terms)
 
-    def grown(self, fit: Fit, term: Term) -> Fit:
+    def with_term(self, fit: Fit, term: Term) -> Fit:
         """A fit with one more term at its start values: rows of the Jacobian are added."""
         terms = (*fit.terms, term)
         task = Task(self, fit.base, terms)
@@ -178,7 +178,7 @@ class Fitter:
         columns = np.concatenate([fit.jacobian, rows])
         return replace(fit, terms=terms, predicted=predicted, jacobian=columns, free=task.free)
 
-    def shrunk(self, fit: Fit, index: int) -> Fit:
+    def without_term(self, fit: Fit, index: int) -> Fit:
         """A fit without one of its terms; nothing else changes."""
         keep = [i for i, (owner, _) in enumerate(fit.free) if owner != index]
         terms = tuple(t for i, t in enumerate(fit.terms) if i != index)
@@ -195,6 +195,14 @@ class Fitter:
         centre, width = priors(entries)
         samples = 0.01 * self.model.runs.measured[0].size * float(self.weight.max() ** 2) * 10.0
         return centre, samples / width**2
+
+    def prior_terms(self, fit: Fit, rows: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+        """Strength (k,) of the priors of some rows of a fit's Jacobian in the whitened sum of
+        squares, and their scores (k,) at the fit."""
+        task = self.task(fit)
+        centre, width = priors(task.entries)
+        strength = width**-2.0
+        return strength[rows], (strength * (centre - task.pack(fit.base, fit.terms)))[rows]
 
     def columns(
         self, z: np.ndarray, predicted: np.ndarray, task: Task, rows: Sequence[int] | None = None
@@ -266,7 +274,7 @@ class Whitened:
     chi2: float
 
 
-def settle(
+def fit_whitened(
     metric: Callable[[np.ndarray], np.ndarray], fitter: Fitter, fit: Fit, most: int = 12
 ) -> Whitened:
     """Minimise the whitened chi2 from a fit, with `most` Jacobians including that of the fit.
@@ -277,7 +285,7 @@ def settle(
     task, loose = fitter.task(fit), fit.loose()
     begin = task.pack(fit.base, fit.terms)
 
-    def whole(z: np.ndarray) -> np.ndarray:
+    def full_vector(z: np.ndarray) -> np.ndarray:
         """The full parameter vector with the free part set to z."""
         out = begin.copy()
         out[loose] = z
@@ -286,14 +294,14 @@ def settle(
     centre, width = priors(task.entries)
     problem = Problem(
         fitter.model.runs.measured,
-        lambda points: fitter.model.predict([task.parameter_set(whole(z)) for z in points]),
-        lambda z, predicted: fitter.columns(whole(z), predicted, task, loose),
+        lambda points: fitter.model.predict([task.parameter_set(full_vector(z)) for z in points]),
+        lambda z, predicted: fitter.columns(full_vector(z), predicted, task, loose),
         metric,
         lambda _chi2: ENOUGH,
         task.lower[loose], task.upper[loose], centre[loose], width[loose] ** -2.0,
     )  # fmt: skip
     end = descend(problem, begin[loose], fit.jacobian[loose], jacobians=most - 1)
-    base, terms = task.unpack(whole(end.point.z))
+    base, terms = task.unpack(full_vector(end.point.z))
     columns = fit.jacobian.copy()
     columns[loose] = end.columns
     found = replace(fit, base=base, terms=terms, predicted=end.point.predicted, jacobian=columns)

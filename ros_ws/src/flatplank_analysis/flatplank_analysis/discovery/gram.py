@@ -30,6 +30,21 @@ class Gram:
             s @ np.swapaxes(s, 1, 2), (s @ e[:, :, None])[:, :, 0], np.einsum("ri,ri->r", e, e)
         )
 
+    def with_priors(self, strength: np.ndarray, pull: np.ndarray) -> Gram:
+        """The same sums with one more run: the priors of the first columns, which limit what
+        these columns can imitate.
+
+        strength (k,): inverse variance of each prior; pull (k,): its score at the present values.
+        """
+        m, k = self.scores.shape[1], len(strength)
+        products, scores = np.zeros((1, m, m)), np.zeros((1, m))
+        products[0, range(k), range(k)], scores[0, :k] = strength, pull
+        return Gram(
+            np.concatenate([self.products, products]),
+            np.concatenate([self.scores, scores]),
+            np.append(self.energy, 0.0),
+        )
+
     def total(
         self, rows: Sequence[int] | np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray, float]:
@@ -45,16 +60,17 @@ class Gram:
 class Metric:
     """Metric of the decisions: squares of transformed residuals and columns are summed.
 
-    Noise becomes independent and of unit size. The stiff directions have a random size in every
-    run and are down-weighted accordingly.
+    Noise becomes independent and of unit size. The directions in which the tire scatters have
+    a random size in every run and are down-weighted accordingly.
     """
 
-    def __init__(self, whitener: Whitener, stiff: np.ndarray, scatter: np.ndarray) -> None:
-        """stiff (d, channels, runs, samples) with a standard deviation of scatter (d,)."""
+    def __init__(self, whitener: Whitener, directions: np.ndarray, scatter: np.ndarray) -> None:
+        """directions (d, channels, runs, samples) of the scatter, with standard deviations
+        scatter (d,)."""
         self.whitener, self.scatter = whitener, scatter
         self._sideways = None
-        if len(stiff) and np.any(scatter > 0.0):
-            loose = np.moveaxis(self._white(stiff), 0, 1) * scatter[:, None]
+        if len(directions) and np.any(scatter > 0.0):
+            loose = np.moveaxis(self._white(directions), 0, 1) * scatter[:, None]
             values, vectors = np.linalg.eigh(loose @ np.swapaxes(loose, 1, 2))
             values = np.maximum(values, 1e-30)
             # with G = loose, Q = vectors, s = share: the square root of 1 - G'(1 + GG')^-1 G is
@@ -85,21 +101,22 @@ class Metric:
 
 
 def scatter_of(
-    runs: RunSet, whitener: Whitener, contrast: np.ndarray, stiff: np.ndarray,
+    runs: RunSet, whitener: Whitener, contrast: np.ndarray, directions: np.ndarray,
     assumed: Sequence[float] = (),
 ) -> np.ndarray:  # fmt: skip
-    """Standard deviation from run to run of the stiff directions, beyond the noise (d,).
+    """Standard deviation from run to run along the directions of the scatter, beyond the noise
+    (d,).
 
     assumed: values where no repeat shows them; without these there is no scatter.
     A linear trend over the order of the runs is removed first: it is a candidate effect (wear,
     drift), which would otherwise hide behind the scatter that it causes itself.
     """
-    d = len(stiff)
+    d = len(directions)
     if not d:
         return np.zeros(0)
     if not runs.repeated:
         return np.array(assumed if len(assumed) == d else np.zeros(d), dtype=float)
-    gram = Metric(whitener, stiff, np.zeros(d)).gram(contrast, stiff)
+    gram = Metric(whitener, directions, np.zeros(d)).gram(contrast, directions)
     sizes = np.array([len(runs.groups[c]) for c in runs.condition])
     extra = np.zeros(d)
     order = np.array(runs.order, dtype=float)

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from flatplank_analysis.discovery.fit import Fit, growth
+from flatplank_analysis.discovery.fit import Fit, doubling_step
 from flatplank_analysis.discovery.state import State
 
 
@@ -72,7 +72,7 @@ class _QuadraticForm:
         rest = [i for i, (owner, _) in enumerate(fit.free) if owner not in effects]
         self.count = len(rest)
         turn = np.concatenate(
-            [np.eye(len(fit.free))[rest], [growth(fit, index) for index in effects]]
+            [np.eye(len(fit.free))[rest], [doubling_step(fit, index) for index in effects]]
         )
         self.columns = np.tensordot(turn, fit.jacobian, axes=1)
         self.residual = fit.residual(state.runs.measured)

@@ -21,7 +21,7 @@ import numpy as np
 
 from flatplank_analysis.discovery import where
 from flatplank_analysis.discovery.fit import Fit, Fitter, Task, Term
-from flatplank_analysis.discovery.model import form_of
+from flatplank_analysis.discovery.model import form_error_of
 from flatplank_analysis.discovery.state import State
 from flatplank_data.wording import brief
 
@@ -66,7 +66,7 @@ class Limits:
 def limits(state: State, channel: int = 0) -> Limits:
     """Sizes of consequence in a channel of a state."""
     runs, floor = state.runs, state.floors[channel].floor
-    form = form_of(state.model)
+    form = form_error_of(state.model)
     largest = runs.largest[channel]
     mean = form.share(channel) * largest
     steps = runs.input_noise[channel] if runs.input_noise else 0.0
@@ -79,7 +79,7 @@ def limits(state: State, channel: int = 0) -> Limits:
     )
 
 
-def rest(state: State, found: bool) -> str:
+def residual_of_consequence(state: State, found: bool) -> str:
     """The residual of consequence in words; empty when there is none.
 
     found: effects were found that should explain the error.
@@ -170,12 +170,12 @@ def at_null(term: Term) -> Term:
     return replace(term, values=term.effect.vector(term.named() | nulls))
 
 
-def acts(term: Term) -> bool:
+def is_active(term: Term) -> bool:
     """False when all parameters of a term are at their null values."""
     return any(term.named()[p.name] != p.null for p in term.effect.linear())
 
 
-def at_ends(fitter: Fitter, fit: Fit) -> dict[str, str]:
+def parameters_at_ends(fitter: Fitter, fit: Fit) -> dict[str, str]:
     """Parameters of a fit at an end of their range: name, and value with the range in words."""
     task = Task(fitter, fit.base, fit.terms)
     out = {}

@@ -25,7 +25,7 @@ class ParameterSet:
 
 
 @dataclass(frozen=True)
-class Form:
+class FormError:
     """Error of a model on systems with other equations than its own: the form error.
 
     Shares of the largest signal. They are measured separately, because no floor shows this error.
@@ -47,13 +47,13 @@ class Form:
         return self.side if channel else self.mean
 
 
-def form_of(model: Model) -> Form:
+def form_error_of(model: Model) -> FormError:
     """Form error of a model: its attribute `form`, or zeros."""
-    return getattr(model, "form", Form())
+    return getattr(model, "form", FormError())
 
 
 def usual_scatter(model: Model) -> Sequence[float]:
-    """Standard deviations from run to run along the directions of `Model.stiff`, for runs without
+    """Standard deviations from run to run along `Model.scatter_directions`, for runs without
     repeats: the attribute `usual_scatter` of the model, or ()."""
     return getattr(model, "usual_scatter", ())
 
@@ -75,7 +75,7 @@ class Model(Protocol):
         """Predicted channels, shape (sets, channels, runs, samples)."""
         ...
 
-    def stiff(self, base: np.ndarray) -> tuple[dict[str, float], ...]:
+    def scatter_directions(self, base: np.ndarray) -> tuple[dict[str, float], ...]:
         """Directions in the base that scatter from run to run (a gain, an offset), each as
         {parameter: change}."""
         ...

@@ -22,9 +22,14 @@ NEEDED = 12.0
 class PlannedRun(Protocol):
     """A run that the bench can make."""
 
-    text: str
-    settings: dict[str, Any]
-    model: Model
+    @property
+    def text(self) -> str: ...
+
+    @property
+    def settings(self) -> dict[str, Any]: ...
+
+    @property
+    def model(self) -> Model: ...
 
 
 def next_run(search: Search, plans: Sequence[PlannedRun]) -> dict[str, Any]:

@@ -2,8 +2,9 @@
 """Noise model from repeat differences, and whitening with it.
 
 Covariance over time = white and filtered white part + exponentials of several time constants + a
-level that differs from run to run, all weights >= 0. In addition the model's stiff directions (a
-gain, an offset) get a random size in every run. Used for screening and decisions only.
+level that differs from run to run, all weights >= 0. In addition the directions in which the
+tire scatters (a gain, an offset) get a random size in every run. Used for screening and decisions
+only.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ NODES = 430
 SLOW = 2
 """index of the first noise component that is not sensor noise"""
 HIDDEN = 1e-6
-"""share of a component outside the stiff directions below which it gets no weight"""
+"""share of a component outside the directions of the scatter below which it gets no weight"""
 
 
 @dataclass(frozen=True)
@@ -65,18 +66,18 @@ class Whitener:
 
 
 def fit_noise(
-    runs: RunSet, contrasts: np.ndarray, residual: np.ndarray, stiff: np.ndarray
+    runs: RunSet, contrasts: np.ndarray, residual: np.ndarray, directions: np.ndarray
 ) -> list[ChannelNoise]:
     """Noise of every channel from cleaned contrasts (channels, runs, samples).
 
-    The stiff directions (d, channels, runs, samples) are projected out of each contrast first: the
-    scatter of the tire is modelled separately; counted as noise, too, it would hide all slow
-    effects. The short-term part of the residual (below 3 s of 135 s) is added: encoder steps are
-    the same in all repeats, so that differences between repeats do not show them.
+    The `directions` (d, channels, runs, samples) in which the tire scatters are projected out of
+    each contrast first: this scatter is modelled separately; counted as noise, too, it would hide
+    all slow effects. The short-term part of the residual (below 3 s of 135 s) is added: encoder
+    steps are the same in all repeats, so that differences between repeats do not show them.
     """
     out = []
     for c, contrast in enumerate(contrasts):
-        noise = _channel(runs, contrast, stiff[:, c])
+        noise = _channel(runs, contrast, directions[:, c])
         rough = _roughness(runs, residual[c])
         out.append(replace(noise, weights=noise.weights + np.maximum(rough - noise.weights, 0.0)))
     return out
@@ -122,7 +123,7 @@ def _kernel(tau: np.ndarray, total: float) -> np.ndarray:
     return np.stack([same, near, *slow, np.ones_like(tau)])
 
 
-def _channel(runs: RunSet, contrast: np.ndarray, stiff: np.ndarray) -> ChannelNoise:
+def _channel(runs: RunSet, contrast: np.ndarray, directions: np.ndarray) -> ChannelNoise:
     picks = np.unique(np.linspace(0, runs.samples - 1, 330).astype(int))
     # without repeats the residual is taken as noise, each run separately
     groups = [g for g in runs.groups if len(g) > 1] or [np.array([r]) for r in range(runs.runs)]
@@ -133,7 +134,7 @@ def _channel(runs: RunSet, contrast: np.ndarray, stiff: np.ndarray) -> ChannelNo
     product, expected = np.zeros_like(tau), np.zeros_like(kernels)
     energy, traces = [], []
     for g, own in zip(groups, spare, strict=True):
-        q = _orthonormal(stiff[:, g][:, :, picks].mean(axis=1))
+        q = _orthonormal(directions[:, g][:, :, picks].mean(axis=1))
         d = contrast[g][:, picks]
         d = d - (d @ q) @ q.T
         part = _without(kernels, q)

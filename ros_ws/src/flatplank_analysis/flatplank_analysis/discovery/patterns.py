@@ -20,7 +20,7 @@ from flatplank_analysis.discovery.dispersion import (
     TypicalDispersion,
     among_repeats,
     scores_of,
-    typical,
+    typical_dispersion,
 )
 from flatplank_analysis.discovery.gram import Gram, Metric, solve
 from flatplank_analysis.discovery.runs import RunSet
@@ -258,9 +258,9 @@ class _ModelColumns:
 
     def typical(self, columns: Sequence[np.ndarray]) -> TypicalDispersion:
         pairs = [self.dispersion(c) for c in columns]
-        return typical([k for k, _ in pairs], [f for _, f in pairs])
+        return typical_dispersion([k for k, _ in pairs], [f for _, f in pairs])
 
     def p_value(self, gain: float, column: np.ndarray, known: TypicalDispersion) -> float:
         """p-value of one pattern, not corrected for the number of patterns tested."""
-        kappa, freedom = known.draw(*self.dispersion(column))
+        kappa, freedom = known.shrink(*self.dispersion(column))
         return float(f_distribution.sf(gain / kappa, 1, freedom))

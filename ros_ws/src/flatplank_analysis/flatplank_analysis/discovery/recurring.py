@@ -15,7 +15,7 @@ import numpy as np
 from flatplank_analysis.discovery.model import (
     Model,
     ParameterSet,
-    form_of,
+    form_error_of,
     starts_of,
     usual_scatter,
 )
@@ -52,7 +52,7 @@ class Pieces:
     """names of the conditions"""
 
 
-def laps(runs: RunSet) -> Pieces | None:
+def lap_pieces(runs: RunSet) -> Pieces | None:
     """Laps of a periodic input, cut into segments; a segment is a condition, laps repeat it."""
     found: list[_Stretch] = []
     for r, values in _inputs(runs):
@@ -85,7 +85,7 @@ def _period(values: np.ndarray) -> int:
     return 0
 
 
-def visits(runs: RunSet) -> Pieces | None:
+def level_pieces(runs: RunSet) -> Pieces | None:
     """Levels of the input that are held more than once."""
     found: list[_Stretch] = []
     for r, values in _inputs(runs):
@@ -98,7 +98,7 @@ def visits(runs: RunSet) -> Pieces | None:
     return _pieces(runs, found)
 
 
-def ways(runs: RunSet) -> Pieces | None:
+def up_and_down_pieces(runs: RunSet) -> Pieces | None:
     """Parts of its range that the input passes both upwards and downwards."""
     stretches: list[_Stretch] = []
     for r, values in _inputs(runs):
@@ -170,21 +170,21 @@ class PieceModel:
         """source: identifier of the floor source that needs the pieces."""
         self.model, self.pieces = model, pieces
         self.parameters = model.parameters
-        self.form, self.starts = form_of(model), starts_of(model)
+        self.form, self.starts = form_error_of(model), starts_of(model)
         self.usual_scatter = usual_scatter(model)
-        self.runs = replace(cut(model.runs, pieces), floor_from=source)
+        self.runs = replace(cut_into_pieces(model.runs, pieces), floor_from=source)
 
     def predict(self, sets: Sequence[ParameterSet]) -> np.ndarray:
         """Predicted channels of the pieces, shape (sets, channels, pieces, samples)."""
         whole = self.model.predict(sets)
         return whole[:, :, self.pieces.rows[:, None], self.pieces.nodes]
 
-    def stiff(self, base: np.ndarray) -> tuple[dict[str, float], ...]:
+    def scatter_directions(self, base: np.ndarray) -> tuple[dict[str, float], ...]:
         """Directions that scatter from run to run, as in the inner model."""
-        return self.model.stiff(base)
+        return self.model.scatter_directions(base)
 
 
-def cut(runs: RunSet, pieces: Pieces) -> RunSet:
+def cut_into_pieces(runs: RunSet, pieces: Pieces) -> RunSet:
     """The runs as pieces of their records."""
     rows, at = pieces.rows[:, None], pieces.nodes
     time = runs.time[rows, at]

@@ -22,7 +22,7 @@ from flatplank_analysis.discovery.screen import (
     likeness,
     settings_of,
 )
-from flatplank_analysis.discovery.shortlist import EVIDENCE, profile
+from flatplank_analysis.discovery.shortlist import EVIDENCE, line_search_with_drop
 from flatplank_analysis.discovery.state import State, term_of
 
 NEARLY_ALIKE = 0.8
@@ -63,7 +63,7 @@ class Rival:
         return self.term.effect.identifier
 
 
-def indifferent(decision: Decision, explained: float = 0.0) -> float:
+def indecisive_difference(decision: Decision, explained: float = 0.0) -> float:
     """Difference of two sums of squares that does not decide between two effects.
 
     explained: drop by all effects together; `SHARE` of it is the least drop of any effect.
@@ -88,7 +88,7 @@ def suspects(
             continue
         start, gain = term_of(item.candidate, item.sizes), item.gain
         if len(effect.starts()) > 1:
-            start, gain = profile(model, state, item)
+            start, gain = line_search_with_drop(model, state, item)
         if near or gain > PROMISE * decision.drop:
             yield AlternativeEffect(start, near)
 
@@ -103,18 +103,18 @@ def rivals(
 ) -> tuple[Rival, ...]:
     """The suspects of effect `index` after a refit in its place, the likeliest first."""
     present = {t.effect for t in state.fit.terms}
-    less = fitter.shrunk(state.whitened.fit, index)
+    less = fitter.without_term(state.whitened.fit, index)
     out = []
     for suspect in tried:
         if suspect.start.effect in present:
             continue
-        found = state.settle(fitter.grown(less, suspect.start), JACOBIANS)
+        found = state.fit_whitened(fitter.with_term(less, suspect.start), JACOBIANS)
         excess = found.chi2 - state.whitened.chi2
-        if indifferent(decision, explained) < excess < CLOSE * decision.drop:
-            found = state.settle(found.fit)
+        if indecisive_difference(decision, explained) < excess < CLOSE * decision.drop:
+            found = state.fit_whitened(found.fit)
             excess = found.chi2 - state.whitened.chi2
         term = found.fit.terms[-1]
         small = abs(term.size) < term.effect.main_parameter().matters
-        apart = excess > indifferent(decision, explained) or small or at_edge(term)
+        apart = excess > indecisive_difference(decision, explained) or small or at_edge(term)
         out.append(Rival(term, excess, suspect.near, apart))
     return tuple(sorted(out, key=lambda r: r.excess))

@@ -11,7 +11,7 @@ from flatplank_analysis.discovery.dispersion import (
     TypicalDispersion,
     among_repeats,
     scores_of,
-    typical,
+    typical_dispersion,
 )
 from flatplank_analysis.discovery.gram import Gram, solve
 from flatplank_analysis.discovery.state import Candidate, State
@@ -61,10 +61,8 @@ def screen(state: State) -> Screen:
     """Rank all candidates of a state."""
     blocks = [c.columns for c in state.candidates]
     fit = state.whitened.fit
-    columns = fit.jacobian[fit.loose()]
-    own = len(columns)
-    columns = np.concatenate([columns, *blocks])
-    gram = state.gram(fit.residual(state.runs.measured), columns)
+    own = len(fit.loose())
+    gram = state.sums(fit, fit.loose(), *blocks)
     products, scores, _ = gram.total()
     base, inverse = solve(products[:own, :own], scores[:own])
     cross = products[own:, :own]
@@ -94,7 +92,7 @@ def _typical(state: State, gram: Gram, own: int, ranked: list[ScreenResult]) -> 
         pairs.append(
             among_repeats(state.runs.comparable, *scores_of(_along(gram, own, item), own))
         )
-    return typical([k for k, _ in pairs], [f for _, f in pairs])
+    return typical_dispersion([k for k, _ in pairs], [f for _, f in pairs])
 
 
 def _along(gram: Gram, own: int, item: ScreenResult) -> Gram:

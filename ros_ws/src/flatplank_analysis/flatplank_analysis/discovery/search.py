@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -15,10 +16,10 @@ from flatplank_analysis.discovery.decide import NEARLY, SHARE, Decision, Judge
 from flatplank_analysis.discovery.effect import Effect, variants_of
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term, Whitened
 from flatplank_analysis.discovery.model import Model, starts_of
-from flatplank_analysis.discovery.rivals import indifferent, rivals, suspects
+from flatplank_analysis.discovery.rivals import ALIKE, indecisive_difference, rivals, suspects
 from flatplank_analysis.discovery.screen import VISIBLE, ScreenResult, best_per_effect
 from flatplank_analysis.discovery.shortlist import EVIDENCE, line_search, shortlist
-from flatplank_analysis.discovery.sources import UNDECIDED, seen, source_of
+from flatplank_analysis.discovery.sources import UNDECIDED, cut_where_needed, source_of
 from flatplank_analysis.discovery.state import (
     State,
     channel_weights,
@@ -60,13 +61,13 @@ def run_search(
 ) -> Search:
     """Search for the effects that a model lacks."""
     options = options or Options()
-    model = seen(model)
+    model = cut_where_needed(model)
     if source_of(model.runs).at_most == UNDECIDED:
         raise FlatplankError("no repeats", "campaign", "repeat at least one condition")
     return _Searcher(model, list(effects), options).run()
 
 
-def looks(effects: Sequence[type[Effect]], model: Model) -> dict[str, int]:
+def bonferroni_divisors(effects: Sequence[type[Effect]], model: Model) -> dict[str, int]:
     """Divisor of the family-wise level, by effect (weighted Bonferroni).
 
     Every effect gets the same share of the level; an effect that is tested at many places or
@@ -78,7 +79,7 @@ def looks(effects: Sequence[type[Effect]], model: Model) -> dict[str, int]:
     }
 
 
-def polish(search: Search) -> State | None:
+def fit_with_law_effects(search: Search) -> State | None:
     """The last state with all effects of the force law (`Effect.law`) added and fitted; None when
     there are no further ones."""
     last = search.last.state
@@ -99,7 +100,7 @@ class _Searcher:
         self.model, self.effects, self.options = model, effects, options
         self.began = time.perf_counter()
         self.fitter = Fitter(model, channel_weights(model, _rough_levels(model)))
-        self.looked_at = looks(effects, model)
+        self.looked_at = bonferroni_divisors(effects, model)
         self.starts = 1
         """number of sets of start values of the base"""
         self.bare = np.inf
@@ -155,7 +156,7 @@ class _Searcher:
         if any(f.decision.term.effect is best.term.effect for f in found):
             return None
         state = first.state
-        together = state.settle(steps[-1].state.whitened.fit)
+        together = state.fit_whitened(steps[-1].state.whitened.fit)
         evidence = EVIDENCE * max(best.dispersion, 1.0)
         if best.drop < state.whitened.chi2 - together.chi2 + evidence:
             return None
@@ -201,7 +202,7 @@ class _Searcher:
         before = sum(f.decision.drop for f in step.found)
         residue = sum(f.decision.residue for f in step.found)
         near = [(s.start.effect.identifier, f) for f in step.found for s in f.suspects if s.near]
-        alike = {name: indifferent(f.decision) for name, f in near}
+        alike = {name: indecisive_difference(f.decision) for name, f in near}
         judge = Judge(
             state, state.whitened.chi2, step.screen.typical, before, residue, alike=alike
         )
@@ -210,7 +211,7 @@ class _Searcher:
         tried = self.from_cold(judge, [(self.newest(judge, found), found) for found in warm])
         step.refits = [d for d, _ in tried]
         taken = self.take(step, judge, tried)
-        if taken is None and invariants.rest(state, bool(step.found)):
+        if taken is None and invariants.residual_of_consequence(state, bool(step.found)):
             more = self.refits_with_start_sizes(step, judge, [*items])
             step.refits += [d for d, _ in more]
             taken = self.take(step, judge, more)
@@ -227,7 +228,7 @@ class _Searcher:
         taken = self.take(step, judge, odd[:1], misshapen=True) if odd else None
         if taken is None or taken.found[-1].decision.unevenness < NEARLY:
             return taken
-        return None if invariants.rest(taken.state, True) else taken
+        return None if invariants.residual_of_consequence(taken.state, True) else taken
 
     def refits_with_start_sizes(
         self, step: Step, judge: Judge, items: list[ScreenResult]
@@ -246,7 +247,7 @@ class _Searcher:
                 continue
             start = term_of(item.candidate, np.full(len(item.sizes), max(effect.starts())))
             fit = self.fitter.fit(cold, [*state.fit.terms, start])
-            found.append(state.settle(fit))
+            found.append(state.fit_whitened(fit))
             if len(found) == COLD:
                 break
         return _by_drop([(self.newest(judge, f), f) for f in found])
@@ -266,19 +267,21 @@ class _Searcher:
         state = step.state
         for _, near in self.preferred(tried):
             index = len(near.fit.terms) - 1
-            best = state.settle(near.fit)
+            best = state.fit_whitened(near.fit)
             if best.fit.at_bound and not step.found:  # later steps start from this base
                 best = self.restarted(state, best)
             # the base found with the effect may also fit better without it
-            less = state.settle(self.fitter.shrunk(best.fit, index))
+            less = state.fit_whitened(self.fitter.without_term(best.fit, index))
             fair = replace(judge, without=min(judge.without, less.chi2))
             decision = self.newest(fair, best)
-            if not (decision.accepted or (misshapen and decision.misshapen)):
+            if not passes(decision, misshapen):
+                continue
+            if not self.stands_beside_law(fair, best, decision, tried, misshapen):
                 continue
             # from both bases, because one of them may end at limits of the force law
             fits = [self.fitter.fit(b, best.fit.terms) for b in (state.fit.base, best.fit.base)]
             fit = invariants.not_raising_error(self.fitter, state.fit, fits)
-            if not invariants.acts(fit.terms[-1]):
+            if not invariants.is_active(fit.terms[-1]):
                 continue
             decision = replace(decision, held_out_gain=heldout.gain(state, fit, index))
             taken = AcceptedEffect(
@@ -293,6 +296,34 @@ class _Searcher:
                 for d in step.refits
             ]
         return None
+
+    def stands_beside_law(
+        self,
+        judge: Judge,
+        found: Whitened,
+        decision: Decision,
+        tried: list[tuple[Decision, Whitened]],
+        misshapen: bool,
+    ) -> bool:
+        """False when a free form of the force law explains more than the last effect of a fit, and
+        the effect fails the tests beside it: then the tire has another law, and no fault.
+
+        Both are compared by their drop minus the price of their parameters (BIC).
+        """
+        if decision.term.effect.generic:
+            return True
+        price = math.log(judge.state.independent)
+        own = decision.drop - price * decision.parameters
+        for law, fit in tried:
+            if not law.term.effect.generic or law.p_repeats > law.level:
+                continue
+            if law.drop - price * law.parameters < (1.0 + ALIKE) * own:
+                continue
+            both = judge.state.fit_whitened(self.fitter.with_term(fit.fit, decision.term))
+            beside = self.newest(replace(judge, without=fit.chi2), both)
+            if not passes(beside, misshapen):
+                return False
+        return True
 
     def newest(self, judge: Judge, found: Whitened) -> Decision:
         """Test the last effect of a fit."""
@@ -336,7 +367,7 @@ class _Searcher:
         if found.fit.terms[-1].effect.generic:
             return found
         cold = start_base(self.model, self.options.start)
-        other = state.settle(self.fitter.fit(cold, found.fit.terms))
+        other = state.fit_whitened(self.fitter.fit(cold, found.fit.terms))
         return other if other.chi2 < found.chi2 - EVIDENCE else found
 
     def preferred(self, tried: list[tuple[Decision, Whitened]]) -> list[tuple[Decision, Whitened]]:
@@ -348,7 +379,7 @@ class _Searcher:
         named = [p for p in good if not p[0].term.effect.generic]
         if named:
             best = named[0][0]
-            near = best.drop - indifferent(best)
+            near = best.drop - indecisive_difference(best)
             named.sort(key=lambda p: (p[0].drop < near, p[0].term.effect.rarity, -p[0].drop))
         free = [p for p in good if p[0].term.effect.generic]
         return (named + free)[:3]
@@ -391,12 +422,17 @@ class _Searcher:
         state, offset = step.state, len(self.options.terms)
         out = []
         for index, found in enumerate(step.found, offset):
-            less = state.settle(self.fitter.shrunk(state.whitened.fit, index))
+            less = state.fit_whitened(self.fitter.without_term(state.whitened.fit, index))
             judge = Judge(state, less.chi2, step.screen.typical, bare=less.fit)
             looked = self.looked_at[found.decision.term.effect.identifier]
             decision = judge.decide(state.whitened, index, looked, plain=state.fit)
             out.append(replace(found, decision=decision))
         return out
+
+
+def passes(decision: Decision, misshapen: bool) -> bool:
+    """True when an effect is accepted; misshapen: also with a wrong form."""
+    return decision.accepted or (misshapen and decision.misshapen)
 
 
 def _names(step: Step) -> frozenset[str]:
@@ -411,7 +447,7 @@ def _needed(one: AcceptedEffect, found: Sequence[AcceptedEffect]) -> bool:
     """True when an effect still explains something beside the others."""
     own, others = one.decision, [f.decision for f in found if f is not one]
     least = max(SHARE * sum(d.drop for d in others), sum(d.residue for d in others))
-    return own.drop > least and own.p_repeats < own.level
+    return own.drop > least and own.p_repeats < own.level and not own.covers_zero
 
 
 def _nearly(decision: Decision) -> bool:

@@ -93,11 +93,11 @@ def negligible(item: ScreenResult) -> bool:
 
 
 def line_search(model: Model, state: State, item: ScreenResult) -> Term:
-    """The term at the best of several sizes, see `profile`."""
-    return profile(model, state, item)[0]
+    """The term at the best of several sizes, see `line_search_with_drop`."""
+    return line_search_with_drop(model, state, item)[0]
 
 
-def profile(model: Model, state: State, item: ScreenResult) -> tuple[Term, float]:
+def line_search_with_drop(model: Model, state: State, item: ScreenResult) -> tuple[Term, float]:
     """The term at the best of several sizes, and its drop of chi2.
 
     The best size has the smallest whitened chi2 after one linear step of the base.
@@ -109,10 +109,8 @@ def profile(model: Model, state: State, item: ScreenResult) -> tuple[Term, float
     own = fit.parameter_set()
     sets = [ParameterSet(own.base, (*own.effects, (effect, t.values))) for t in terms]
     change = model.predict(sets) - fit.predicted
-    base = fit.jacobian[fit.loose()]
-    gram = state.gram(fit.residual(state.runs.measured), np.concatenate([base, change]))
-    products, scores, _ = gram.total()
-    n = len(base)
+    products, scores, _ = state.sums(fit, fit.loose(), change).total()
+    n = len(fit.loose())
     inverse = solve(products[:n, :n], scores[:n])[1]
     errors = []
     for i in range(n, n + len(terms)):

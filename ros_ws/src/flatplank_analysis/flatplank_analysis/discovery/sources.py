@@ -10,7 +10,13 @@ from typing import Any
 import numpy as np
 
 from flatplank_analysis.discovery.model import Model
-from flatplank_analysis.discovery.recurring import PieceModel, Pieces, laps, visits, ways
+from flatplank_analysis.discovery.recurring import (
+    PieceModel,
+    Pieces,
+    lap_pieces,
+    level_pieces,
+    up_and_down_pieces,
+)
 from flatplank_analysis.discovery.runs import RunSet
 
 FOUND, PARTLY, UNDECIDED = "found", "partly", "not decidable"
@@ -54,14 +60,15 @@ def _repeats(runs: RunSet) -> bool:
 
 SOURCES = (
     Source("repeats", "repeats of a condition", FOUND, _repeats),
-    Source("laps", "laps of a periodic input in one record", FOUND, laps),
-    Source("visits", "a level visited twice", FOUND, visits),
-    Source("ways", "up and down through the same values", PARTLY, ways, systematic=True),
+    Source("laps", "laps of a periodic input in one record", FOUND, lap_pieces),
+    Source("visits", "a level visited twice", FOUND, level_pieces),
+    Source("ways", "up and down through the same values", PARTLY, up_and_down_pieces,
+           systematic=True),
     Source("sessions", "the same condition in other sessions", PARTLY, lambda r: r.repeated),
     Source("rest", "noise at rest", PARTLY, lambda r: min(r.rest, default=0.0) > 0.0,
            lower_bound=True),
     Source("resolution", "resolution of what was recorded", PARTLY, lambda r: all(
-        level_of(r, c) > 0.0 for c in range(len(r.channels))
+        scatter_lower_bound(r, c) > 0.0 for c in range(len(r.channels))
     ), lower_bound=True),
     Source("nothing", "nothing", UNDECIDED, lambda _: True),
 )  # fmt: skip
@@ -74,7 +81,7 @@ def source_of(runs: RunSet) -> Source:
     return BY_NAME[runs.floor_from] if runs.floor_from else _best(runs)[0]
 
 
-def seen(model: Model) -> Model:
+def cut_where_needed(model: Model) -> Model:
     """The model with its runs cut into pieces where the best source needs them."""
     if model.runs.floor_from:
         return model
@@ -89,7 +96,7 @@ def can_show(runs: RunSet, columns: np.ndarray) -> bool:
     return bool(np.sum(runs.contrast(columns) ** 2) < 0.5 * np.sum(columns**2))
 
 
-def level_of(runs: RunSet, channel: int) -> float:
+def scatter_lower_bound(runs: RunSet, channel: int) -> float:
     """Lower bound of the scatter of a channel, in its unit."""
     at_rest, resolution, inputs = (
         values[channel] if values else 0.0
@@ -106,7 +113,7 @@ def _best(runs: RunSet) -> tuple[Source, Pieces | None]:
     raise AssertionError("the last source is always there")
 
 
-def capped(source: Source, verdict: str, reason: str) -> tuple[str, str]:
+def limited_by_source(source: Source, verdict: str, reason: str) -> tuple[str, str]:
     """Verdict and reason limited by the source; the reason names a source other than repeats."""
     if source.at_most == FOUND:
         return verdict, reason

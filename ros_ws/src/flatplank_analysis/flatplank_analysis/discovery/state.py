@@ -14,11 +14,11 @@ from flatplank_analysis.discovery import floor as floors
 from flatplank_analysis.discovery import gram as grams
 from flatplank_analysis.discovery import noise as noises
 from flatplank_analysis.discovery.effect import Effect, variants_of
-from flatplank_analysis.discovery.fit import Fit, Fitter, Term, Whitened, settle
-from flatplank_analysis.discovery.model import Model, ParameterSet, form_of, usual_scatter
+from flatplank_analysis.discovery.fit import Fit, Fitter, Term, Whitened, fit_whitened
+from flatplank_analysis.discovery.model import Model, ParameterSet, form_error_of, usual_scatter
 from flatplank_analysis.discovery.patterns import Patterns
 from flatplank_analysis.discovery.runs import RunSet
-from flatplank_analysis.discovery.sources import can_show, level_of, source_of
+from flatplank_analysis.discovery.sources import can_show, scatter_lower_bound, source_of
 from flatplank_data.errors import FlatplankError
 
 
@@ -52,9 +52,21 @@ class State:
     def runs(self) -> RunSet:
         return self.model.runs
 
+    @cached_property
+    def independent(self) -> float:
+        """Independent numbers of all runs in the first channel, by the noise model."""
+        return self.runs.runs * noises.freedom_of(self.runs, self.metric.whitener.noises[0])
+
     def gram(self, residual: np.ndarray, columns: np.ndarray) -> grams.Gram:
         """Whitened sums of products of any columns and residual."""
         return self.metric.gram(residual, columns)
+
+    def sums(self, fit: Fit, rows: Sequence[int], *columns: np.ndarray) -> grams.Gram:
+        """Whitened sums of a fit: of its residual, of `rows` of its Jacobian with their priors,
+        and of further columns (n, channels, runs, samples)."""
+        parts = np.concatenate([fit.jacobian[list(rows)], *columns])
+        gram = self.metric.gram(fit.residual(self.runs.measured), parts)
+        return gram.with_priors(*self.fitter.prior_terms(fit, rows))
 
     @cached_property
     def patterns(self) -> Patterns:
@@ -63,13 +75,13 @@ class State:
         left = fit.residual(self.runs.measured)
         return Patterns(self.runs, self.metric, fit.jacobian[fit.loose()], left, self.residual[0])
 
-    def settle(self, fit: Fit, most: int = 12) -> Whitened:
+    def fit_whitened(self, fit: Fit, most: int = 12) -> Whitened:
         """Minimise the whitened chi2 from a fit."""
-        return settle(self.metric, self.fitter, fit, most)
+        return fit_whitened(self.metric, self.fitter, fit, most)
 
     def with_term(self, term: Term, most: int) -> Whitened:
         """The whitened fit with one more effect, using `most` Jacobians."""
-        return self.settle(self.fitter.grown(self.whitened.fit, term), most)
+        return self.fit_whitened(self.fitter.with_term(self.whitened.fit, term), most)
 
 
 def make_candidates(
@@ -97,12 +109,12 @@ def make_candidates(
     return [c for c in made if can_show(model.runs, c.columns)]
 
 
-def stiff_columns(model: Model, fit: Fit) -> np.ndarray:
-    """Prediction changes along the directions of `Model.stiff` (d, channels, runs, samples)."""
+def scatter_columns(model: Model, fit: Fit) -> np.ndarray:
+    """Prediction changes along `Model.scatter_directions` (d, channels, runs, samples)."""
     scale = {p.name: abs(p.screen) for p in model.parameters if p.screen}
     rows = {name: i for i, (term, name) in enumerate(fit.free) if term < 0}
     out = []
-    for direction in model.stiff(fit.base):
+    for direction in model.scatter_directions(fit.base):
         known = [(n, amount / scale[n]) for n, amount in direction.items() if n in rows]
         out.append(np.sum([fit.jacobian[rows[n]] * share for n, share in known], axis=0))
     return np.array(out) if out else np.zeros((0, *fit.predicted.shape))
@@ -130,22 +142,22 @@ def make_state(
         alive = [b[np.abs(b[:, c]).max(axis=(1, 2)) > 0.0, c] for b in blocks]
         cleaned.append(floors.clean_contrasts(runs, residual[c], [b for b in alive if len(b)]))
     contrasts = np.stack(cleaned)
-    stiff = stiff_columns(model, fit)
+    directions = scatter_columns(model, fit)
     bound = source_of(runs).lower_bound
-    model_noise = noises.fit_noise(runs, residual if bound else contrasts, residual, stiff)
+    model_noise = noises.fit_noise(runs, residual if bound else contrasts, residual, directions)
     # in the other channels the form error is no noise, but no evidence of an effect either
-    seen = form_of(model).side * np.abs(runs.mean(fit.predicted)).max(axis=(1, 2))
+    seen = form_error_of(model).side * np.abs(runs.mean(fit.predicted)).max(axis=(1, 2))
     model_noise[1:] = map(noises.no_quieter, model_noise[1:], seen[1:])
     for c, noise in enumerate(model_noise):
         # a lower bound holds at every node; the residual's own correlation is no measure of it
         per_run = runs.samples if bound else noises.freedom_of(runs, noise)
-        least = level_of(runs, c) if bound else 0.0
+        least = scatter_lower_bound(runs, c) if bound else 0.0
         levels.append(floors.floor_of(runs, residual[c], cleaned[c], c, per_run, least))
     whitener = noises.make_whitener(runs, model_noise)
-    scatter = grams.scatter_of(runs, whitener, contrasts, stiff, usual_scatter(model))
+    scatter = grams.scatter_of(runs, whitener, contrasts, directions, usual_scatter(model))
 
-    metric = grams.Metric(whitener, stiff, scatter)
-    found = settle(metric, fitter, near or fit)
+    metric = grams.Metric(whitener, directions, scatter)
+    found = fit_whitened(metric, fitter, near or fit)
     found = replace(found, fit=fitter.derivative(found.fit))
     if near is None:
         # the whitened fit may be far from the plain one, where the columns differ
@@ -160,7 +172,7 @@ def channel_weights(model: Model, levels: Sequence[float]) -> np.ndarray:
     By the floor alone a quiet channel would demand a fit that no model of this form can give, at
     the expense of the others.
     """
-    form = np.array([form_of(model).share(c) for c in range(len(levels))])
+    form = np.array([form_error_of(model).share(c) for c in range(len(levels))])
     off = np.hypot(np.array(levels, dtype=float), form * model.runs.largest)
     return 1.0 / np.maximum(off, 1e-12)[:, None, None]
 

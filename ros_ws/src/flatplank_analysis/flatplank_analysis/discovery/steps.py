@@ -73,14 +73,14 @@ class Search:
     steps: list[Step]
     seconds: float
     looked_at: dict[str, int]
-    """by effect: divisor of the family-wise level, see `looks`"""
+    """by effect: divisor of the family-wise level, see `bonferroni_divisors`"""
     base_fit: float
     """duration of the first fit [s]"""
     first_ranking: float
     """time until the first ranking [s]"""
     starts: int = 1
     """number of sets of start values from which the base was fitted"""
-    polished: State | None = None
+    with_law_effects: State | None = None
     """the last state with all parts of the force law fitted: what they explain is no fault"""
 
     @property

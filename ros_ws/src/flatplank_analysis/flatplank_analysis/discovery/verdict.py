@@ -15,14 +15,14 @@ from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.gram import solve
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.discovery.screen import best_per_effect
-from flatplank_analysis.discovery.search import polish
+from flatplank_analysis.discovery.search import fit_with_law_effects
 from flatplank_analysis.discovery.shortlist import unidentifiable
 from flatplank_analysis.discovery.sources import (
     FOUND,
     PARTLY,
     UNDECIDED,
     Source,
-    capped,
+    limited_by_source,
     source_of,
 )
 from flatplank_analysis.discovery.steps import LARGEST_CLASS, AcceptedEffect, Search, Step
@@ -173,14 +173,14 @@ def diagnose(search: Search, next_run: dict[str, Any] | None = None) -> Diagnosi
     verdict, reason = _unsettled(search)
     if verdict:
         search = replace(search, steps=search.steps[:1])
-    elif invariants.rest(search.last.state, bool(search.last.found)):
-        search.polished = polish(search)
+    elif invariants.residual_of_consequence(search.last.state, bool(search.last.found)):
+        search.with_law_effects = fit_with_law_effects(search)
     last, first = search.last, search.steps[0]
     levels = last.state.floors[0]
     residual = last.state.residual[0]
     source = source_of(runs)
     if not verdict:
-        verdict, reason = capped(source, *_verdict(search, last))
+        verdict, reason = limited_by_source(source, *_verdict(search, last))
     counts = invariants.limits(last.state)
     maps = where.make_maps(runs, residual, levels.floor)
     period, share = _period(runs, residual, verdict)
@@ -188,7 +188,7 @@ def diagnose(search: Search, next_run: dict[str, Any] | None = None) -> Diagnosi
     if pattern and verdict in (NONE, PARTLY):
         if pattern.words() not in reason:
             reason += f"; clearest is {pattern.words()}"
-        maps = where.pointed(maps, last.state.patterns.ranges(pattern))
+        maps = where.with_given_ranges(maps, last.state.patterns.ranges(pattern))
         if np.isfinite(pattern.period):
             period, share = pattern.period, 1.0
     return Diagnosis(
@@ -207,7 +207,7 @@ def diagnose(search: Search, next_run: dict[str, Any] | None = None) -> Diagnosi
         period=period if share > 0.2 else float("nan"),
         coherence=where.coherence(runs, residual),
         next_run=next_run or {},
-        detectable=smallest(last, search.looked_at),
+        detectable=detectable_sizes(last, search.looked_at),
         seconds=search.seconds,
         source=source,
         limits=counts,
@@ -234,9 +234,11 @@ def _unsettled(search: Search) -> tuple[str, str]:
 
 def _verdict(search: Search, last: Step) -> tuple[str, str]:
     level = last.state.floors[0]
-    left = invariants.rest(last.state, bool(last.found))
-    polished = search.polished
-    lawful = polished is not None and not invariants.rest(polished, bool(last.found))
+    left = invariants.residual_of_consequence(last.state, bool(last.found))
+    with_law_effects = search.with_law_effects
+    lawful = with_law_effects is not None and not invariants.residual_of_consequence(
+        with_law_effects, bool(last.found)
+    )
     named = [f for f in last.found if not f.decision.term.effect.generic]
     by_law = "; a force law of another form explains it"
     if not last.found:
@@ -285,12 +287,12 @@ def _notes(runs: RunSet, search: Search) -> Iterator[str]:
             "than the library's, its number is rough"
         )
     state = search.last.state
-    whitened = invariants.at_ends(state.fitter, state.whitened.fit)
-    if bound := whitened | invariants.at_ends(state.fitter, state.fit):
+    whitened = invariants.parameters_at_ends(state.fitter, state.whitened.fit)
+    if bound := whitened | invariants.parameters_at_ends(state.fitter, state.fit):
         yield "at an end of its range: " + ", ".join(bound.values())
 
 
-def smallest(step: Step, looked_at: Mapping[str, int]) -> dict[str, tuple[float, str]]:
+def detectable_sizes(step: Step, looked_at: Mapping[str, int]) -> dict[str, tuple[float, str]]:
     """Smallest size found with 80 % power at the family-wise level, by effect."""
     out: dict[str, tuple[float, str]] = {}
     for item in best_per_effect(step.screen):
@@ -309,7 +311,7 @@ def smallest(step: Step, looked_at: Mapping[str, int]) -> dict[str, tuple[float,
     return out
 
 
-def refused(runs: RunSet, seconds: float = 0.0) -> Diagnosis:
+def undecidable_diagnosis(runs: RunSet, seconds: float = 0.0) -> Diagnosis:
     """Diagnosis of a campaign that cannot be decided."""
     nan = float("nan")
     return Diagnosis(

@@ -65,7 +65,7 @@ def make_maps(runs: RunSet, residual: np.ndarray, floor: float, seed: int = 0) -
     return sorted(maps, key=lambda m: -m.ordered)
 
 
-def pointed(maps: Sequence[Map], ranges: Mapping[str, tuple[float, float]]) -> list[Map]:
+def with_given_ranges(maps: Sequence[Map], ranges: Mapping[str, tuple[float, float]]) -> list[Map]:
     """The maps; those with a given range have it as their place and come first."""
     first = []
     for m in (m for m in maps if m.coordinate in ranges):

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from flatplank_analysis.contact_patch.tire_runs import coordinates_of
-from flatplank_analysis.discovery.effect import Effect, ask, variants_of
+from flatplank_analysis.discovery.effect import Effect, call_hook, variants_of
 from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_analysis.discovery.runs import Coordinate, RunSet
 from flatplank_analysis.effects.registry import library, source_file
@@ -161,14 +161,14 @@ def _behaviour(effect: type[Effect]) -> Iterator[str]:
 
 def _other_hooks(effect: type[Effect], runs: RunSet) -> Iterator[str]:
     own = {p.name: p.null for p in effect.parameters()}
-    for name in ask(effect, effect.held):
+    for name in call_hook(effect, effect.held):
         if name not in own:
             yield f"held() names '{name}', which is no parameter"
-    if not np.isfinite(ask(effect, effect.size, own)):
+    if not np.isfinite(call_hook(effect, effect.size, own)):
         yield "size() is not finite at the null"
-    if not ask(effect, effect.starts):
+    if not call_hook(effect, effect.starts):
         yield "starts() gave nothing"
-    if ask(effect, effect.scanned, runs) < 1:
+    if call_hook(effect, effect.scanned, runs) < 1:
         yield "scanned() is below 1"
 
 

@@ -45,16 +45,17 @@ def lost_motion(motion: Motion, gap: np.ndarray) -> np.ndarray:
     ahead = np.cumsum(extra, axis=-1)
     gap = np.ascontiguousarray(np.broadcast_to(gap, (*slip.shape[:-1], 1))[..., 0], dtype=float)
     lost = np.empty_like(slip)
-    distance(ahead, gap, lost)
+    play_distance(ahead, gap, np.zeros(gap.shape), lost)
     return np.diff(lost, axis=-1, prepend=0.0)
 
 
 @njit(cache=True)
-def distance(ahead, gap, lost):
-    """Distance of a follower with play behind its input; (sets, runs, samples)."""
+def play_distance(ahead, gap, begin, lost):
+    """Play operator: distance of a follower, at most the gap, behind its input (sets, runs,
+    samples); begin (sets, runs): position of the follower before the first sample."""
     for i in range(ahead.shape[0]):
         for r in range(ahead.shape[1]):
-            output = 0.0
+            output = begin[i, r]
             for n in range(ahead.shape[2]):
                 output = min(max(output, ahead[i, r, n] - gap[i, r]), ahead[i, r, n] + gap[i, r])
                 lost[i, r, n] = ahead[i, r, n] - output

@@ -18,7 +18,7 @@ from zlib import crc32
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.effects.base import TireEffect
 from flatplank_data.errors import FlatplankError
-from flatplank_data.params import alike
+from flatplank_data.params import similar_names
 
 GROUP = "flatplank.effects"
 _USER = "flatplank_user_effects_"
@@ -115,7 +115,7 @@ def find(identifier: str, files: Iterable[str | Path] = ()) -> type[TireEffect]:
     """One effect by name; an unknown name is reported with the nearest ones."""
     known = library(files)
     if identifier not in known:
-        near = ", ".join(alike(identifier, known, most=3))
+        near = ", ".join(similar_names(identifier, known, most=3))
         remedy = f"nearest: {near}" if near else "flatplank effects lists them"
         raise FlatplankError(f"no effect '{identifier}'", "effects", remedy)
     return known[identifier]

@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import Any
 
 from flatplank_data.errors import FlatplankError
-from flatplank_data.params import alike
+from flatplank_data.params import similar_names
 from flatplank_data.yaml_text import load_yaml
 
 from ..models.base import ContactGeometry
@@ -34,10 +34,10 @@ from ..models.tir import TirFile, read_tir
 from .carcass import CarcassFit, fit_carcass
 from .lateral import fit_lateral_carcass
 from .mf.fit import NONLINEAR_FIXED, FitFile, MFFit, fit_magic_formula
-from .mf.points import SteadyPoints, gathered, points_from_runs
+from .mf.points import SteadyPoints, merge_with_cx_source, points_from_runs
 from .mf.stages import COEFFICIENTS, STAGES
 from .repeats import LinearCondition, fit_linear
-from .runs import StepRun, by_condition
+from .runs import StepRun, by_operating_point
 
 FORMAT = "flatplank-fit/1"
 
@@ -111,7 +111,7 @@ def _check_names(fit: FitFile, where: str) -> None:
 
 
 def _nearest(name: str, known: set[str]) -> str:
-    return f"did you mean {alike(name, known, 0.0)[0]}?"
+    return f"did you mean {similar_names(name, known, 0.0)[0]}?"
 
 
 PER_CONDITION: dict[str, Callable[..., LinearCondition | CarcassFit]] = {
@@ -171,9 +171,9 @@ def fit_campaign(
     if start is None and not settings.tire:
         raise FlatplankError("no tire to start from", "fit", "give a tire record or a .tir")
     start = start or read_tir(settings.tire)
-    parts = list(mapper(points_from_runs, by_condition(runs).values()))
+    parts = list(mapper(points_from_runs, by_operating_point(runs).values()))
     rolling = carcass_fits(runs, settings, mapper) if "stiffness" in settings.stages else []
-    points, source = gathered([*parts, *extra], rolling)
+    points, source = merge_with_cx_source([*parts, *extra], rolling)
     return fit_magic_formula(points, start, settings, source)
 
 
@@ -188,7 +188,7 @@ def carcass_fits(
 def _per_condition(
     model: str, runs: Sequence[StepRun], options: dict[str, Any], mapper: Mapper
 ) -> list[LinearCondition | CarcassFit | str]:
-    return list(mapper(partial(_fit_condition, model, options), by_condition(runs).values()))
+    return list(mapper(partial(_fit_condition, model, options), by_operating_point(runs).values()))
 
 
 def _fit_condition(

@@ -25,7 +25,7 @@ from .carcass_problem import (
 )
 from .linear import LinearFit, is_transient
 from .noise import ARNoise
-from .repeats import NOT_REPEATED, balanced, shared_fits
+from .repeats import NOT_REPEATED, shared_fits, with_equal_starts
 from .results import Confusion, Estimate, plain_condition, to_plain
 from .runs import StepRun
 from .steady_curve import SteadyCurve, slope_lack
@@ -39,10 +39,10 @@ def fit_carcass(
     `options` as for `carcass_problem`: geometry, friction, tread_stiffness, longitudinal. Raises
     FlatplankError unless the runs have one condition and three or more slip levels.
     """
-    if len({r.condition for r in runs}) != 1 or len({r.level for r in runs}) < 3:
+    if len({r.operating_point for r in runs}) != 1 or len({r.level for r in runs}) < 3:
         what = "the carcass stiffness needs three or more slip levels of one condition"
-        raise FlatplankError(what, runs[0].place if runs else "", "add slip levels")
-    runs = balanced(runs)
+        raise FlatplankError(what, runs[0].operating_point_text if runs else "", "add slip levels")
+    runs = with_equal_starts(runs)
     fits = shared_fits(runs)
     problem = carcass_problem(runs, fits, **options)
     solution = search_carcass(problem, bounds)
@@ -52,7 +52,7 @@ def fit_carcass(
     return report(runs, fits, state, edge, done and solution.converged)
 
 
-class Operating(NamedTuple):
+class MeanOperatingPoint(NamedTuple):
     """Means over the runs of a fit; SI."""
 
     fz: float
@@ -65,7 +65,7 @@ class Operating(NamedTuple):
 class CarcassFit:
     """Result of the nonlinear model for one condition."""
 
-    condition: Any
+    operating_point: Any
     c_cx: Estimate
     slip_stiffness: Estimate
     """C_Fkappa: slope of the steady curve at zero slip [N]."""
@@ -79,7 +79,7 @@ class CarcassFit:
     rmse: dict[float, float]
     """Per nominal slip: root-mean-square error in the transient part [N]."""
     runs: int
-    at: Operating
+    at: MeanOperatingPoint
     confusions: tuple[Confusion, ...] = ()
     converged: bool = True
     beside: tuple[Estimate, ...] = ()
@@ -105,7 +105,7 @@ class CarcassFit:
         """Plain values."""
         free = self.without_bias()
         return {
-            "condition": plain_condition(self.condition),
+            "condition": plain_condition(self.operating_point),
             **{e.name: e.to_json() for e in self.estimates},
             "model_bias": to_plain(self.model_bias),
             "without_bias": to_plain({k: e.value for k, e in free.items()}),
@@ -150,7 +150,7 @@ def report(
     gradient = np.append(-stiffness / c_cx**2, slope / c_cx)
     means = zip(*((r.mean_load, r.pressure, r.alpha, r.gamma) for r in runs), strict=True)
     return CarcassFit(
-        condition=runs[0].condition,
+        operating_point=runs[0].operating_point,
         c_cx=estimate("c_cx", c_cx, "N/m", by_c_cx, spread),
         slip_stiffness=estimate(
             "slip_stiffness", stiffness, "N", np.append(0.0, slope), found.form, held=""
@@ -161,7 +161,7 @@ def report(
         curve=replace(problem.curve, std_error=_curve_errors(state)),
         rmse=_rmse_per_level(runs, fits, problem, problem.measured + state.error),
         runs=len(runs),
-        at=Operating(*(float(np.mean(values)) for values in means)),
+        at=MeanOperatingPoint(*(float(np.mean(values)) for values in means)),
         confusions=_confusions(runs, problem.curve, lack, edge),
         converged=done,
     )

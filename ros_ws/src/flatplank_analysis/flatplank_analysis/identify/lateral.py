@@ -27,9 +27,10 @@ from flatplank_analysis.post.gridding import CELL, bin_means
 from flatplank_data.errors import FlatplankError
 from flatplank_data.table import MeasurementTable
 
+from ..models.magic_formula.state import curve_angle
 from .carcass import CarcassFit, fit_carcass
 from .least_squares import solve
-from .repeats import balanced
+from .repeats import with_equal_starts
 from .results import Estimate
 from .runs import StepRun, by_level
 
@@ -153,7 +154,7 @@ class _Steady:
     def of(cls, runs: Sequence[StepRun]) -> _Steady:
         last = min(float(run.distance[-1]) for run in runs)
         rows = []
-        for level, members in by_level(balanced(runs)).items():
+        for level, members in by_level(with_equal_starts(runs)).items():
             slopes = [r.slip_stiffness for r in members if math.isfinite(r.slip_stiffness)]
             means = np.mean([_tail(run, last) for run in members], axis=0)
             slope = float(np.mean(slopes)) if slopes else math.nan
@@ -165,9 +166,8 @@ class _Steady:
         """Normalised errors and priors (sets, n)."""
         p = {name: sets[:, i : i + 1] for i, name in enumerate(NAMES)}
         x = np.tan(self.angle + p["zero"] + p["ply"])
-        bent = p["b"] * x - p["e"] * (p["b"] * x - np.arctan(p["b"] * x))
-        force = p["d"] * np.sin(SHAPE_Y * np.arctan(bent))
-        arm = p["trail"] * np.cos(SHAPE_T * np.arctan(p["bt"] * x))
+        force = p["d"] * np.sin(curve_angle(SHAPE_Y, p["b"], p["e"], x))
+        arm = p["trail"] * np.cos(curve_angle(SHAPE_T, p["bt"], 0.0, x))
         slip = np.cos(self.angle) / np.cos(self.angle + p["zero"]) - 1.0
         rows = [
             (force + p["fy0"] - self.fy) / SHARE["fy"],
@@ -226,7 +226,7 @@ def lateral_run(table: MeasurementTable, spacing: float = CELL) -> StepRun:
     slip = math.tan(alpha)
     return StepRun(
         name=info.name,
-        condition=info.condition.operating_point._replace(alpha_deg=math.nan),
+        operating_point=info.condition.operating_point._replace(alpha_deg=math.nan),
         level=info.alpha_deg,
         kappa=slip,
         distance=x,

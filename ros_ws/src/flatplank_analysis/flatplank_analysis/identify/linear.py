@@ -68,8 +68,7 @@ class LinearFit:
         change = self.steady_force.value - self.start_force.value
         if not self.sigma.determined:
             return np.full_like(x, self.steady_force.value)
-        grown = -np.expm1(-np.maximum(x, 0.0) / self.sigma.value)
-        return self.start_force.value + change * grown
+        return self.start_force.value + change * first_order_rise(x, self.sigma.value)
 
     def to_json(self) -> dict[str, Any]:
         """Numbers only; the arrays stay out."""
@@ -82,6 +81,11 @@ class LinearFit:
             n: getattr(self, n).to_json()
             for n in ("sigma", "slip_stiffness", "steady_force", "start_force")
         }
+
+
+def first_order_rise(distance: np.ndarray, sigma: np.ndarray | float) -> np.ndarray:
+    """1 - exp(-s/sigma) over the distance s since the step (7.11); 0 before it."""
+    return -np.expm1(-np.maximum(distance, 0.0) / sigma)
 
 
 def linear_run(
@@ -115,9 +119,9 @@ def _fit(x: np.ndarray, force: np.ndarray, kappa: float, noise: ARNoise | None) 
     weight = np.where(x < 0.0, np.sqrt(BEFORE_WEIGHT), 1.0)
 
     def residuals(sets: np.ndarray) -> np.ndarray:
-        grown = -np.expm1(-np.maximum(x, 0.0) / sets[:, :1])
+        rise = first_order_rise(x, sets[:, :1])
         first = 0.0 if fixed else sets[:, 2:3]
-        return weight * (first + (sets[:, 1:2] - first) * grown - force)
+        return weight * (first + (sets[:, 1:2] - first) * rise - force)
 
     start = _start(x, force, fixed)
     scale = np.array([0.1, max(np.ptp(force), 1.0), max(np.ptp(force), 1.0)])[:count]
@@ -127,7 +131,7 @@ def _fit(x: np.ndarray, force: np.ndarray, kappa: float, noise: ARNoise | None) 
     first = 0.0 if fixed else float(solution.x[2])
     errors, correlation = _errors(solution, noise, weight)
     dof = max(noise.effective_samples - len(solution.x), 2.0)
-    response = first + (steady - first) * -np.expm1(-np.maximum(x, 0.0) / sigma)
+    response = first + (steady - first) * first_order_rise(x, sigma)
     end = transient_end(x, response, steady)
     settled = bool(x[-1] > 3.0 * sigma)
     confusions = () if settled and abs(correlation) < 0.95 else (_unsettled(correlation, sigma),)
@@ -163,8 +167,8 @@ def _start(x: np.ndarray, force: np.ndarray, fixed: bool) -> np.ndarray:
     """Sigma, asymptote and start force (3,): best of 15 sigmas, forces by linear least squares."""
     best, found = np.inf, np.zeros(3)
     for sigma in np.geomspace(0.02, 2.5, 15):
-        grown = -np.expm1(-np.maximum(x, 0.0) / sigma)
-        columns = np.column_stack([grown, 1.0 - grown])[:, : 1 if fixed else 2]
+        rise = first_order_rise(x, sigma)
+        columns = np.column_stack([rise, 1.0 - rise])[:, : 1 if fixed else 2]
         forces = np.linalg.lstsq(columns, force, rcond=None)[0]
         cost = float(np.sum((columns @ forces - force) ** 2))
         if cost < best:

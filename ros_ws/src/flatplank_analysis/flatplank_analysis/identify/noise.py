@@ -144,7 +144,7 @@ class Covariance:
     dof: np.ndarray
     runs: np.ndarray
     """Names of the runs (runs,)."""
-    brought: np.ndarray
+    run_contributions: np.ndarray
     """Contribution of every run to the error of the parameters (runs, p)."""
 
     @property
@@ -175,15 +175,15 @@ def run_covariance(
     residual: np.ndarray,
     run: np.ndarray,
     prior: np.ndarray | None = None,
-    carried: PropagatedErrors | None = None,
+    propagated: PropagatedErrors | None = None,
 ) -> Covariance:
     """Covariance from weighted Jacobian (n, p), residual (n,), and the run of each row (n,).
 
-    `prior` (p, p): information that is not from runs, added to J'J. `carried`: errors of
+    `prior` (p, p): information that is not from runs, added to J'J. `propagated`: errors of
     parameters that were fitted before and are held here, run by run, because one run may affect
     both fits.
     """
-    known = run if carried is None else np.concatenate([run, carried.runs])
+    known = run if propagated is None else np.concatenate([run, propagated.runs])
     names, place = np.unique(known, return_inverse=True)
     index, p = place[: len(run)], jacobian.shape[1]
     scores, informations = np.zeros((len(names), p)), np.zeros((len(names), p, p))
@@ -199,8 +199,8 @@ def run_covariance(
     freed = np.array(
         [_leverage_corrected(k, back.T @ s) for k, s in zip(whole, scores, strict=True)]
     )
-    if carried is not None:
-        pull = carried.response @ jacobian @ back
+    if propagated is not None:
+        pull = propagated.response @ jacobian @ back
         np.add.at(freed, place[len(run) :], -pull)
     matrix = freed.T @ freed
     if prior is not None:

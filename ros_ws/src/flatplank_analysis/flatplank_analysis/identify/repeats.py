@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from .linear import BEFORE, BEFORE_WEIGHT, LinearFit, linear_run
+from .linear import BEFORE, BEFORE_WEIGHT, LinearFit, first_order_rise, linear_run
 from .noise import ARNoise, fit_noise, repeat_differences
 from .results import Confusion, Estimate, plain_condition, to_plain
 from .runs import StepRun, by_level
@@ -28,7 +28,7 @@ class MeanResponse:
     """Standard errors of sigma [m], asymptote and start force [N], from the scatter (3,)."""
 
 
-def balanced(runs: Sequence[StepRun]) -> list[StepRun]:
+def with_equal_starts(runs: Sequence[StepRun]) -> list[StepRun]:
     """Runs in which every start angle of a level has equal weight.
 
     Where a level has several start angles with different numbers of runs, those of one angle are
@@ -63,7 +63,7 @@ def has_mean(runs: Sequence[StepRun]) -> bool:
 
 def mean_response(runs: Sequence[StepRun]) -> MeanResponse:
     """Fit (7.11) to the mean of repeats; its error follows from the single runs (linearised)."""
-    runs = balanced(runs)
+    runs = with_equal_starts(runs)
     x = _shared_distance(runs)
     x = x[x >= -BEFORE]
     force = np.array([np.interp(x, run.distance, run.fx) for run in runs])
@@ -94,9 +94,9 @@ def _own(run: StepRun, mean: LinearFit) -> LinearFit:
     """The fit of the mean, with steady and start force fitted to this run alone."""
     x = run.distance
     keep = x >= -BEFORE
-    grown = -np.expm1(-np.maximum(x[keep], 0.0) / mean.sigma.value)
+    rise = first_order_rise(x[keep], mean.sigma.value)
     weight = np.where(x[keep] < 0.0, np.sqrt(BEFORE_WEIGHT), 1.0)
-    basis = weight[:, None] * np.column_stack([grown, 1.0 - grown])
+    basis = weight[:, None] * np.column_stack([rise, 1.0 - rise])
     measured = weight * run.fx[keep]
     if mean.start_force.fixed:
         basis = basis[:, :1]
@@ -157,7 +157,7 @@ class LinearLevel:
 class LinearCondition:
     """All runs of one operating condition under the linear model."""
 
-    condition: Any
+    operating_point: Any
     levels: tuple[LinearLevel, ...]
     fits: tuple[LinearFit, ...]
     """Per run, in the order given; standard errors contain noise and run-to-run scatter."""
@@ -171,7 +171,7 @@ class LinearCondition:
         """Plain values."""
         runs = [{"run": n} | f.to_json() for n, f in zip(self.names, self.fits, strict=True)]
         return {
-            "condition": plain_condition(self.condition),
+            "condition": plain_condition(self.operating_point),
             "levels": [level.to_json() for level in self.levels],
             "runs": runs,
             "scatter": to_plain(self.scatter),
@@ -190,7 +190,7 @@ def fit_linear(runs: Sequence[StepRun]) -> LinearCondition:
     dof = float(sum(len(g) - 1 for g in groups))
     levels = tuple(_level(runs, fits, g, dof, scatter) for g in groups)
     return LinearCondition(
-        condition=runs[0].condition,
+        operating_point=runs[0].operating_point,
         levels=levels,
         fits=tuple(fits),
         names=tuple(run.name for run in runs),
@@ -223,7 +223,7 @@ def _scatter(fits: Sequence[LinearFit], groups: Sequence[Sequence[int]], name: s
 
 
 def _widened(fit: LinearFit, scatter: dict[str, float]) -> LinearFit:
-    changes = {}
+    changes: dict[str, Any] = {}
     for name in QUANTITIES:
         estimate: Estimate = getattr(fit, name)
         extra = np.nan_to_num(scatter[name]) * abs(estimate.value)
@@ -271,7 +271,7 @@ def _of_mean(runs: Sequence[StepRun]) -> dict[str, Estimate]:
     found = mean_response(runs)
     fit, (sigma, steady, _) = found.fit, found.std_error
     errors = {"sigma": sigma, "slip_stiffness": steady / abs(fit.kappa), "steady_force": steady}
-    dof = float(len(balanced(runs)) - 1)
+    dof = float(len(with_equal_starts(runs)) - 1)
     return {
         name: replace(getattr(fit, name), std_error=float(error), dof=dof)
         for name, error in errors.items()

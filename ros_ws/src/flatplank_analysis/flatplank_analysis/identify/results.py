@@ -10,6 +10,9 @@ from typing import Any
 import numpy as np
 from scipy.special import stdtrit
 
+NORMAL_90 = 1.645
+"""half width of a two-sided 90 % interval of a normal distribution, in standard deviations"""
+
 
 @dataclass(frozen=True)
 class Estimate:
@@ -100,11 +103,15 @@ def plain_condition(condition: Any) -> Any:
 
 
 def to_plain(value: Any) -> Any:
-    """Dataclasses, arrays and NaN as JSON has them (NaN and infinity become None)."""
+    """Dataclasses, arrays and NaN as JSON has them (NaN and infinity become None).
+
+    A field may have another key there, as its metadata `json`.
+    """
     if hasattr(value, "to_json") and not isinstance(value, (Fit, Estimate, Confusion)):
         return value.to_json()
     if is_dataclass(value) and not isinstance(value, type):
-        return {f.name: to_plain(getattr(value, f.name)) for f in fields(value)}
+        names = {f.name: f.metadata.get("json", f.name) for f in fields(value)}
+        return {key: to_plain(getattr(value, name)) for name, key in names.items()}
     if isinstance(value, dict):
         return {str(k): to_plain(v) for k, v in value.items()}
     if isinstance(value, np.ndarray):

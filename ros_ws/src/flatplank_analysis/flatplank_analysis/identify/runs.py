@@ -32,7 +32,7 @@ class StepRun:
     """
 
     name: str
-    condition: Hashable
+    operating_point: Hashable
     """Operating point: runs that share it differ in slip and repeat only."""
     level: float
     """Nominal slip: runs of one condition and level are repeats."""
@@ -62,10 +62,10 @@ class StepRun:
         return float(np.mean(self.fz[self.distance >= 0.0]))
 
     @property
-    def place(self) -> str:
+    def operating_point_text(self) -> str:
         """The operating point in words."""
-        label = getattr(self.condition, "label", None)
-        return label() if label else str(self.condition)
+        label = getattr(self.operating_point, "label", None)
+        return label() if label else str(self.operating_point)
 
     def after_step(self, values: np.ndarray) -> np.ndarray:
         """The part of a column that follows the step."""
@@ -145,7 +145,7 @@ def step_run(table: MeasurementTable) -> StepRun:
     slip = slip - np.interp(0.0, x, slip)
     return StepRun(
         name=info.name,
-        condition=info.condition.operating_point,
+        operating_point=info.condition.operating_point,
         level=info.kappa,
         kappa=actual_slip(x, slip, alpha),
         distance=x,
@@ -167,11 +167,11 @@ def actual_slip(distance: np.ndarray, slip: np.ndarray, alpha: float = 0.0) -> f
     return float(np.polyfit(distance[part], slip[part], 1)[0]) / math.cos(alpha)
 
 
-def by_condition(runs: Iterable[StepRun]) -> dict[Hashable, list[StepRun]]:
+def by_operating_point(runs: Iterable[StepRun]) -> dict[Hashable, list[StepRun]]:
     """Runs grouped by operating point, in order of appearance."""
     groups: dict[Hashable, list[StepRun]] = {}
     for run in runs:
-        groups.setdefault(run.condition, []).append(run)
+        groups.setdefault(run.operating_point, []).append(run)
     return groups
 
 

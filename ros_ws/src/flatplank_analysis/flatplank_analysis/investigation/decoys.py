@@ -19,7 +19,7 @@ from flatplank_analysis.discovery import screen as screens
 from flatplank_analysis.discovery.decide import Judge
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.screen import VISIBLE, ScreenResult, best_per_effect
-from flatplank_analysis.discovery.search import looks
+from flatplank_analysis.discovery.search import bonferroni_divisors
 from flatplank_analysis.discovery.shortlist import shortlist
 from flatplank_analysis.discovery.state import Candidate, State, term_of
 from flatplank_analysis.discovery.steps import Search
@@ -38,7 +38,7 @@ class Decoys:
     looked_at: int = 0
     accepted: tuple[str, ...] = ()
 
-    def plain(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         return asdict(self) | {"accepted": list(self.accepted)}
 
 
@@ -56,7 +56,7 @@ def decoys_of(search: Search) -> Decoys:
     ]
     state = replace(last.state, candidates=[Candidate(k, {}, k.column[None]) for k in kinds])
     ranking = screens.screen(state)
-    looked_at = looks(kinds, state.model)
+    looked_at = bonferroni_divisors(kinds, state.model)
     before = sum(f.decision.drop for f in last.found)
     judge = Judge(state, state.whitened.chi2, last.screen.typical, before)
     tried = shortlist(ranking, looked_at, REFITS)

@@ -24,7 +24,7 @@ from flatplank_analysis.discovery.fit import Fit, Fitter, priors
 from flatplank_analysis.discovery.gram import Metric
 from flatplank_analysis.discovery.noise import ChannelNoise, make_whitener
 from flatplank_analysis.discovery.shortlist import EVIDENCE
-from flatplank_analysis.discovery.state import State, stiff_columns
+from flatplank_analysis.discovery.state import State, scatter_columns
 from flatplank_analysis.discovery.steps import Search
 from flatplank_analysis.investigation.settings import Setting, settings_of
 
@@ -60,7 +60,7 @@ class Hypothesis:
         return cls(names, state, claim, null, max(spread, 1.0))
 
 
-def suspect(search: Search) -> Decision | None:
+def likeliest_refused(search: Search) -> Decision | None:
     """The likeliest effect that was refitted but not accepted; None when none is likely."""
     for d in search.last.refits:
         likely = d.p_repeats < LIKELY and d.drop > EVIDENCE
@@ -70,13 +70,14 @@ def suspect(search: Search) -> Decision | None:
 
 
 def hypothesis_of(search: Search) -> Hypothesis | None:
-    """The hypothesis of the found effects, otherwise of the `suspect`; None without either."""
+    """The hypothesis of the found effects, otherwise of the likeliest refused one; None without
+    either."""
     first, last = search.steps[0].state, search.last
     if last.found:
         decisions = [f.decision for f in last.found]
         claim, null = last.state.whitened.fit, first.whitened.fit
     else:
-        d = suspect(search)
+        d = likeliest_refused(search)
         if d is None:
             return None
         decisions, null = [d], last.state.whitened.fit
@@ -148,7 +149,7 @@ def _metric(state: State, model: TireModel, here: Fit, rows: np.ndarray) -> Metr
     """Metric with noise and scatter of the old runs, for the new ones."""
     old, runs = state.metric, model.runs.subset(rows)
     noises = [ChannelNoise(n.weights, np.ones(len(rows))) for n in old.whitener.noises]
-    return Metric(make_whitener(runs, noises), stiff_columns(model, here), old.scatter)
+    return Metric(make_whitener(runs, noises), scatter_columns(model, here), old.scatter)
 
 
 def _information(state: State, fit: Fit, loose: list[int]) -> np.ndarray:
@@ -174,10 +175,10 @@ class Evidence:
         """The evidence of the answers in a log."""
         found = cls()
         for a in answers:
-            found = found.times(a["log_e"], bool(a["bet"]))
+            found = found.with_batch(a["log_e"], bool(a["bet"]))
         return found
 
-    def times(self, log: float, betted: bool) -> Evidence:
+    def with_batch(self, log: float, betted: bool) -> Evidence:
         """The evidence with one more batch."""
         return Evidence(self.log + log, self.batches + betted)
 
@@ -192,7 +193,7 @@ class Evidence:
         return self.log >= -math.log(ALPHA)
 
 
-def times(log: float) -> str:
+def e_value_words(log: float) -> str:
     """An e-value in words, from its logarithm."""
     if abs(log) < math.log(1e4):
         return f"e = {math.exp(log):.3g}"

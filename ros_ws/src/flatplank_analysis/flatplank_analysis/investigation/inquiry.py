@@ -19,14 +19,14 @@ from flatplank_analysis.discovery.fit import Fit, Term
 from flatplank_analysis.discovery.gram import solve
 from flatplank_analysis.discovery.model import Model, ParameterSet
 from flatplank_analysis.discovery.nextrun import NEEDED, Pair, moved_bases, products_of, weight_of
-from flatplank_analysis.discovery.rivals import ALIKE, indifferent
+from flatplank_analysis.discovery.rivals import ALIKE, indecisive_difference
 from flatplank_analysis.discovery.screen import VISIBLE, best_per_effect
 from flatplank_analysis.discovery.steps import Search
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.investigation.evidence import (
     ALPHA,
     Evidence,
-    suspect,
+    likeliest_refused,
     tire_is_determined_at,
 )
 from flatplank_analysis.investigation.planner import Question
@@ -82,7 +82,7 @@ def questions(result: Diagnosis, evidence: Evidence, made: Sequence[Setting]) ->
         out.append(_of_place(made, side))
         out += _of_levels(made, side)
     if result.verdict in (verdict.AT_FLOOR, verdict.LAW) and not out:
-        out.append(_absence_question(search, predictor, len({s.repeats for s in made})))
+        out.append(_absence_question(search, predictor, len({s.shared_by_repeats for s in made})))
     return out
 
 
@@ -95,7 +95,7 @@ def _between(search: Search, predictor: Predictor):
         drop = _gain(Pair.of(search, i, None), predictor)
         for rival in found.reported:
             apart = _gain(Pair.of(search, i, rival.term), predictor)
-            needed = CLEAR * indifferent(found.decision, explained) / 2.0
+            needed = CLEAR * indecisive_difference(found.decision, explained) / 2.0
             excess = max(rival.excess / 2.0, 0.0)
             text = f"to separate {name} from {rival.name}"
             yield Question(text, min(excess, needed), needed, _beyond_indifference(apart, drop))
@@ -127,11 +127,11 @@ def _evidence_questions(
 
 def _suspect_question(search: Search, predictor: Predictor):
     """An effect that is likely but not accepted yet."""
-    d = suspect(search)
+    d = likeliest_refused(search)
     if d is None:
         return
     state = search.last.state
-    fit = state.fitter.grown(state.fit, d.term)
+    fit = state.fitter.with_term(state.fit, d.term)
     pair = Pair(state.model, fit, len(fit.terms) - 1, None, weight_of(state))
     spread = max(d.dispersion, d.dispersion_conditions, 1.0)
     text = f"to see whether {d.term.effect.identifier} is real ({', '.join(d.reasons)})"

@@ -18,7 +18,7 @@ import numpy as np
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.investigation.decoys import Decoys, decoys_of
-from flatplank_analysis.investigation.evidence import Evidence, hypothesis_of, log_e, times
+from flatplank_analysis.investigation.evidence import Evidence, e_value_words, hypothesis_of, log_e
 from flatplank_analysis.investigation.inquiry import questions
 from flatplank_analysis.investigation.planner import Choice, Price, choose
 from flatplank_analysis.investigation.settings import (
@@ -91,7 +91,7 @@ AtEnd = Callable[[Session, Diagnosis], "dict[str, Any] | None"]
 """called once with the last diagnosis, for a proposal; returns what the log keeps of it"""
 
 
-def ask(
+def choose_by_questions(
     result: Diagnosis,
     evidence: Evidence,
     made: Sequence[Setting],
@@ -112,7 +112,7 @@ class Loop:
         log: Log,
         minutes: float,
         say: Say = lambda _: None,
-        how: Choose = ask,
+        how: Choose = choose_by_questions,
         at_end: AtEnd = lambda _session, _result: None,
     ) -> None:
         self.bench, self.log, self.minutes, self.say, self.how = bench, log, minutes, say, how
@@ -205,7 +205,7 @@ class Loop:
         self.say(f"batch {number}: {c.text}, {choice.reason}; {choice.price.minutes:.0f} min")
         batch = {
             "event": BATCH, "number": number, "what": c.text, "reason": choice.reason,
-            "settings": [s.plain() for s in c.settings], "minutes": choice.price.minutes,
+            "settings": [s.to_dict() for s in c.settings], "minutes": choice.price.minutes,
             "changes": choice.price.changes, "expected": round(choice.expected, 3),
         }  # fmt: skip
         self.log.write(batch | {"plan": self.bench.plan(number, c)})
@@ -248,12 +248,12 @@ class Loop:
             log = log_e(hypothesis, session.data, rows_of(session, made.files))
         event = {
             "event": ANSWER, "number": batch["number"], "files": list(made.files),
-            "handed_back": [s.plain() for s in made.handed_back],
+            "handed_back": [s.to_dict() for s in made.handed_back],
             "bet": list(hypothesis.names) if hypothesis else [], "log_e": round(log, 6),
         }  # fmt: skip
         self.log.write(event | self._answer(files, session))
         e = self.evidence
-        so_far = f", {times(e.log)}" if e.batches else ""
+        so_far = f", {e_value_words(e.log)}" if e.batches else ""
         answer, left = self.log.events[-1]["answer"], max(self.left, 0.0)
         decoys = decoy_words(self._of(ANSWER))
         self.say(f"batch {batch['number']}: {answer}{so_far}; {decoys}; {left:.0f} min left")
@@ -277,9 +277,10 @@ class Loop:
         decoys = decoys_of(result.search) if result.search else Decoys()
         facts = result.to_dict()
         return {
-            "answer": words(result), "verdict": facts["verdict"], "effects": facts["effects"],
-            "error": facts["rmse_after"], "error_alone": facts["rmse_before"],
-            "floor": facts["floor_rmse"], "decoys": decoys.plain(),
+            "answer": diagnosis_line(result), "verdict": facts["verdict"],
+            "effects": facts["effects"], "error": facts["rmse_after"],
+            "error_alone": facts["rmse_before"], "floor": facts["floor_rmse"],
+            "decoys": decoys.to_dict(),
         }  # fmt: skip
 
 
@@ -319,7 +320,7 @@ def rows_of(session: Session, files: Collection[str]) -> np.ndarray:
     return np.array([i for i, n in enumerate(session.data.runs.names) if n in wanted], dtype=int)
 
 
-def words(result: Diagnosis) -> str:
+def diagnosis_line(result: Diagnosis) -> str:
     """A diagnosis in one line."""
     if not result.found:
         return f"{result.verdict} ({result.reason})"

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from flatplank_analysis.investigation.evidence import ALPHA, Evidence, times
+from flatplank_analysis.investigation.evidence import ALPHA, Evidence, e_value_words
 from flatplank_analysis.investigation.loop import (
     ANSWER,
     END,
@@ -71,8 +71,8 @@ def entries_of(log: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
         }
         since, first = entry["until"], first + count
         if b.get("bet"):
-            evidence = evidence.times(b["log_e"], True)
-            entry["evidence"] = f"{hypothesis_words(b)}, so far {times(evidence.log)}"
+            evidence = evidence.with_batch(b["log_e"], True)
+            entry["evidence"] = f"{hypothesis_words(b)}, so far {e_value_words(evidence.log)}"
         if "answer" in b:
             entry["so_far"] = evidence.log
         yield entry
@@ -118,7 +118,9 @@ def hypothesis_words(batch: Mapping[str, Any]) -> str:
     """Evidence of the new runs for the hypothesis that was fixed before, in words."""
     if batch["log_e"] == 0.0:
         return "no evidence from these: the runs before do not tell what the tire does there"
-    return f"for {' + '.join(batch['bet'])} against the tire alone: {times(batch['log_e'])}"
+    return (
+        f"for {' + '.join(batch['bet'])} against the tire alone: {e_value_words(batch['log_e'])}"
+    )
 
 
 def verdict_of(log: Mapping[str, Any]) -> str:
@@ -131,10 +133,10 @@ def verdict_of(log: Mapping[str, Any]) -> str:
     named = ", ".join(" or ".join([e["name"], *e["class"]]) for e in v["effects"])
     what = f"{v['verdict']}{': ' + named if named else ''} ({v['reason']})"
     if not named:
-        return f"{what}; {times(log['log_e'])} against the tire alone"
+        return f"{what}; {e_value_words(log['log_e'])} against the tire alone"
     sure = "at least" if enough else "less than"
     return (
-        f"{what}; {times(log['log_e'])} against the tire alone over the whole loop, "
+        f"{what}; {e_value_words(log['log_e'])} against the tire alone over the whole loop, "
         f"{sure} the {limit:.0f} that is asked for"
         + ("" if enough else ": not confirmed by runs that had no part in finding it")
     )

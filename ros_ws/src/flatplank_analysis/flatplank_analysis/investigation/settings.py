@@ -51,15 +51,15 @@ class Setting:
         return self.fz, self.pressure, self.alpha_deg
 
     @property
-    def repeats(self) -> tuple[float, ...]:
+    def shared_by_repeats(self) -> tuple[float, ...]:
         """Settings that repeats have in common."""
         return self.kappa, self.step_position, *self.condition
 
-    def plain(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         return asdict(self)
 
     def planned(self) -> dict[str, Any]:
-        return self.plain() | {"alpha": math.radians(self.alpha_deg)}
+        return self.to_dict() | {"alpha": math.radians(self.alpha_deg)}
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ def _extreme_slips(kappas: Iterable[float]) -> list[float]:
 def _one_more_run(made: Sequence[Setting], s: Setting, text: str) -> Candidate:
     """One more run of an existing condition, from its least used wheel angle; two of a new
     condition."""
-    count = Counter(m.start for m in made if m.repeats == s.repeats)
+    count = Counter(m.start for m in made if m.shared_by_repeats == s.shared_by_repeats)
     starts = sorted(STARTS, key=lambda start: (count[start], start))
     wanted = starts[: max(TWICE - count.total(), 1)]
     return Candidate(text, tuple(replace(s, start=start) for start in wanted))

@@ -11,7 +11,7 @@ mean of their heights, the slope their difference over their distance.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -49,7 +49,7 @@ class Cleat:
     """largest change of Fz [N]"""
     stiffness_over_cleat: float
     """rise over cleat height [N/m]"""
-    longitudinal_stiffness: float
+    fx_slope: float = field(metadata={"json": "longitudinal_stiffness"})
     """slope of Fx over travel at the middle of the cleat [N/m]"""
     distance: np.ndarray
     """[m]"""

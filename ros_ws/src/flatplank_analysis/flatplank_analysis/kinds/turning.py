@@ -13,7 +13,7 @@ so that the steady side force is -C psi, and c_y = C / (sigma - a).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -41,7 +41,7 @@ class Turning:
     """sigma [m]"""
     half_length: Estimate
     """a [m]"""
-    angle_left: Estimate
+    remaining_angle: Estimate = field(metadata={"json": "angle_left"})
     """heading that remains after the impulse, relative to the encoder reading [rad]"""
     position: np.ndarray
     """[m]"""

@@ -103,7 +103,7 @@ class Motion:
         """Position and speed at the first node; by default those of the record in `s`."""
         return s.x, s.v
 
-    def stiff(self, base: np.ndarray) -> tuple[dict[str, float], ...]:
+    def scatter_directions(self, base: np.ndarray) -> tuple[dict[str, float], ...]:
         """Directions that scatter from record to record."""
         return tuple({name: 1.0} for name in self.scatters)
 

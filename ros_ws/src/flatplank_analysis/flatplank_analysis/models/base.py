@@ -44,10 +44,11 @@ class ContactGeometry:
 
 
 TOYO = ContactGeometry()
-SPEED = 0.03
-"""road speed for models that need one [m/s]"""
 """Geometry of the Toyo of the thesis, a default for studies: that of a campaign is from its tire
 record."""
+SPEED = 0.03
+"""Road speed of models that need one, and LONGVL of general start values [m/s]: the fast speed of
+the plank (`machine.FAST`), rounded."""
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import resources
@@ -34,10 +35,10 @@ from typing import Any
 import yaml
 
 from flatplank_data.errors import FlatplankError
-from flatplank_data.params import alike
+from flatplank_data.params import similar_names
 from flatplank_data.yaml_text import load_yaml
 
-from .base import ContactGeometry
+from .base import SPEED, ContactGeometry
 from .tir import TirFile, check_tir, parse_tir, read_tir
 
 FORMAT = "flatplank-tire/1"
@@ -122,7 +123,7 @@ class TireRecord:
         return yaml.safe_dump(plain, sort_keys=False)
 
 
-def read_record(path: str | Path) -> TireRecord:
+def read_record(path: str | os.PathLike[str]) -> TireRecord:
     """The record in a file (YAML, or a `.tir` that becomes the start file), checked."""
     path = Path(path)
     if path.suffix.lower() == ".tir":
@@ -184,7 +185,7 @@ def _within(key: str, value: Any, where: str) -> float:
 
 def _known(key: str, known: set[str], where: str) -> None:
     if key not in known:
-        near = alike(key, known, 0.0)[0]
+        near = similar_names(key, known, 0.0)[0]
         raise FlatplankError(f"unknown key {key}", where, f"did you mean {near}?")
 
 
@@ -248,7 +249,7 @@ def _general(record: TireRecord, general: Mapping[str, float]) -> TirFile:
     units = "LENGTH='meter' FORCE='newton' ANGLE='radians' MASS='kg' TIME='second'"
     head = [f"COMMENT = '{record.name}, from general start values'"]
     lines = ["[MDI_HEADER]", "FILE_TYPE = 'tir'", *head, "[UNITS]", *units.split()]
-    lines += ["[MODEL]", "FITTYP = 61", "LONGVL = 0.03", "VXLOW = 0.0"]
+    lines += ["[MODEL]", "FITTYP = 61", f"LONGVL = {SPEED:g}", "VXLOW = 0.0"]
     contact, _ = record.geometry()
     keys = ("VERTICAL_STIFFNESS", "PFZ1", "Q_RA1", "Q_RA2")
     own = {key: getattr(contact, name) for key, name in zip(keys, CONTACT, strict=True)}

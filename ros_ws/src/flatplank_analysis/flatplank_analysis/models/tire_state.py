@@ -83,7 +83,7 @@ def tire_state(
         mx=float(mx),
         my=float(my),
         re=float(shape.rolling(c, o, vx)[0]),
-        a=float(shape.contact_length(c, o)) if c.Q_RA1 or c.Q_RA2 else math.nan,
+        a=float(shape.contact_half_length(c, o)) if c.Q_RA1 or c.Q_RA2 else math.nan,
         sigma_x=float(shape.relaxation_x(c, o)),
         sigma_y=float(shape.relaxation_y(c, o)),
         kx=float(forces.kxk),

@@ -24,14 +24,15 @@ from flatplank_analysis.discovery.gram import Metric, scatter_of, solve
 from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.discovery.noise import make_whitener
-from flatplank_analysis.discovery.state import State, stiff_columns
+from flatplank_analysis.discovery.state import State, scatter_columns
 from flatplank_analysis.discovery.steps import Step
+from flatplank_analysis.identify.results import NORMAL_90
 from flatplank_data.errors import FlatplankError
 
 CONFIRMED, FAILED = "confirmed", "not confirmed"
 LEAST_RUNS = 3
-BAND, STEP = 1.645, 1e-3
-"""standard errors of a 90 % interval; step of numerical derivatives, in scales of the parameter"""
+STEP = 1e-3
+"""step of numerical derivatives, in scales of the parameter"""
 
 
 @dataclass(frozen=True)
@@ -94,7 +95,7 @@ def interval_of(effect: type[Effect]) -> tuple[float, float]:
     return float(found[0]), float(found[1])
 
 
-def fitted(session: Session, model: ModelFile | None, name: str) -> Step:
+def fit_with_effect(session: Session, model: ModelFile | None, name: str) -> Step:
     """Fit the first campaign with the effect in its model."""
     if model is not None and any(e.name == name for e in model.effects):
         return session.fit(model)
@@ -155,7 +156,7 @@ def _sized(
     off = invariants.at_null(term).values
     parameters = {p.name: p for p in old.parameters}
     names, known = _known(state)
-    loose = ({"fx_zero": 1.0}, *old.stiff(fit.base))
+    loose = ({"fx_zero": 1.0}, *old.scatter_directions(fit.base))
     moves = [*loose, *({n: scale_of(parameters[n])} for n in names)]
     at_name = {name: i for i, name in enumerate(parameters)}
     sets = [ParameterSet(fit.base, (*others, (term.effect, v))) for v in (off, term.values)]
@@ -181,7 +182,7 @@ def _sized(
         # error of the law's form, as in the search
         visible = min(1.0 / (float(inverse[0, 0]) * raw), 1.0)
         form = FORM**2 / max(visible, 1e-9)
-        half = BAND * float(np.sqrt(kappa * inverse[0, 0] + form))
+        half = NORMAL_90 * float(np.sqrt(kappa * inverse[0, 0] + form))
     errors = _errors(rest[0], columns[:count, 0], share[0])
     return float(share[0]) * term.size, abs(half * term.size), *errors
 
@@ -201,15 +202,15 @@ def _known(state: State) -> tuple[list[str], np.ndarray]:
     return [fit.free[loose[i]][1] for i in own], known
 
 
-def _metric(state: State, new: TireModel, stiff: np.ndarray) -> Metric:
+def _metric(state: State, new: TireModel, directions: np.ndarray) -> Metric:
     """Metric with noise and scatter of the first campaign, for runs of another one."""
     runs, whitener = state.runs, state.metric.whitener
-    own = stiff_columns(state.model, state.fit)
+    own = scatter_columns(state.model, state.fit)
     scatter = scatter_of(runs, whitener, runs.contrast(state.residual), own)
     even = np.ones(new.runs.runs)
     keep = [runs.channels.index(c) for c in new.runs.channels]
     noises = [replace(whitener.noises[c], scale=even) for c in keep]
-    return Metric(make_whitener(new.runs, noises), stiff, scatter)
+    return Metric(make_whitener(new.runs, noises), directions, scatter)
 
 
 def _errors(rest: np.ndarray, columns: np.ndarray, share: float) -> tuple[float, float]:

@@ -49,7 +49,7 @@ def hat_functions(values: np.ndarray, knots: np.ndarray) -> np.ndarray:
     return np.stack([np.interp(values, knots, row) for row in eye])
 
 
-def turns(values: np.ndarray) -> np.ndarray:
+def harmonics(values: np.ndarray) -> np.ndarray:
     """cos and sin of the orders over an angle (2 orders, runs, samples)."""
     orders = range(1, ORDERS + 1)
     return np.stack([f(n * values) for n in orders for f in (np.cos, np.sin)])
@@ -57,16 +57,16 @@ def turns(values: np.ndarray) -> np.ndarray:
 
 def basis_of(site: Site, fine: bool, u: np.ndarray | None = None) -> np.ndarray:
     """Basis functions of a site's curve (k, runs, samples), or at other values u."""
-    place = site.place
-    u = place.values if u is None else u
-    if not place.name:
+    coordinate = site.coordinate
+    u = coordinate.values if u is None else u
+    if not coordinate.name:
         return np.ones((1, *u.shape))
-    if place.span.kind == ANGLE:
-        return turns(u)
-    return hat_functions(u, knots_of(place.values, place.span, fine))
+    if coordinate.span.kind == ANGLE:
+        return harmonics(u)
+    return hat_functions(u, knots_of(coordinate.values, coordinate.span, fine))
 
 
-def acting(site: Site, basis: np.ndarray) -> type[Effect]:
+def effect_of_curve(site: Site, basis: np.ndarray) -> type[Effect]:
     """An effect at a site, for searches; its sizes are the coefficients of the basis functions."""
     hook = site.hook
     flat = basis.reshape(len(basis), -1)
@@ -82,7 +82,7 @@ def acting(site: Site, basis: np.ndarray) -> type[Effect]:
         return (sizes @ flat).reshape(len(sizes), *basis.shape[1:])
 
     facts: Mapping[str, Any] = {
-        "identifier": "curve", "coordinate": site.place.name, "kind": hook.kind,
+        "identifier": "curve", "coordinate": site.coordinate.name, "kind": hook.kind,
         "order": hook.order, "change": change,
         hook.method: _method(hook.method, hook.line, site.modulator.formula),
     }  # fmt: skip

@@ -49,13 +49,13 @@ def lines_of(result: Proposal) -> Lines:
     s, outcome = result.sentence, result.outcome
     if s is None or outcome is None:
         raise ValueError("nothing is proposed")
-    span, curve = s.site.place.span, outcome.curve
+    span, curve = s.site.coordinate.span, outcome.curve
     u = curve.u if curve is not None else np.linspace(span.low, span.high, 1000)
     form = np.tensordot(s.sizes, s.shape.values(span, u[None], s.numbers, u[None]), 1)[0]
     along, length = displayed(span.unit, span.low, span.high)
     high = float(np.abs(form).max())
     factor, unit = displayed(s.site.hook.unit, high)
-    over = f"{s.site.place.name or 'all runs'} [{length}]"
+    over = f"{s.site.coordinate.name or 'all runs'} [{length}]"
     what = f"{s.site.hook.words.partition(' that ')[0].removeprefix('a ')} [{unit}]"
     if curve is None:
         return Lines(along * u, factor * form, None, None, over, what)

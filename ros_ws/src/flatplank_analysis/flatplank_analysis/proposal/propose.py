@@ -16,7 +16,7 @@ from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import heldout, invariants, verdict
 from flatplank_analysis.discovery.decide import CONDITIONS
 from flatplank_analysis.discovery.effect import Effect
-from flatplank_analysis.discovery.fit import amplitude
+from flatplank_analysis.discovery.fit import effect_contribution
 from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.discovery.rivals import ALIKE
 from flatplank_analysis.discovery.screen import screen
@@ -24,13 +24,13 @@ from flatplank_analysis.discovery.shortlist import EVIDENCE
 from flatplank_analysis.discovery.state import State, make_candidates, make_state
 from flatplank_analysis.discovery.steps import Progress, Step
 from flatplank_analysis.discovery.verdict import Diagnosis
-from flatplank_analysis.proposal.curves import acting
+from flatplank_analysis.proposal.curves import effect_of_curve
 from flatplank_analysis.proposal.exchange import POWERS, exchange_test
 from flatplank_analysis.proposal.hooks import HOOKS
 from flatplank_analysis.proposal.modulators import BY_NAME
 from flatplank_analysis.proposal.search import Outcome, Proposer, RefittedSentence
 from flatplank_analysis.proposal.shapes.base import LEVEL
-from flatplank_analysis.proposal.sites import Site, places_of
+from flatplank_analysis.proposal.sites import Site, varying_coordinates
 from flatplank_analysis.proposal.writing import Sentence, effect_of, text_of
 
 PROPOSED, NOTHING = "proposed", "nothing to propose"
@@ -91,7 +91,7 @@ class Proposal:
 def _parts(s: Sentence) -> dict[str, str]:
     site = s.site
     return {
-        "hook": site.hook.name, "family": site.hook.family, "coordinate": site.place.name,
+        "hook": site.hook.name, "family": site.hook.family, "coordinate": site.coordinate.name,
         "modulator": site.modulator.name, "shape": s.shape.name,
     }  # fmt: skip
 
@@ -102,11 +102,11 @@ def propose(
     """Search for an effect outside the library."""
     began = time.perf_counter()
     result = session.diagnose(model, progress)
-    made = of_diagnosis(session, result, model, progress)
+    made = propose_from_diagnosis(session, result, model, progress)
     return replace(made, seconds=time.perf_counter() - began)
 
 
-def of_diagnosis(
+def propose_from_diagnosis(
     session: Session,
     result: Diagnosis,
     model: ModelFile | None = None,
@@ -141,7 +141,7 @@ def _residual_proposal(
     assert outcome.best is not None
     made = _refitted_proposal(session, result, step, outcome, outcome.best, model)
     assert made.numbers is not None and made.sentence is not None
-    against = refuted(made.numbers, result.verdict in _AT_FLOOR)
+    against = reason_against(made.numbers, result.verdict in _AT_FLOOR)
     if against:
         why = f"{result.verdict}, and the best sentence fails when refitted with the tire"
         return Proposal(NOTHING, f"{why}: {made.sentence.words()} ({against})", result, outcome)
@@ -158,7 +158,7 @@ def _replacing_proposal(
     search = result.search
     assert search is not None
     first = search.steps[0]
-    together = first.state.settle(search.last.state.whitened.fit)
+    together = first.state.fit_whitened(search.last.state.whitened.fit)
     proposer = Proposer(first.state, session.data, first.screen.typical, progress=progress)
     outcome = proposer.run()
     margin = EVIDENCE * proposer.level + ALIKE * (first.state.whitened.chi2 - together.chi2)
@@ -166,7 +166,7 @@ def _replacing_proposal(
         return None
     made = _refitted_proposal(session, result, first, outcome, outcome.best, model)
     assert made.numbers is not None
-    if refuted(made.numbers):
+    if reason_against(made.numbers):
         return None
     names = " and ".join(f.decision.term.effect.identifier for f in result.found)
     return replace(made, reason=f"{made.reason}, in place of {names}")
@@ -179,7 +179,7 @@ _AT_FLOOR = (verdict.AT_FLOOR, verdict.LAW, *_NAMED)
 
 def _columns(session: Session) -> list[str]:
     """Further columns that vary: possible causes that no effect of the library uses."""
-    return [p.name for p in places_of(session.data) if p.name in session.data.further]
+    return [p.name for p in varying_coordinates(session.data) if p.name in session.data.further]
 
 
 def _cleaned(session: Session, step: Step) -> Step:
@@ -188,11 +188,11 @@ def _cleaned(session: Session, step: Step) -> Step:
     data, old = session.data, step.state
     if not data.runs.repeated:
         return step
-    nowhere, *known = places_of(data)
-    places = [p for p in known if p.span.kind == LEVEL or p.name in data.further]
+    nowhere, *known = varying_coordinates(data)
+    coordinates = [p for p in known if p.span.kind == LEVEL or p.name in data.further]
     sites = [Site(h, nowhere, BY_NAME[""]) for h in HOOKS if h.name in STEADY]
     ones = np.ones((1, *data.position.shape))
-    steady = [acting(s, ones) for s in sites]
+    steady = [effect_of_curve(s, ones) for s in sites]
     fit = old.whitened.fit
     made = make_candidates(old.model, fit, steady, old.residual)
     responses = np.array([c.columns[0, 0] for c in made])
@@ -201,10 +201,10 @@ def _cleaned(session: Session, step: Step) -> Step:
         p = exchange_test(data.runs, old.residual[0], responses, u.mean(axis=1))
         return p < ORDERED
 
-    ordering = [u for u in (_centred(p.values) for p in places) if orders(u)]
+    ordering = [u for u in (_centred(p.values) for p in coordinates) if orders(u)]
     if not ordering:
         return step
-    courses = [acting(s, (u**k)[None]) for s in sites for u in ordering for k in POWERS]
+    courses = [effect_of_curve(s, (u**k)[None]) for s in sites for u in ordering for k in POWERS]
     state = make_state(old.model, old.fitter, old.fit, [*session.effects.values(), *courses])
     return Step(state, screen(state), step.found)
 
@@ -224,9 +224,9 @@ def _refused(outcome: Outcome, proposer: Proposer, result: Diagnosis) -> str:
             if near and near.decision.reasons else ""
         )  # fmt: skip
         return f"{result.verdict}, and no sentence of the grammar passes the tests{beside}"
-    polished = result.search.polished if result.search else None
-    if result.verdict == verdict.LAW and polished is not None:
-        law = proposer.state.settle(polished.fit)
+    with_law_effects = result.search.with_law_effects if result.search else None
+    if result.verdict == verdict.LAW and with_law_effects is not None:
+        law = proposer.state.fit_whitened(with_law_effects.fit)
         more = len(law.fit.free) - len(proposer.state.whitened.fit.free)
         level, price = proposer.level, proposer.price
         if outcome.best.cost(level, price) >= law.chi2 / level + price * more:
@@ -234,7 +234,7 @@ def _refused(outcome: Outcome, proposer: Proposer, result: Diagnosis) -> str:
     return ""
 
 
-def refuted(numbers: dict[str, Any], at_floor: bool = False) -> str:
+def reason_against(numbers: dict[str, Any], at_floor: bool = False) -> str:
     """Reason against a sentence from the joint refit, after it passed the search.
 
     at_floor: the error was at the floor, so that the sentence must remove a part of consequence.
@@ -268,7 +268,7 @@ def _refitted_proposal(
     wider = replace(session, effects={**session.effects, effect.identifier: effect})
     known = session.file_of(model or ModelFile(), step.state.fit)
     _, after, numbers = wider.add(known, effect.identifier, _with_candidate(step, effect))
-    energy = amplitude(after.state.fit, len(after.state.fit.terms) - 1)[0] ** 2
+    energy = effect_contribution(after.state.fit, len(after.state.fit.terms) - 1)[0] ** 2
     numbers |= {
         "held_out_level": verdict.six_digits(held_out_level(after.state)),
         "acts_in": verdict.six_digits(_participating(energy) / energy.size or 1.0),
@@ -325,7 +325,7 @@ def _data_sentences(
     )
     others = [_short(t.sentence) for t in outcome.confused]
     assert outcome.best is not None
-    alias = outcome.best.sentence.site.place.alias
+    alias = outcome.best.sentence.site.coordinate.alias
     if alias:
         others.append(f"the same over {' or '.join(alias)}")
     if others:
@@ -334,7 +334,7 @@ def _data_sentences(
 
 def _short(s: Sentence) -> str:
     site = s.site
-    over = f" over {site.place.name}" if site.place.name else ""
+    over = f" over {site.coordinate.name}" if site.coordinate.name else ""
     when = f", {site.modulator.words}" if site.modulator.words else ""
     return f"{site.hook.words}{over}{when}"
 

@@ -12,11 +12,12 @@ from flatplank_analysis.contact_patch.tire_runs import TireRuns
 from flatplank_analysis.discovery.gram import solve
 from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_analysis.discovery.state import State
-from flatplank_analysis.proposal.curves import acting, basis_of, knots_of
+from flatplank_analysis.identify.results import NORMAL_90
+from flatplank_analysis.proposal.curves import basis_of, effect_of_curve, knots_of
 from flatplank_analysis.proposal.hooks import NONE
 from flatplank_analysis.proposal.shapes import shapes
 from flatplank_analysis.proposal.shapes.base import ANGLE, LEVEL, PLACE, Shape, Span
-from flatplank_analysis.proposal.sites import EVENT, Place, Site, event_place, factor
+from flatplank_analysis.proposal.sites import EVENT, Site, SiteCoordinate, event_coordinate, factor
 
 WAVE_NODES = 6
 """least number of nodes per period of a wave"""
@@ -25,8 +26,8 @@ HINTS = 4
 most, half of them with the sign of the slip"""
 AT_ONCE = 40
 """forces over all channels that are computed at once, which limits memory"""
-POINTS, BAND = 240, 1.645
-"""points of a drawn curve; standard errors of a 90 % band"""
+POINTS = 240
+"""points of a drawn curve"""
 
 CURVE, WAVE, SETTING, FURTHER = "curve", "wave", "setting", "further column"
 
@@ -117,7 +118,7 @@ class Scanner:
         norm = np.maximum(np.linalg.norm(own, axis=1), 1e-12)
         self.own = np.linalg.qr((own / norm[:, None]).T)[0].T
         self.residual = self._off(self._flat(self.fit.residual(state.runs.measured)[None]))[0]
-        self.event = event_place(data) if EVENT in state.runs.coordinates else None
+        self.event = event_coordinate(data) if EVENT in state.runs.coordinates else None
         self._hints: dict[tuple[str, str, str], list[dict[str, float]]] = {}
 
     def _flat(self, columns: np.ndarray) -> np.ndarray:
@@ -128,7 +129,7 @@ class Scanner:
 
     def columns(self, site: Site, basis: np.ndarray) -> np.ndarray:
         """Response of the model to each basis function, per unit of the hook."""
-        effect, own = acting(site, basis), self.fit.parameter_set()
+        effect, own = effect_of_curve(site, basis), self.fit.parameter_set()
         step = site.hook.screen
         rows = step * np.eye(len(basis))
         sets = [ParameterSet(own.base, (*own.effects, (effect, row))) for row in rows]
@@ -139,15 +140,15 @@ class Scanner:
         flat = self._off(self._flat(self.columns(site, basis)))
         return Scores(flat @ flat.T, flat @ self.residual)
 
-    def drawn(self, site: Site, dispersion: float) -> FreeCurve:
+    def free_curve(self, site: Site, dispersion: float) -> FreeCurve:
         """The coarse curve of a site with its 90 % band, over the range of its coordinate."""
         scores = self.scores(site, basis_of(site, fine=False))
         sizes, inverse = solve(scores.info, scores.score)
-        span = site.place.span
+        span = site.coordinate.span
         u = np.linspace(span.low, span.high, POINTS)
         basis = basis_of(site, fine=False, u=u)
         variance = np.einsum("kn,kl,ln->n", basis, inverse, basis)
-        half = BAND * np.sqrt(np.maximum(dispersion * variance, 0.0))
+        half = NORMAL_90 * np.sqrt(np.maximum(dispersion * variance, 0.0))
         return FreeCurve(u, sizes @ basis, half)
 
     def curve(self, site: Site) -> ScanResult:
@@ -155,45 +156,47 @@ class Scanner:
         scores = self.scores(site, basis_of(site, fine=False))
         count = len(scores.score)
         forms = {}
-        if site.place.span.kind == ANGLE:
+        if site.coordinate.span.kind == ANGLE:
             forms = {2: max(p.gain() for p in scores.parts(2))}
         for f in self._of_curve(site, scores, fine=False):
             forms[f.shape.price] = max(f.gain, forms.get(f.shape.price, 0.0))
-        return ScanResult(site, scores.gain(), count, count, self._kind(site.place), forms)
+        return ScanResult(site, scores.gain(), count, count, self._kind(site.coordinate), forms)
 
-    def _kind(self, place: Place) -> str:
-        if place.name in self.data.further:
+    def _kind(self, coordinate: SiteCoordinate) -> str:
+        if coordinate.name in self.data.further:
             return FURTHER
-        return SETTING if place.span.kind in (NONE, LEVEL) else CURVE
+        return SETTING if coordinate.span.kind in (NONE, LEVEL) else CURVE
 
     def wave(self, site: Site) -> ScanResult | None:
         """The best wave over a place, constant or decaying after the step."""
-        if site.place.span.kind != PLACE:
+        if site.coordinate.span.kind != PLACE:
             return None
         made = [f for f in (self._hinted(s, at) for s, at in _wave_shapes(site, self.event)) if f]
         if not made:
             return None
         best = max(made, key=lambda f: f.gain)
-        looks = sum(2 * len(settings_of(f.shape, f.site.place.span)) for f in made)
+        looks = sum(2 * len(settings_of(f.shape, f.site.coordinate.span)) for f in made)
         return ScanResult(site, best.gain, 2, looks, WAVE)
 
     def _hinted(self, shape: Shape, site: Site) -> FittedShape | None:
         """A wave with the settings at which a force over that place has the largest gain."""
-        key = (shape.name, site.place.name, site.modulator.name)
+        key = (shape.name, site.coordinate.name, site.modulator.name)
         if key not in self._hints:
             self._hints[key] = self._hints_of(shape, site)
         return self._waves(site, self._hints[key], shape)
 
     def _hints_of(self, shape: Shape, site: Site) -> list[dict[str, float]]:
         """Settings at which a force has the largest gain, also with the sign of the slip."""
-        place, weight = site.place, factor(site.modulator, self.data)
+        coordinate, weight = site.coordinate, factor(site.modulator, self.data)
         pairs = shape.name == "beat"
         single = shapes()["wave"] if pairs else shape
-        shortest = WAVE_NODES * float(np.median(np.abs(np.diff(place.values, axis=1))))
-        settings = [s for s in settings_of(single, place.span) if s["period"] > shortest]
+        shortest = WAVE_NODES * float(np.median(np.abs(np.diff(coordinate.values, axis=1))))
+        settings = [s for s in settings_of(single, coordinate.span) if s["period"] > shortest]
         if len(settings) < 2:
             return []
-        basis = np.concatenate([single.values(place.span, place.values, s) for s in settings])
+        basis = np.concatenate(
+            [single.values(coordinate.span, coordinate.values, s) for s in settings]
+        )
         out: list[dict[str, float]] = []
         turned = [] if site.modulator.name else [np.sign(self.data.kappa)]
         for sign in (np.ones(len(weight)), *turned):
@@ -221,12 +224,12 @@ class Scanner:
 
     def forms(self, scanned: ScanResult) -> Iterator[FittedShape]:
         """Every shape that suits a site, with its best numbers."""
-        site, span = scanned.site, scanned.site.place.span
+        site, span = scanned.site, scanned.site.coordinate.span
         if scanned.kind == WAVE:
             found = [*_wave_shapes(site, self.event), (shapes()["beat"], site)]
             yield from (f for f in (self._hinted(s, at) for s, at in found) if f)
             return
-        direct = [s for s in shapes().values() if s.suits(span) and not waves(s)]
+        direct = [s for s in shapes().values() if s.suits(span) and not has_period(s)]
         if span.kind not in (ANGLE, NONE):
             scores = self.scores(site, basis_of(site, fine=True))
             yield from self._of_curve(site, scores, fine=True)
@@ -238,16 +241,16 @@ class Scanner:
 
     def _of_curve(self, site: Site, scores: Scores, fine: bool) -> Iterator[FittedShape]:
         """Shapes that are functions of the coordinate alone, with their best numbers."""
-        place = site.place
-        if place.span.kind in (ANGLE, NONE):
+        coordinate = site.coordinate
+        if coordinate.span.kind in (ANGLE, NONE):
             return
-        knots = knots_of(place.values, place.span, fine)
+        knots = knots_of(coordinate.values, coordinate.span, fine)
         for shape in shapes().values():
-            if not shape.memory and not waves(shape) and shape.suits(place.span):
+            if not shape.memory and not has_period(shape) and shape.suits(coordinate.span):
                 yield _best(site, shape, knots, scores)
-        if self.event and place.name != EVENT and EVENT in place.alias:
-            later = float(np.mean(place.values - self.event.values))
-            at = replace(site, place=self.event)
+        if self.event and coordinate.name != EVENT and EVENT in coordinate.alias:
+            later = float(np.mean(coordinate.values - self.event.values))
+            at = replace(site, coordinate=self.event)
             for shape in shapes().values():
                 if shape.after_event:
                     yield _best(at, shape, knots - later, scores)
@@ -256,11 +259,11 @@ class Scanner:
         self, site: Site, settings: Sequence[dict[str, float]], shape: Shape
     ) -> FittedShape | None:
         """Best setting of a shape that is no sum of hats: every setting has its own columns."""
-        place, span = site.place, site.place.span
+        coordinate, span = site.coordinate, site.coordinate.span
         if not settings:
             return None
         time = self.state.runs.time
-        basis = np.concatenate([shape.values(span, place.values, s, time) for s in settings])
+        basis = np.concatenate([shape.values(span, coordinate.values, s, time) for s in settings])
         scores = self.scores(site, basis)
         k = len(shape.terms)
         parts = scores.parts(k)
@@ -270,8 +273,8 @@ class Scanner:
 
 def _best(site: Site, shape: Shape, knots: np.ndarray, scores: Scores) -> FittedShape:
     best: FittedShape | None = None
-    for numbers in settings_of(shape, site.place.span):
-        own = scores.of(shape.values(site.place.span, knots, numbers))
+    for numbers in settings_of(shape, site.coordinate.span):
+        own = scores.of(shape.values(site.coordinate.span, knots, numbers))
         gain = own.gain()
         if best is None or gain > best.gain:
             best = FittedShape(site, shape, numbers, own.sizes(), gain)
@@ -279,11 +282,11 @@ def _best(site: Site, shape: Shape, knots: np.ndarray, scores: Scores) -> Fitted
     return best
 
 
-def _wave_shapes(site: Site, event: Place | None) -> Iterator[tuple[Shape, Site]]:
+def _wave_shapes(site: Site, event: SiteCoordinate | None) -> Iterator[tuple[Shape, Site]]:
     """Single waves over a place and their sites; decaying ones begin at the step."""
     yield shapes()["wave"], site
-    if event and EVENT in (site.place.name, *site.place.alias):
-        yield shapes()["ringing"], replace(site, place=event)
+    if event and EVENT in (site.coordinate.name, *site.coordinate.alias):
+        yield shapes()["ringing"], replace(site, coordinate=event)
 
 
 def _gains(info: np.ndarray, score: np.ndarray) -> np.ndarray:
@@ -300,7 +303,7 @@ def _best_pair(info: np.ndarray, score: np.ndarray) -> tuple[int, int]:
     return int(one[best]), int(other[best])
 
 
-def waves(shape: Shape) -> bool:
+def has_period(shape: Shape) -> bool:
     """True for a shape with a period."""
     return any(n.name == "period" for n in shape.numbers)
 

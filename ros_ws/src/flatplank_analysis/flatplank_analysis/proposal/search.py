@@ -27,10 +27,10 @@ from flatplank_analysis.proposal.scan import (
     FreeCurve,
     Scanner,
     ScanResult,
-    waves,
+    has_period,
 )
 from flatplank_analysis.proposal.shapes.base import SIGNAL
-from flatplank_analysis.proposal.sites import Site, places_of, sites_of
+from flatplank_analysis.proposal.sites import Site, sites_of, varying_coordinates
 from flatplank_analysis.proposal.writing import Sentence, effect_of, text_of
 
 T = TypeVar("T")
@@ -89,7 +89,7 @@ class Outcome:
         return tuple(out)
 
 
-def looks_of(scanned: Sequence[ScanResult]) -> dict[str, float]:
+def bonferroni_divisors(scanned: Sequence[ScanResult]) -> dict[str, float]:
     """Divisor of the family-wise level, for every kind of test (weighted Bonferroni).
 
     The kinds share the level by their `WEIGHTS`: the few settings of the runs, or a user's column,
@@ -103,7 +103,7 @@ def looks_of(scanned: Sequence[ScanResult]) -> dict[str, float]:
     }
 
 
-def varied(best: Sequence[T], site_of: Callable[[T], Site], most: int) -> list[T]:
+def few_per_hook(best: Sequence[T], site_of: Callable[[T], Site], most: int) -> list[T]:
     """At most `most` items in the same order, and at most ALIKE_SITES of one hook and modulator,
     so that similar coordinates do not fill the list."""
     seen: Counter[tuple[str, str]] = Counter()
@@ -123,21 +123,21 @@ def reasons_against(site: Site) -> int:
     A channel measured along the run may itself follow the cause; the pressure acts in the tire; an
     effect that a channel should show, but does not, is unlikely.
     """
-    elsewhere = site.place.name == "pressure" and site.hook.kind != "tire"
-    return int(site.place.span.kind == SIGNAL) + int(elsewhere) + int(site.hook.shown)
+    elsewhere = site.coordinate.name == "pressure" and site.hook.kind != "tire"
+    return int(site.coordinate.span.kind == SIGNAL) + int(elsewhere) + int(site.hook.shown)
 
 
 def is_sibling(one: Site, other: Site) -> bool:
     """True for a site with fewer reasons against it that shares hook or coordinate with the other
     one, and differs only in what is doubted."""
     same_hook = one.hook == other.hook
-    same_place = other.place.name in (one.place.name, *one.place.alias)
-    alike = one.modulator == other.modulator and same_hook != same_place
+    same_coordinate = other.coordinate.name in (one.coordinate.name, *one.coordinate.alias)
+    alike = one.modulator == other.modulator and same_hook != same_coordinate
     return alike and reasons_against(one) < reasons_against(other)
 
 
 def simplest(accepted: Sequence[RefittedSentence]) -> RefittedSentence | None:
-    """The best one, or at its place a form with fewer parameters and about the same fit."""
+    """The best one, or at its site a form with fewer parameters and about the same fit."""
     if not accepted:
         return None
     best = accepted[0]
@@ -161,36 +161,38 @@ class Proposer:
 
     def run(self) -> Outcome:
         scanner = Scanner(self.state, self.data)
-        places = [p for p in places_of(self.data) if self.only is None or p.name in self.only]
-        sites = sites_of(self.data, places)
+        coordinates = [
+            p for p in varying_coordinates(self.data) if self.only is None or p.name in self.only
+        ]
+        sites = sites_of(self.data, coordinates)
         scanned = []
         for i, site in enumerate(sites):
             if self.progress is not None and i % 20 == 0:
                 self.progress("curves at all sites", 0.5 * i / len(sites))
             scanned += [s for s in (scanner.curve(site), scanner.wave(site)) if s is not None]
-        looked = looks_of(scanned)
+        looked = bonferroni_divisors(scanned)
         ranked = self.ranked(scanned)
-        best = varied(ranked, lambda s: s.site, SITES)
+        best = few_per_hook(ranked, lambda s: s.site, SITES)
         formed: list[tuple[FittedShape, float]] = []
         for s in best:
             self.say("shapes at the best sites", 0.6)
-            found = sorted(scanner.forms(s), key=self.worth)[:FORMS]
+            found = sorted(scanner.forms(s), key=self.negative_evidence)[:FORMS]
             formed += [(f, looked[s.kind]) for f in found]
-        formed.sort(key=lambda pair: self.worth(pair[0]))
+        formed.sort(key=lambda pair: self.negative_evidence(pair[0]))
         tried = []
-        for f, looks in varied(formed, lambda pair: pair[0].site, REFITS):
+        for f, looks in few_per_hook(formed, lambda pair: pair[0].site, REFITS):
             self.say("joint refits", 0.8)
             tried.append(self.refit(f, looks))
-        tried += self.instead(scanner, ranked, tried, looked)
+        tried += self.refit_siblings(scanner, ranked, tried, looked)
         tried.sort(key=lambda t: t.cost_with_reasons(self.level, self.price))
         taken = simplest([t for t in tried if t.decision.accepted])
         curve = None
-        if taken and not waves(taken.sentence.shape):
-            curve = scanner.drawn(taken.sentence.site, self.level)
-        looks = sum(s.looks for s in scanned)
-        return Outcome(taken, tuple(tried), looks, curve)
+        if taken and not has_period(taken.sentence.shape):
+            curve = scanner.free_curve(taken.sentence.site, self.level)
+        looked_at = sum(s.looks for s in scanned)
+        return Outcome(taken, tuple(tried), looked_at, curve)
 
-    def instead(
+    def refit_siblings(
         self, scanner: Scanner, ranked: Sequence[ScanResult], tried: Sequence[RefittedSentence],
         looked: dict[str, float],
     ) -> list[RefittedSentence]:  # fmt: skip
@@ -206,7 +208,9 @@ class Proposer:
         for s in ranked:
             if is_sibling(s.site, best) and s.site.key not in seen:
                 self.say("joint refits", 0.9)
-                out.append(self.refit(min(scanner.forms(s), key=self.worth), looked[s.kind]))
+                out.append(
+                    self.refit(min(scanner.forms(s), key=self.negative_evidence), looked[s.kind])
+                )
         return out
 
     def say(self, text: str, share: float) -> None:
@@ -228,7 +232,7 @@ class Proposer:
         worth = [(s.evidence(self.level, self.price), i) for i, s in enumerate(scanned)]
         return [scanned[i] for e, i in sorted(worth, reverse=True) if e > 0.0]
 
-    def worth(self, formed: FittedShape) -> float:
+    def negative_evidence(self, formed: FittedShape) -> float:
         return -formed.evidence(self.level, self.price)
 
     def refit(self, formed: FittedShape, looked: float) -> RefittedSentence:

@@ -27,8 +27,8 @@ were made one after the other, and their differences would look like a change wi
 
 
 @dataclass(frozen=True)
-class Place:
-    """A coordinate of these runs."""
+class SiteCoordinate:
+    """A coordinate over which a proposed effect may act: its range and values in these runs."""
 
     name: str
     span: Span
@@ -43,30 +43,30 @@ class Site:
     """One hook over one coordinate under one condition."""
 
     hook: Hook
-    place: Place
+    coordinate: SiteCoordinate
     modulator: Modulator
 
     @property
     def key(self) -> tuple[str, str, str]:
-        return self.hook.name, self.place.name, self.modulator.name
+        return self.hook.name, self.coordinate.name, self.modulator.name
 
 
-def places_of(data: TireRuns) -> list[Place]:
+def varying_coordinates(data: TireRuns) -> list[SiteCoordinate]:
     """Coordinates that vary, each once, without those of the force law."""
-    out = [Place("", Span(0.0, 1.0, NONE), np.zeros(data.position.shape))]
+    out = [SiteCoordinate("", Span(0.0, 1.0, NONE), np.zeros(data.position.shape))]
     for name, c in coordinates_of(data).items():
         values = np.asarray(c.values, dtype=float)
         if name in LAWS or not np.isfinite(values).all() or np.ptp(values) <= 1e-9:
             continue
         if name == ORDER and _mixed(data, values) < MIXED:
             continue
-        place = Place(name, _span(name, c, values), values)
-        twin = next((i for i, o in enumerate(out) if _same(o, place)), None)
+        coordinate = SiteCoordinate(name, _span(name, c, values), values)
+        twin = next((i for i, o in enumerate(out) if _same(o, coordinate)), None)
         if twin is None:
-            out.append(place)
+            out.append(coordinate)
         elif name == "plank position":
-            # the place itself gives the name, the distance since the step is an alias
-            out[twin] = replace(place, alias=(out[twin].name, *out[twin].alias))
+            # the plank position gives the name, the distance since the step is an alias
+            out[twin] = replace(coordinate, alias=(out[twin].name, *out[twin].alias))
         else:
             out[twin] = replace(out[twin], alias=(*out[twin].alias, name))
     return out
@@ -91,17 +91,17 @@ def _span(name: str, c: Coordinate, values: np.ndarray) -> Span:
     return Span(low, high, PLACE if monotone else SIGNAL, c.unit, name == EVENT)
 
 
-def _same(one: Place, other: Place) -> bool:
+def _same(one: SiteCoordinate, other: SiteCoordinate) -> bool:
     if not one.name or one.span.kind != other.span.kind or one.span.kind == ANGLE:
         return False
     a, b = one.values - one.values.mean(), other.values - other.values.mean()
     return float(np.sum(a * b)) > SAME * float(np.sqrt(np.sum(a**2) * np.sum(b**2)))
 
 
-def event_place(data: TireRuns) -> Place:
+def event_coordinate(data: TireRuns) -> SiteCoordinate:
     """Distance since the step, even where another coordinate is the same."""
     c = data.runs.coordinates[EVENT]
-    return Place(EVENT, _span(EVENT, c, c.values), c.values)
+    return SiteCoordinate(EVENT, _span(EVENT, c, c.values), c.values)
 
 
 def factor(modulator: Modulator, data: TireRuns) -> np.ndarray:
@@ -112,24 +112,24 @@ def factor(modulator: Modulator, data: TireRuns) -> np.ndarray:
     return np.broadcast_to(np.asarray(found, dtype=float), data.position.shape)
 
 
-def sites_of(data: TireRuns, places: Sequence[Place]) -> list[Site]:
+def sites_of(data: TireRuns, coordinates: Sequence[SiteCoordinate]) -> list[Site]:
     """All sites that these runs can show."""
     channels = data.runs.channels
     return [
-        Site(hook, place, BY_NAME[name])
+        Site(hook, coordinate, BY_NAME[name])
         for hook in HOOKS
         if hook.needs is None or hook.needs in channels
-        for place in places
-        if place.span.kind in hook.kinds and place.name != hook.needs
-        for name in _modulators(hook, place, data)
+        for coordinate in coordinates
+        if coordinate.span.kind in hook.kinds and coordinate.name != hook.needs
+        for name in _modulators(hook, coordinate, data)
     ]
 
 
-def _modulators(hook: Hook, place: Place, data: TireRuns) -> Iterator[str]:
+def _modulators(hook: Hook, coordinate: SiteCoordinate, data: TireRuns) -> Iterator[str]:
     """Modulators for a hook that vary between runs and differ from each other."""
     seen: list[np.ndarray] = []
     for name in hook.modulators:
-        if name == place.name:
+        if name == coordinate.name:
             continue  # the base takes a constant, and load over load is a power
         m = factor(BY_NAME[name], data).ravel()
         size = float(np.linalg.norm(m))

@@ -44,7 +44,7 @@ class Sentence:
     def identifier(self) -> str:
         """Identifier of the effect until its cause is known."""
         site = self.site
-        words = f"{site.hook.name} {self.shape.name} {site.place.name} {site.modulator.name}"
+        words = f"{site.hook.name} {self.shape.name} {site.coordinate.name} {site.modulator.name}"
         return self.name or "proposed_" + "_".join(re.findall("[a-z0-9]+", words.lower()))
 
     @property
@@ -54,7 +54,7 @@ class Sentence:
 
     def words(self) -> str:
         site = self.site
-        over = f" over {site.place.name}" if site.place.name else ""
+        over = f" over {site.coordinate.name}" if site.coordinate.name else ""
         when, _, meant = site.modulator.words.partition("; ")
         form, _, measured = self.shape.words.partition("; ")
         condition = f", {when}," if when else ""
@@ -66,18 +66,18 @@ def text_of(s: Sentence) -> str:
     """The effect file of a sentence."""
     site, hook = s.site, s.site.hook
     body = _body(s)
-    seen = site.place.span
-    over = _quoted(site.place.name)
+    seen = site.coordinate.span
+    over = _quoted(site.coordinate.name)
     ranges = f"{{{over}: ({literal(seen.low)}, {literal(seen.high)})}}"
     lines = [
         *_head(s, body), "", "",
         "@dataclass(frozen=True)", f"class {class_of(s.identifier)}(Proposed):",
         f'    identifier = "{s.identifier}"',
         *([f'    kind = "{hook.kind}"'] if hook.kind != Proposed.kind else []),
-        f"    coordinate = {over if site.place.name else _quoted('slip level')}",
+        f"    coordinate = {over if site.coordinate.name else _quoted('slip level')}",
         *_text("what", f"{s.words()[0].upper()}{s.words()[1:]}."),
         *_text("check", check_of(s)),
-        *([f"    ranges = {ranges}"] if site.place.name else []),
+        *([f"    ranges = {ranges}"] if site.coordinate.name else []),
         *([f"    order = {hook.order}"] if hook.order else []),
         *(["    local = True"] if s.shape.name == "bump" and seen.kind == PLACE else []),
         *_interval(s),
@@ -105,12 +105,12 @@ def _body(s: Sentence) -> list[str]:
     site = s.site
 
     write = "self.{}".format
-    formulas = s.shape.formulas(site.place.span, write)
-    where = f"data.coordinate({_quoted(site.place.name)})"
+    formulas = s.shape.formulas(site.coordinate.span, write)
+    where = f"data.coordinate({_quoted(site.coordinate.name)})"
     lines = [f"data = {site.hook.method}.data"]
-    lines += [f"u = {where if site.place.name else 'np.zeros(data.position.shape)'}"]
+    lines += [f"u = {where if site.coordinate.name else 'np.zeros(data.position.shape)'}"]
     lines += ["time = data.runs.time"] if any("time" in f for f in formulas) else []
-    parts = s.shape.named_parts(site.place.span, write)
+    parts = s.shape.named_parts(site.coordinate.span, write)
     lines += [f"{name} = {formula}" for name, formula in parts]
     # a sum is put in brackets
     factors = [f"({f})" if f[0].isdigit() else f for f in formulas]
@@ -157,7 +157,7 @@ def _text(name: str, text: str) -> list[str]:
 
 
 def _fields(s: Sentence) -> list[str]:
-    hook, seen = s.site.hook, s.site.place.span
+    hook, seen = s.site.hook, s.site.coordinate.span
     out = [
         f'    {name}: float = param(0.0, unit="{hook.unit}", '
         f"bounds=({-hook.most}, {hook.most}), screen={hook.screen}, matters={hook.matters})"
@@ -193,7 +193,7 @@ def _interval(s: Sentence) -> list[str]:
 
 def check_of(s: Sentence) -> str:
     """What to do at the machine: the place, and what would show the effect."""
-    site, seen = s.site, s.site.place.span
+    site, seen = s.site, s.site.coordinate.span
     where = ""
     if seen.kind != NONE:
         numbers = {
@@ -201,7 +201,7 @@ def check_of(s: Sentence) -> str:
             for n in s.shape.numbers
         }
         at = s.shape.where.format(**numbers) or ", ".join(f"{n} {v}" for n, v in numbers.items())
-        where = f"; {site.place.name}" + (f" {at}" if at else "")
+        where = f"; {site.coordinate.name}" + (f" {at}" if at else "")
     words = site.modulator.words.partition("; ")[0]
     when = f", {words}" if words else ""
     return f"{site.hook.check}{where}{when}."

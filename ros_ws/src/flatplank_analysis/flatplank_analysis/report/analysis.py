@@ -25,13 +25,13 @@ from flatplank_analysis.report.results import (
     PointResult,
 )
 from flatplank_analysis.report.steps import COLUMNS as STEP_COLUMNS
-from flatplank_analysis.report.steps import extras_as_points, problems_of
+from flatplank_analysis.report.steps import extras_as_points, read_each_run
 from flatplank_analysis.report.tire import geometry_of, record_for, tires_of
 from flatplank_analysis.steady.rolling_radius import RadiusRun, radius_of_run
 from flatplank_data.campaign import Campaign, Run
 from flatplank_data.condition import Condition
 from flatplank_data.errors import FlatplankError, NothingUsableError
-from flatplank_data.problem import Problem, problem_of
+from flatplank_data.problem import Problem, problem_from_error
 from flatplank_data.table import MeasurementTable
 
 COLUMNS = (*STEP_COLUMNS, "motor_torque", "loaded_radius")
@@ -74,7 +74,7 @@ def analyse(
         for done, result in enumerate(executor.map(analyse_point, work), start=1):
             points.append(result)
             for problem in result.problems:
-                campaign.note(problem)
+                campaign.add_problem(problem)
             if progress:
                 progress(done, len(work), result.point.label())
     if not any(p.conditions or p.radii for p in points) and not extras:
@@ -133,13 +133,15 @@ def analyse_point(job: PointJob) -> PointResult:
     more: tuple[list, list, list] = ([], [], [])
     for condition, runs in groups.items():
         tables: list[MeasurementTable] = []
-        problems += problems_of(runs, partial(_keep, tables), COLUMNS)
+        problems += read_each_run(runs, partial(_keep, tables), COLUMNS)
         rolled = [t for t in tables if t.has("wheel_angle") or t.has("motor_velocity")]
         found_radii = _results_of(problems, radius_of_run, rolled)
         radii += [r for r in found_radii if math.isfinite(r.radius)]
         if condition.measurement == "slip" and tables:
-            for kept, found_here in zip(more, further_results(tables), strict=True):
-                kept += found_here
+            stiffness, drive, lateral = further_results(tables)
+            more[0].extend(stiffness)
+            more[1].extend(drive)
+            more[2].extend(lateral)
             found = _guarded(problems, condition_result, condition, tables)
             if found is not None:
                 conditions.append(found)
@@ -169,7 +171,7 @@ def _guarded(problems: list[Problem], function: Callable, *args: object, file: s
     try:
         return function(*args)
     except FlatplankError as error:
-        problems.append(problem_of(error, file or error.where.split(",")[0]))
+        problems.append(problem_from_error(error, file or error.where.split(",")[0]))
         return None
 
 

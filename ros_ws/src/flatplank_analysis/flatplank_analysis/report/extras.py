@@ -40,7 +40,7 @@ from flatplank_analysis.steady.stiffness import (
 from flatplank_analysis.steady.transmission import friction_torque
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError
-from flatplank_data.problem import problem_of
+from flatplank_data.problem import problem_from_error
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 
@@ -117,16 +117,16 @@ def kind_of(info: RunRecord) -> str:
     return KINDS.get(info.measurement, info.measurement)
 
 
-def _rows(name: str, tell: Callable[[MeasurementTable], Any]) -> Extra:
+def _rows(name: str, result_of: Callable[[MeasurementTable], Any]) -> Extra:
     """A result under `name` with a row per run; a run that cannot be evaluated is noted."""
 
     def evaluate(campaign: Campaign, tables: list[MeasurementTable], _: Mapping) -> Found:
         rows = []
         for table in tables:
             try:
-                rows.append(tell(table))
+                rows.append(result_of(table))
             except FlatplankError as error:
-                campaign.note(problem_of(error, table.info.file))
+                campaign.add_problem(problem_from_error(error, table.info.file))
         return {name: rows} if rows else {}
 
     return evaluate
@@ -161,8 +161,8 @@ def inside_window(run: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray, float
 
 def _standing(table: MeasurementTable) -> dict[str, Any]:
     """C_x, C_y or friction of the standing tire."""
-    quantity, tell = STANDING[table.info.measurement]
-    value = tell(table)
+    quantity, value_of = STANDING[table.info.measurement]
+    value = value_of(table)
     if not np.isfinite(value):
         what = f"{quantity} cannot be told: the force hardly changes over the travel"
         raise FlatplankError(what, table.info.file, "let the road go on until the tire slides")
@@ -204,7 +204,7 @@ def _unloaded(campaign: Campaign, tables: list[MeasurementTable], _: Mapping) ->
     try:
         return {"friction_torque": friction_torque(tables)}
     except FlatplankError as error:
-        campaign.note(problem_of(error, tables[0].info.file))
+        campaign.add_problem(problem_from_error(error, tables[0].info.file))
         return {}
 
 
@@ -292,8 +292,10 @@ def _frequency(found: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _single_run_result(tell: Callable[[MeasurementTable], Any], table: MeasurementTable) -> Found:
-    return {"run": table.info.name, "condition": table.info.condition, "found": tell(table)}
+def _single_run_result(
+    result_of: Callable[[MeasurementTable], Any], table: MeasurementTable
+) -> Found:
+    return {"run": table.info.name, "condition": table.info.condition, "found": result_of(table)}
 
 
 EXTRAS: dict[str, Extra] = {
@@ -303,5 +305,5 @@ EXTRAS: dict[str, Extra] = {
     "unloaded_turn": _unloaded,
     "free_rolling": _rows("free_rolling", _free_rolling),
     "waveform": _rows("waveforms", waveform_run),
-} | {kind: _rows(kind, partial(_single_run_result, tell)) for kind, tell in RUN_BY_RUN.items()}
+} | {kind: _rows(kind, partial(_single_run_result, of)) for kind, of in RUN_BY_RUN.items()}
 """kind of measurement -> its evaluation, in this order"""

@@ -12,7 +12,7 @@ import numpy as np
 from flatplank_analysis.identify.carcass import CarcassFit
 from flatplank_analysis.identify.linear import is_transient
 from flatplank_analysis.identify.mf.fit import MFFit, fit_magic_formula
-from flatplank_analysis.identify.mf.points import SteadyPoints, gathered
+from flatplank_analysis.identify.mf.points import SteadyPoints, merge_with_cx_source
 from flatplank_analysis.identify.mf.stages import general_start
 from flatplank_analysis.identify.results import rmse
 from flatplank_analysis.identify.runs import StepRun
@@ -108,7 +108,9 @@ def fit_points(
     parts = [p.steady for p in points if p.steady is not None]
     if max((len(p.conditions) for p in points), default=0) < MIN_LEVELS:
         return f"fewer than {MIN_LEVELS} slip levels at every operating point"
-    found, source = gathered([*parts, *extra], [p.carcass for p in points if p.carcass])
+    found, source = merge_with_cx_source(
+        [*parts, *extra], [p.carcass for p in points if p.carcass]
+    )
     try:
         start = start_tir(record, general_start())
         return fit_magic_formula(found, start, cx_source=source)

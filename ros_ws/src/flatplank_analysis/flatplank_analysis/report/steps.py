@@ -22,7 +22,7 @@ from flatplank_analysis.steady.rolling_radius import RadiusRun, radius_of_run
 from flatplank_data.campaign import Campaign, Run
 from flatplank_data.condition import Condition
 from flatplank_data.errors import FlatplankError, NothingUsableError
-from flatplank_data.problem import Problem, problem_of
+from flatplank_data.problem import Problem, problem_from_error
 from flatplank_data.table import MeasurementTable
 
 COLUMNS = (
@@ -40,7 +40,7 @@ COLUMNS = (
 Group = tuple[list[StepRun], list[RadiusRun], list[Problem]]
 
 
-def problems_of(
+def read_each_run(
     runs: Sequence[Run],
     take: Callable[[Run, MeasurementTable], None],
     columns: Sequence[str] = COLUMNS,
@@ -54,7 +54,7 @@ def problems_of(
             problems += remarks
             take(run, table)
         except FlatplankError as error:
-            problems.append(problem_of(error, run.info.file))
+            problems.append(problem_from_error(error, run.info.file))
     return problems
 
 
@@ -66,7 +66,7 @@ def read_lateral(runs: Sequence[Run]) -> Group:
         if table.has("fy"):
             starts.append(lateral_run(table))
 
-    problems = problems_of([run for run in runs if run.info.measurement == "slip"], take)
+    problems = read_each_run([run for run in runs if run.info.measurement == "slip"], take)
     return starts, [], problems
 
 
@@ -80,7 +80,7 @@ def read_group(runs: Sequence[Run]) -> Group:
         if run.info.is_step:
             steps.append(step_run(table))
 
-    problems = problems_of(runs, take)
+    problems = read_each_run(runs, take)
     return steps, [r for r in radii if math.isfinite(r.radius)], problems
 
 
@@ -104,7 +104,7 @@ def read_steps(
             steps += found
             radii += rolled
             for problem in problems:
-                campaign.note(problem)
+                campaign.add_problem(problem)
     if not steps:
         first = next((p for c in campaigns for p in c.problems), None)
         what = "no slip-step run could be used" + (f" (first: {first})" if first else "")
@@ -123,7 +123,7 @@ def extra_points(
 
     They are the rolling radius at Fx = 0, deflection, size of the contact, C_x and C_y at rest.
     """
-    known = {f.condition: f.slip_stiffness for f in fits if f.slip_stiffness.determined}
+    known = {f.operating_point: f.slip_stiffness for f in fits if f.slip_stiffness.determined}
     stiffness = small_slip_stiffness(steps) | {c: e.value for c, e in known.items()}
     out = radius_points(radii, stiffness)
     for campaign in campaigns:
@@ -177,7 +177,7 @@ def small_slip_stiffness(steps: Sequence[StepRun]) -> dict[object, float]:
     groups: dict[object, list[StepRun]] = {}
     for step in steps:
         if step.level:
-            groups.setdefault(step.condition, []).append(step)
+            groups.setdefault(step.operating_point, []).append(step)
     out = {}
     for condition, members in groups.items():
         least = min(abs(m.level) for m in members)
@@ -187,7 +187,7 @@ def small_slip_stiffness(steps: Sequence[StepRun]) -> dict[object, float]:
 
 
 def radius_points(
-    radii: Sequence[RadiusRun], stiffness: Mapping[object, float]
+    radii: Sequence[RadiusRun], stiffness: Mapping[Any, float]
 ) -> list[SteadyPoints]:
     """r_e at Fx = 0 of every run whose point has a slip stiffness."""
     rows = []

@@ -167,7 +167,7 @@ def carcass_table(result: CampaignResult) -> Table:
 def magic_table(result: CampaignResult) -> Table:
     """Table I.1 with standard errors, and coefficients that are not determined."""
     fitted: Sequence[Estimate] = list(result.magic.estimates.values()) if result.magic else ()
-    rows = [[e.name, e.value, e.std_error, remark_of(e)] for e in fitted]
+    rows: list[list[Cell]] = [[e.name, e.value, e.std_error, remark_of(e)] for e in fitted]
     note = "Fitted in stages, then jointly per output; fitted.tir beside this page has them all."
     header = ("coefficient", "value", "±", "remark")
     return Table("magic_formula", "Magic Formula (Table I.1)", header, rows, note)
@@ -176,7 +176,7 @@ def magic_table(result: CampaignResult) -> Table:
 def relative_error_table(result: CampaignResult) -> Table:
     """Relative error (7.28) of the Magic Formula per output."""
     errors = result.magic.relative_errors if result.magic else {}
-    rows = [[name, 100.0 * value] for name, value in errors.items()]
+    rows: list[list[Cell]] = [[name, 100.0 * value] for name, value in errors.items()]
     note = "Over the steady points that the coefficients were fitted to."
     return Table("relative_error", "Relative error (7.28)", ("output", "e_r [%]"), rows, note)
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flatplank_data.errors import FlatplankError
-from flatplank_data.units import canonical, to_si
+from flatplank_data.units import canonical_unit, to_si
 
 
 class UnitRule(NamedTuple):
@@ -97,7 +97,7 @@ def in_si(
     Raises:
         FlatplankError: the unit is unknown or belongs to another quantity.
     """
-    if unit is not None and (channel.unit == "1" or canonical(unit) not in ("", "-")):
+    if unit is not None and (channel.unit == "1" or canonical_unit(unit) not in ("", "-")):
         return to_si(values, unit, channel.unit, where), ""
     guess = [g.unit for g in channel.guesses if size >= g.least][-1]
     assumed = len(channel.guesses) > 1 and guess != "-"
@@ -113,7 +113,7 @@ def sizes(columns: Mapping[str, np.ndarray]) -> dict[str, float]:
     return {n: alike.get(BY_NAME[n].unit, size) for n, size in largest.items()}
 
 
-def needed(columns: Sequence[str], where: str) -> None:
+def check_columns(columns: Sequence[str], where: str) -> None:
     """Raise FlatplankError when Fz, both slips, or both Fx and Fy are missing."""
     if "fz" not in columns:
         raise FlatplankError("no vertical force", where, f"name it {', '.join(_names('fz'))}")

@@ -104,7 +104,7 @@ LEAST = 60
 
 
 @dataclass(frozen=True)
-class Condition:
+class SweepCondition:
     """One combination of levels, and the samples that belong to it."""
 
     swept: str
@@ -135,7 +135,7 @@ class Condition:
         return [h for h in HELD if h.name in self.held and h.name in self.stated]
 
 
-def cut(columns: Mapping[str, np.ndarray]) -> list[Condition]:
+def split_into_conditions(columns: Mapping[str, np.ndarray]) -> list[SweepCondition]:
     """Conditions in the order in which they were first measured; columns in ISO W, SI."""
     loaded = columns["fz"] > UNLOADED * columns["fz"].max()
     swept = _swept(columns, loaded)
@@ -147,7 +147,7 @@ def cut(columns: Mapping[str, np.ndarray]) -> list[Condition]:
     return sorted((replace(c, stated=stated) for c in found), key=lambda c: c.samples[0])
 
 
-def _differs(held: HeldChannel, conditions: Sequence[Condition]) -> bool:
+def _differs(held: HeldChannel, conditions: Sequence[SweepCondition]) -> bool:
     """Whether a channel was held at several levels, or only in some of the conditions."""
     levels = [c.held[held.name] for c in conditions if held.name in c.held]
     return 0 < len(levels) < len(conditions) or held.several(levels)
@@ -176,7 +176,7 @@ def _swept(columns: Mapping[str, np.ndarray], loaded: np.ndarray) -> dict[str, n
     return out
 
 
-def _by_levels(columns, slip: str, rows: np.ndarray) -> list[Condition]:
+def _by_levels(columns, slip: str, rows: np.ndarray) -> list[SweepCondition]:
     names, values = [], []
     key = np.zeros(len(rows), int)
     good = np.ones(len(rows), bool)
@@ -200,7 +200,7 @@ def _by_levels(columns, slip: str, rows: np.ndarray) -> list[Condition]:
         for name, centers in zip(reversed(names), reversed(values), strict=True):
             rest, k = divmod(rest, len(centers))
             at[name] = float(centers[k])
-        found.append(Condition(slip, at, mine, _visits(mine)))
+        found.append(SweepCondition(slip, at, mine, _visits(mine)))
     return found
 
 

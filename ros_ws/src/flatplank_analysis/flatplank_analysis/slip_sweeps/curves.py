@@ -13,16 +13,16 @@ from scipy.ndimage import median_filter
 from scipy.optimize import least_squares
 
 from flatplank_analysis.discovery.sources import BY_NAME
+from flatplank_analysis.identify.results import NORMAL_90
 from flatplank_analysis.models.magic_formula import steady_forces
+from flatplank_analysis.models.magic_formula.state import curve_angle
 from flatplank_analysis.models.tir import TirFile
-from flatplank_analysis.slip_sweeps.conditions import BINS, FORCE, SMOOTH, Condition
+from flatplank_analysis.slip_sweeps.conditions import BINS, FORCE, SMOOTH, SweepCondition
 
 FEW = 3
 """least number of samples of a bin; a bin with fewer is empty"""
 COMMON = 0.4
 """least share of common bins for a comparison of two passes"""
-Z90 = 1.645
-"""half width of a 90 % interval, in standard deviations"""
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Formula:
 NAMES = ("B", "C", "D", "E", "Sh", "Sv")
 
 
-def curve_of(columns: Mapping[str, np.ndarray], condition: Condition) -> Curve:
+def curve_of(columns: Mapping[str, np.ndarray], condition: SweepCondition) -> Curve:
     """The force of a condition over its slip."""
     rows = condition.samples
     slip, force = columns[condition.swept][rows], columns[FORCE[condition.swept]][rows]
@@ -146,13 +146,12 @@ def _spread(found, scale: np.ndarray) -> list[float]:
     s = np.where(weak, np.nan, s)
     variance = np.nansum((vt.T / s) ** 2, axis=1) * 2.0 * found.cost / free
     variance[np.any(np.abs(vt.T[:, weak]) > 0.1, axis=1)] = np.inf
-    return [float(v) for v in Z90 * scale * np.sqrt(variance)]
+    return [float(v) for v in NORMAL_90 * scale * np.sqrt(variance)]
 
 
 def _formula(p, x: np.ndarray) -> np.ndarray:
     b, c, d, e, sh, sv = p
-    bx = b * (x + sh)
-    return d * np.sin(c * np.arctan(bx - e * (bx - np.arctan(bx)))) + sv
+    return d * np.sin(curve_angle(c, b, e, x + sh)) + sv
 
 
 @dataclass(frozen=True)
@@ -173,7 +172,7 @@ class Failure:
 
 def failures(
     columns: Mapping[str, np.ndarray],
-    conditions: Sequence[Condition],
+    conditions: Sequence[SweepCondition],
     curves: Sequence[Curve],
     tir: TirFile,
 ) -> list[Failure]:
@@ -196,7 +195,7 @@ def failures(
     return found
 
 
-def _failure(columns, condition: Condition, curve: Curve, modelled: np.ndarray) -> Failure:
+def _failure(columns, condition: SweepCondition, curve: Curve, modelled: np.ndarray) -> Failure:
     slip = columns[condition.swept][condition.samples]
     middle = 0.5 * (curve.slip[1:] + curve.slip[:-1])
     bins = np.digitize(slip, middle)

@@ -10,7 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from flatplank_analysis.slip_sweeps.channels import BY_NAME, channel_of, in_si, needed, sizes
+from flatplank_analysis.slip_sweeps.channels import (
+    BY_NAME,
+    channel_of,
+    check_columns,
+    in_si,
+    sizes,
+)
 from flatplank_data.errors import FlatplankError
 from flatplank_data.readers.csv import split_header
 from flatplank_data.readers.mat import variables
@@ -48,7 +54,7 @@ def read(path: str | Path) -> Recording:
     except OSError as error:
         raise FlatplankError(error.strerror or "cannot be read", where, "give a file") from None
     found = channel_of(list(raw))
-    needed(list(found), where)
+    check_columns(list(found), where)
     columns = {name: np.asarray(raw[theirs], float) for name, theirs in found.items()}
     size, said = sizes(columns), []
     for name, theirs in found.items():

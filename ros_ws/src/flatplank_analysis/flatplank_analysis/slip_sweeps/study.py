@@ -15,7 +15,12 @@ import numpy as np
 from flatplank_analysis.identify.results import to_plain
 from flatplank_analysis.models.tir import TirFile
 from flatplank_analysis.slip_sweeps import channels, file
-from flatplank_analysis.slip_sweeps.conditions import FORCE, HELD, Condition, cut
+from flatplank_analysis.slip_sweeps.conditions import (
+    FORCE,
+    HELD,
+    SweepCondition,
+    split_into_conditions,
+)
 from flatplank_analysis.slip_sweeps.curves import (
     Curve,
     Failure,
@@ -45,7 +50,7 @@ class Study:
     """unknown columns of the file, kept unchanged"""
     said: tuple[str, ...]
     """remarks on axes, units and omitted data, one line each"""
-    conditions: tuple[Condition, ...]
+    conditions: tuple[SweepCondition, ...]
     curves: tuple[Curve, ...]
 
     @cached_property
@@ -133,7 +138,7 @@ def study(path: str | Path, system: str | None = None) -> Study:
         known = ", ".join(channels.SYSTEMS)
         raise FlatplankError(f"no axis system '{system}'", "--axes", f"known: {known}")
     columns, axes = channels.in_iso(recording.columns, system, str(path))
-    conditions = tuple(cut(columns))
+    conditions = tuple(split_into_conditions(columns))
     if not conditions:
         raise FlatplankError(
             "no sweep: neither the slip angle nor the slip ranges over enough "
@@ -145,7 +150,7 @@ def study(path: str | Path, system: str | None = None) -> Study:
     return Study(str(path), columns, recording.further, said, conditions, curves)
 
 
-def by_level(conditions: Sequence[Condition], found: Sequence[Failure]) -> Iterator[str]:
+def by_level(conditions: Sequence[SweepCondition], found: Sequence[Failure]) -> Iterator[str]:
     """Dependence of the error on each channel with several levels, one line each."""
     for held in HELD:
         shares: dict[str, list[float]] = {}
@@ -161,7 +166,7 @@ def by_level(conditions: Sequence[Condition], found: Sequence[Failure]) -> Itera
             yield f"by {held.title}: {each}"
 
 
-def _json(c: Condition, curve: Curve, formula: Formula | None, found: Failure | None):
+def _json(c: SweepCondition, curve: Curve, formula: Formula | None, found: Failure | None):
     out: dict[str, Any] = {
         "label": c.label,
         "swept": c.swept,

@@ -16,7 +16,7 @@ PROFILE = Path(__file__).with_name("loopback.xml")
 """profile for participants that communicate and discover each other on 127.0.0.1 only"""
 
 
-def loopback() -> dict[str, str]:
+def loopback_environment() -> dict[str, str]:
     """Environment variables for a graph on this computer only, with any middleware."""
     if "fastrtps" not in os.environ.get("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp"):
         return {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}

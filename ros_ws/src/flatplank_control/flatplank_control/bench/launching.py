@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from flatplank_control.bench.setup import DRIVEN, BenchSetup
 from flatplank_control.bench.simulator import simulator
-from flatplank_data.params import nearest
+from flatplank_data.params import nearest_hint
 from flatplank_hw.bus.pacing import PACES
 from flatplank_hw.share import config_file
 from flatplank_hw.troubles import TROUBLES
@@ -40,12 +40,12 @@ ARGUMENTS = {
 }
 
 
-def refuse_unknown(command_line: Sequence[str]) -> None:
+def check_argument_names(command_line: Sequence[str]) -> None:
     """Raise ValueError for an unknown `name:=value`, which launch itself accepts silently."""
     for word in command_line:
         name, is_argument, _ = word.partition(":=")
         if is_argument and name not in ARGUMENTS:
-            raise ValueError(f"unknown argument '{name}'{nearest(name, ARGUMENTS)}")
+            raise ValueError(f"unknown argument '{name}'{nearest_hint(name, ARGUMENTS)}")
 
 
 def setup_of(value: Mapping[str, str]) -> BenchSetup:
@@ -58,8 +58,8 @@ def setup_of(value: Mapping[str, str]) -> BenchSetup:
     bus, data = value["bus"], value["data"]
     if not sim and not value["interface"]:
         raise ValueError(
-            "sim is false and interface is empty: say interface:=NAME in the lab (`ip link` lists "
-            "them), or sim:=true without the machine"
+            "sim is false and interface is empty: give interface:=NAME in the lab (`ip link` "
+            "lists them), or sim:=true without the machine"
         )
     if bus and not config_file("flatplank_hw", f"bus/{bus}.yaml") and not Path(bus).is_file():
         raise ValueError(f"bus:={bus}: no such bus file; give a path, or leave it empty")

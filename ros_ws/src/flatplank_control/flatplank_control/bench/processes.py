@@ -48,7 +48,7 @@ class ProcessState:
         return self.state in ("R", "D")
 
 
-class Start:
+class StartProgress:
     """Progress of a start: the answers of the nodes, and the time of the last change."""
 
     def __init__(self, names: Collection[str], now: float, stall_s: float = STALL_TIMEOUT_S):
@@ -60,7 +60,7 @@ class Start:
         self._progress_at = now
         self._stall_s = stall_s
 
-    def heard(self, name: str, lacks: str, now: float) -> None:
+    def register_answer(self, name: str, lacks: str, now: float) -> None:
         """Register an answer; `lacks`: what the node still waits for, empty when it is up."""
         if self._lacks[name] != lacks:
             self._lacks[name] = lacks
@@ -77,8 +77,8 @@ class Start:
         total = len(self._lacks)
         return f"{total - len(self.missing)} of {total} nodes are up"
 
-    def why_useless(self, vitals: Mapping[str, ProcessState], now: float) -> str:
-        """Why further waiting is useless; empty when it is not.
+    def why_waiting_is_useless(self, vitals: Mapping[str, ProcessState], now: float) -> str:
+        """Reason why further waiting is useless; empty when it is not.
 
         `vitals`: nodes whose processes are known and live.
         """

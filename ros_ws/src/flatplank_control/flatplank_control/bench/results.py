@@ -14,23 +14,23 @@ from flatplank_analysis.models.tire_record import FILE as RECORD
 from flatplank_analysis.models.tire_record import TireRecord
 from flatplank_analysis.steady.rolling_radius import radius_of_run
 from flatplank_control.calibration.book import FREE
-from flatplank_control.calibration.fits import still_fits
+from flatplank_control.calibration.fits import mounting_warning
 from flatplank_control.free_rolling import FreeRollingParameters
 from flatplank_control.runner.campaign.conductor import Conductor, Job, Outcome
 from flatplank_control.runner.campaign.quality import (
     EVALUATIONS,
     Finding,
     Limits,
-    judge,
-    profile,
-    travel,
+    force_profile,
+    judge_run,
+    loaded_travel,
 )
 from flatplank_control.runner.campaign.supervised import Standstill, TurnWatch
 from flatplank_control.runner.conditions import PRELOAD
 from flatplank_control.runner.moves import ENOUGH
 from flatplank_data.campaign import CAMPAIGN_FILE, FORMAT, Run
 from flatplank_data.files import write_atomic
-from flatplank_data.readers import describe
+from flatplank_data.readers import read_description
 from flatplank_data.run_record import RunRecord
 from flatplank_data.store import open_store
 from flatplank_data.table import MeasurementTable
@@ -46,7 +46,7 @@ ZERO_LIMIT = 60.0
 """largest change of the hub's zero over a run [N]"""
 
 
-def read(path: Path) -> MeasurementTable:
+def read_samples(path: Path) -> MeasurementTable:
     """Samples of a bag or a table from the motion trigger on."""
     return Run(RunRecord(file=path.name), open_store(path.parent)).table(COLUMNS)
 
@@ -60,14 +60,14 @@ def outcome_of(
     turn: TurnWatch | None = None,
 ) -> Outcome:
     """Outcome of a run: verdict, effective rolling radius of a free-rolling run, zeros."""
-    table = read(path)
-    record = describe(open_store(path.parent), path.name)
+    table = read_samples(path)
+    record = read_description(open_store(path.parent), path.name)
     enough = ENOUGH in str(record.get("stop_reason", ""))
     changed = (record.get("parameters") or {}).get(FREE, {})  # parameters other than the default
     reference = changed.get("reference", FreeRollingParameters.reference)
-    verdict = judge(table.columns, job.measurement, limits, job.earlier, enough, reference)
+    verdict = judge_run(table.columns, job.measurement, limits, job.earlier, enough, reference)
     facts: dict[str, Any] = {
-        "profile": profile(table.columns), "travel": round(travel(table.columns), 3),
+        "profile": force_profile(table.columns), "travel": round(loaded_travel(table.columns), 3),
     }  # fmt: skip
     zeros: list[Finding] = []
     if before.fx and after.fx:
@@ -79,7 +79,7 @@ def outcome_of(
         facts |= {"before": before.facts(), "after": after.facts()}
     if turn is not None and turn.left == turn.left:
         facts["once_per_turn_unloaded"] = round(turn.left, 1)
-        if turn.filter_on and (warning := still_fits(turn.left)):
+        if turn.filter_on and (warning := mounting_warning(turn.left)):
             facts["warnings"] = [warning]
     evaluate = EVALUATIONS.get(job.measurement.measurement)
     if evaluate is not None:
@@ -94,7 +94,7 @@ def outcome_of(
 _DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 
-def list_kept(conductor: Conductor, folder: Path) -> None:
+def write_kept_runs(conductor: Conductor, folder: Path) -> None:
     """Write the kept runs of the journal to campaign.yaml; called again after a crash between the
     two."""
     kept = conductor.kept()
@@ -130,5 +130,5 @@ def write_campaign(
 
 
 def _entry(record: Mapping[str, Any], file: str) -> dict:
-    said = {k: v for k, v in record.items() if v not in (None, "", {}) and k != "name"}
-    return {"file": file, **said}
+    given = {k: v for k, v in record.items() if v not in (None, "", {}) and k != "name"}
+    return {"file": file, **given}

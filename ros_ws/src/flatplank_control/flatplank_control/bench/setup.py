@@ -12,7 +12,7 @@ import yaml
 
 from flatplank_control.bench.simulator import simulator
 from flatplank_control.calibration.book import CALIBRATED, CalibrationBook, book_for
-from flatplank_data.params import load_parameters, nearest
+from flatplank_data.params import load_parameters, nearest_hint
 from flatplank_hw.share import config_file
 
 
@@ -81,7 +81,7 @@ def parse_axes(text: str, argument: str) -> tuple[str, ...]:
     axes = tuple(word.strip() for word in text.split(",") if word.strip())
     for axis in axes:
         if axis not in DRIVEN:
-            raise ValueError(f"{argument}: unknown axis '{axis}'{nearest(axis, DRIVEN)}")
+            raise ValueError(f"{argument}: unknown axis '{axis}'{nearest_hint(axis, DRIVEN)}")
     return axes
 
 

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from flatplank_data.files import write_atomic
-from flatplank_data.params import nearest
+from flatplank_data.params import nearest_hint
 from flatplank_data.values import is_number
 from flatplank_data.yaml_text import load_yaml
 
@@ -74,7 +74,7 @@ class Entry:
         if self.instrument not in INSTRUMENTS:
             raise ValueError(
                 f"calibration: unknown instrument '{self.instrument}'"
-                f"{nearest(self.instrument, INSTRUMENTS)}"
+                f"{nearest_hint(self.instrument, INSTRUMENTS)}"
             )
         try:
             datetime.date.fromisoformat(str(self.date))
@@ -88,7 +88,7 @@ class Entry:
             raise ValueError(f"{self.instrument}: 'parameters' must be names and values")
         for name, value in self.parameters.items():
             if name not in known:
-                raise ValueError(f"{self.instrument}: unknown '{name}'{nearest(name, known)}")
+                raise ValueError(f"{self.instrument}: unknown '{name}'{nearest_hint(name, known)}")
             if not (isinstance(value, str) if name == FIT else is_number(value)):
                 raise ValueError(f"{self.instrument}: {name} is {value!r}; calibrate it again")
 

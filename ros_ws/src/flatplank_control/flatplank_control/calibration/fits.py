@@ -62,7 +62,7 @@ MISMATCH = 40.0
 """once-per-turn force with filter above which the fit does not belong to the mounting [N]"""
 
 
-def still_fits(left: float) -> str:
+def mounting_warning(left: float) -> str:
     """A warning when the once-per-turn force [N] with the filter on indicates another mounting;
     else empty."""
     if not left > MISMATCH:
@@ -73,7 +73,7 @@ def still_fits(left: float) -> str:
     )
 
 
-def under_load(
+def amplitudes_under_load(
     plain: Mapping[str, np.ndarray], filtered: Mapping[str, np.ndarray], first: float, last: float
 ) -> dict[str, tuple[float, float]]:
     """Once-per-turn amplitude of Fx and Fz [N] without and with the filter, from two equal runs
@@ -89,7 +89,7 @@ def under_load(
     return found
 
 
-def text(found: Mapping[str, tuple[float, float]]) -> Sequence[str]:
+def amplitude_lines(found: Mapping[str, tuple[float, float]]) -> Sequence[str]:
     """Lines for the terminal: the amplitude of each force without and with the filter."""
     return [f"{name}: {a:.1f} N once per turn, {b:.1f} N filtered" for name, (a, b) in
             found.items()]  # fmt: skip

@@ -16,9 +16,9 @@ from flatplank_data.files import write_atomic
 from flatplank_data.machine import COUNTS_PER_TURN
 from flatplank_data.readers.bag import arrays_of
 from flatplank_hw.hub.appendix_a import gains, wheel_from_volts
-from flatplank_hw.hub.identify import identify
+from flatplank_hw.hub.identify import identify_fit
 from flatplank_hw.hub.params import HubParameters
-from flatplank_hw.hub.parasitic import INDEX, ParasiticFit, to_text
+from flatplank_hw.hub.parasitic import INDEX, ParasiticFit, fit_to_text
 
 TOPIC = "/bus/inputs"
 THREE_TURNS = 5.9 * math.pi
@@ -65,15 +65,15 @@ def identify_turn(
             f"unloaded run: the wheel turned {math.degrees(reached):.0f} deg and 1080 deg are "
             "needed; record it again"
         )
-    fit = identify(turn.angle, turn.volts, mounting, date)
+    fit = identify_fit(turn.angle, turn.volts, mounting, date)
     p = hub or HubParameters()
-    before, after = amplitudes(turn, None, p), amplitudes(turn, fit, p)
+    before, after = amplitudes_per_turn(turn, None, p), amplitudes_per_turn(turn, fit, p)
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_atomic(path, to_text(fit))
+    write_atomic(path, fit_to_text(fit))
     return {name: (before[name], after[name]) for name in before}
 
 
-def amplitudes(
+def amplitudes_per_turn(
     turn: UnloadedTurns, fit: ParasiticFit | None, hub: HubParameters
 ) -> dict[str, float]:
     """Once-per-turn amplitude of Fx and Fz at the wheel [N], without or with a fit.

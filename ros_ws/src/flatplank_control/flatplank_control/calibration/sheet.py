@@ -8,7 +8,7 @@ import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from flatplank_data.params import nearest
+from flatplank_data.params import nearest_hint
 from flatplank_data.values import is_number
 from flatplank_data.yaml_text import load_yaml
 
@@ -43,7 +43,7 @@ LINES: dict[str, Line] = {
 """name of a line -> line; plays and run-out by dial gauge, angles by protractor"""
 
 
-def blank(date: str) -> str:
+def empty_sheet(date: str) -> str:
     """An empty sheet."""
     head = f"format: {FORMAT}\ndate: {date}\nby: ''\nreadings:\n"
     return head + "".join(f"  {n}: null   # {x.unit}; {x.how}\n" for n, x in LINES.items())
@@ -60,7 +60,7 @@ def starting_values(text: str, where: str) -> dict[str, dict[str, float]]:
         raise ValueError(f"{where}: 'readings' must be lines of 'name: value'")
     for name, value in readings.items():
         if name not in LINES:
-            raise ValueError(f"{where}: unknown line '{name}'{nearest(name, LINES)}")
+            raise ValueError(f"{where}: unknown line '{name}'{nearest_hint(name, LINES)}")
         if value is None:
             continue
         line = LINES[name]

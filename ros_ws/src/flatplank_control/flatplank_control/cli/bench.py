@@ -12,7 +12,7 @@ import threading
 import time
 from pathlib import Path
 
-from flatplank_control.bench.processes import BenchProcesses, Start
+from flatplank_control.bench.processes import BenchProcesses, StartProgress
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.road_map import with_road
 from flatplank_data.arguments import Parser
@@ -79,16 +79,16 @@ def main(argv: list[str]) -> int:
 
 def watch(processes: BenchProcesses, over: threading.Event) -> str:
     """Print how many nodes are up, then wait; returns why the bench has ended, empty at Ctrl-C."""
-    start = Start(processes.running, time.monotonic())
+    start = StartProgress(processes.running, time.monotonic())
     while not over.wait(0.2):
         if why := processes.why_ended():
             return why
         if start.missing:
             before, now, vitals = str(start), time.monotonic(), processes.vitals()
             for name in [name for name, seen in vitals.items() if seen.started]:
-                start.heard(name, "", now)
+                start.register_answer(name, "", now)
             if str(start) != before:
                 print(start, flush=True)
-            if why := start.why_useless(vitals, now):
+            if why := start.why_waiting_is_useless(vitals, now):
                 return why
     return ""

@@ -15,7 +15,7 @@ from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.bench.simulator import simulator
 from flatplank_control.calibration.book import FILE, FIT, HUB, INSTRUMENTS, CalibrationBook, Entry
 from flatplank_control.calibration.fits import Line, fit_line
-from flatplank_control.calibration.sheet import blank, starting_values
+from flatplank_control.calibration.sheet import empty_sheet, starting_values
 from flatplank_data.arguments import Parser
 from flatplank_data.params import from_mapping
 from flatplank_hw.hub.params import HubParameters
@@ -53,7 +53,7 @@ def hub(o: argparse.Namespace, book: CalibrationBook) -> int:
     line = fit_line(pairs_of(o.pairs), o.reading)
     if not 0.5 < line.slope < 2.0:
         raise ValueError(f"hub: {o.axis} reads {line.slope:.3g} times the load; check the wiring")
-    return put(book, scaled(o, book, f"hub_{o.axis}", line, "N"))
+    return write_entry(book, scaled(o, book, f"hub_{o.axis}", line, "N"))
 
 
 def lvdt(o: argparse.Namespace, book: CalibrationBook) -> int:
@@ -61,19 +61,19 @@ def lvdt(o: argparse.Namespace, book: CalibrationBook) -> int:
     line = fit_line([(volts, height) for height, volts in pairs_of(o.pairs)], o.reading)
     values = {"lvdt_gain": line.slope, "lvdt_offset": line.offset}
     errors = {"lvdt_gain": line.slope_error, "lvdt_offset": line.offset_error}
-    return put(book, Entry("lvdt", o.date, values, line.residual, errors, "m"))
+    return write_entry(book, Entry("lvdt", o.date, values, line.residual, errors, "m"))
 
 
 def plank(o: argparse.Namespace, book: CalibrationBook) -> int:
     """Calibrate the pitch radius of the pinion by measured travel against encoder travel."""
     line = fit_line([(read, known) for known, read in pairs_of(o.pairs)], o.reading)
-    return put(book, scaled(o, book, "plank_encoder", line, "m"))
+    return write_entry(book, scaled(o, book, "plank_encoder", line, "m"))
 
 
 def motor(o: argparse.Namespace, book: CalibrationBook) -> int:
     """Calibrate the gear ratio by wheel angle against motor angle."""
     line = fit_line(pairs_of(o.pairs), o.reading)
-    return put(book, scaled(o, book, "motor", line, "rad"))
+    return write_entry(book, scaled(o, book, "motor", line, "rad"))
 
 
 def parasitic(o: argparse.Namespace, book: CalibrationBook) -> int:
@@ -95,26 +95,28 @@ def parasitic(o: argparse.Namespace, book: CalibrationBook) -> int:
         print(f"{name}: {before:.1f} N once per turn, {after:.2f} N after the filter")
     most = max(after for _, after in left.values())
     entry = Entry("parasitic", o.date, {FIT: path.name}, most, unit="N")
-    return put(book, entry)
+    return write_entry(book, entry)
 
 
 def filter_effect(o: argparse.Namespace, book: CalibrationBook) -> int:
     """Print what the parasitic filter leaves under load and slip, from two equal runs or --sim."""
 
-    from flatplank_control.bench.results import read
-    from flatplank_control.calibration.fits import text, under_load
+    from flatplank_control.bench.results import read_samples
+    from flatplank_control.calibration.fits import amplitude_lines, amplitudes_under_load
 
     if o.sim:
         setup = BenchSetup(preset=o.preset, tire=o.tire, pace="hold")
         fit = book.fit()
         for kappa in (0.0, -0.05):
             print(f"slip {100 * kappa:+g} %")
-            print("  " + "\n  ".join(text(simulator().filter_on_twin(setup, fit, kappa))))
+            print(
+                "  " + "\n  ".join(amplitude_lines(simulator().filter_on_twin(setup, fit, kappa)))
+            )
         return 0
     if o.plain is None or o.filtered is None:
         raise ValueError("filter: give --plain and --filtered, two equal runs, or --sim")
-    runs = [read(path).columns for path in (o.plain, o.filtered)]
-    print("\n".join(text(under_load(runs[0], runs[1], o.first, o.last))))
+    runs = [read_samples(path).columns for path in (o.plain, o.filtered)]
+    print("\n".join(amplitude_lines(amplitudes_under_load(runs[0], runs[1], o.first, o.last))))
     return 0
 
 
@@ -129,7 +131,7 @@ def status(o: argparse.Namespace, book: CalibrationBook) -> int:
 def sheet(o: argparse.Namespace, book: CalibrationBook) -> int:
     """Print an empty pre-flight sheet, or the starting values of a filled one."""
     if o.file is None:
-        print(blank(o.date), end="")
+        print(empty_sheet(o.date), end="")
         return 0
     values = starting_values(o.file.read_text(encoding="utf-8"), str(o.file))
     print(yaml.safe_dump({"effects": values}, sort_keys=False), end="")
@@ -143,7 +145,7 @@ WORK: dict[str, Work] = {
 }  # fmt: skip
 
 
-def put(book: CalibrationBook, entry: Entry) -> int:
+def write_entry(book: CalibrationBook, entry: Entry) -> int:
     """Write an entry to the book and print it."""
     book.add(entry)
     for name, value in entry.parameters.items():

@@ -42,20 +42,20 @@ class Finding(NamedTuple):
     remedy: str = ""
 
 
-def attempt(*command: str, timeout: float = 20.0) -> tuple[bool, str]:
+def run_program(*command: str, timeout: float = 20.0) -> tuple[bool, str]:
     """Run a command; returns whether it succeeded, and its last line."""
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=timeout)
     except (OSError, subprocess.TimeoutExpired) as error:
         return False, str(error)
-    said = (done.stdout + done.stderr).strip().splitlines()
-    return done.returncode == 0, said[-1] if said else ""
+    output = (done.stdout + done.stderr).strip().splitlines()
+    return done.returncode == 0, output[-1] if output else ""
 
 
 def python_import(module: str, remedy: str) -> Finding:
     """Import in a separate process, because a broken compiled module may crash it."""
-    works, said = attempt(sys.executable, "-c", f"import {module}; print({module}.__file__)")
-    return Finding(works, said, remedy)
+    works, output = run_program(sys.executable, "-c", f"import {module}; print({module}.__file__)")
+    return Finding(works, output, remedy)
 
 
 def program(*names: str, package: str) -> Finding:
@@ -94,9 +94,9 @@ def namespaces() -> Finding:
     as_root = [] if os.geteuid() == 0 else ["--user", "--map-root-user"]
     ip = shutil.which("ip", path=os.environ.get("PATH", "") + ":/usr/sbin:/sbin") or "ip"
     pair = ["link", "add", "fpdoctor0", "type", "veth", "peer", "name", "fpdoctor1"]
-    works, said = attempt("unshare", *as_root, "--net", ip, *pair)
+    works, output = run_program("unshare", *as_root, "--net", ip, *pair)
     remedy = "the emulated bus needs root, or unprivileged user namespaces switched on"
-    return Finding(works, "a veth pair can be made" if works else said, remedy)
+    return Finding(works, "a veth pair can be made" if works else output, remedy)
 
 
 def real_time() -> Finding:

@@ -14,9 +14,15 @@ from typing import Any
 from flatplank_analysis.cli import common, loop
 from flatplank_analysis.investigation.notebook import summary, text_of
 from flatplank_control.cli.operator import Keys
-from flatplank_control.cli.run import KEYS, on_key
+from flatplank_control.cli.run import KEYS, act_on_key
 from flatplank_control.investigate.bench import Execute
-from flatplank_control.investigate.opening import NAME, NOTEBOOK, keep, on_twin, open_loop
+from flatplank_control.investigate.opening import (
+    NAME,
+    NOTEBOOK,
+    executor_on_twin,
+    open_loop,
+    save_notebook,
+)
 from flatplank_control.runner.campaign import SUFFIX, CampaignPlan
 from flatplank_control.runner.steps import PlanFailed
 from flatplank_data.arguments import Parser
@@ -44,7 +50,7 @@ def parser() -> argparse.ArgumentParser:
 def main(argv: list[str]) -> int:
     """Exit code 0: finished, whatever the verdict; 1: stopped by the bench; 130: Ctrl-C."""
     o = parser().parse_args(argv)
-    return common.guarded("investigate", lambda: _run(o))
+    return common.run_or_report_nothing_usable("investigate", lambda: _run(o))
 
 
 def _run(o: argparse.Namespace) -> int:
@@ -73,7 +79,7 @@ def _run(o: argparse.Namespace) -> int:
             file=sys.stderr,
         )
         return STOPPED
-    page = keep(flow, folder)
+    page = save_notebook(flow, folder)
     if o.json:
         print(json.dumps(summary(events), indent=1))
     else:
@@ -84,22 +90,22 @@ def _run(o: argparse.Namespace) -> int:
 
 def _executor(o: argparse.Namespace, folder: Path) -> Execute:
     if o.sim:
-        return on_twin(folder, o.preset, o.plant, o.seed, o.jobs, tell)
+        return executor_on_twin(folder, o.preset, o.plant, o.seed, o.jobs, print_to_stderr)
     if o.preset or o.plant:
         raise FlatplankError("--preset and --plant", "investigate", "go with --sim only")
     if sys.stdin.isatty():
-        tell("keys: " + ", ".join(f"{k} {what}" for k, what in KEYS.items()))
-    return on_graph(folder, not o.lab)
+        print_to_stderr("keys: " + ", ".join(f"{k} {what}" for k, what in KEYS.items()))
+    return executor_on_graph(folder, not o.lab)
 
 
 @contextmanager
-def listen(client: Any, journal: Path) -> Iterator[Callable[[], None]]:
+def offer_keys(client: Any, journal: Path) -> Iterator[Callable[[], None]]:
     """Offer the keys of `flatplank run` during a batch; their output goes to stderr."""
     with redirect_stdout(sys.stderr), Keys() as keys:
-        yield lambda: on_key(keys, client, journal)
+        yield lambda: act_on_key(keys, client, journal)
 
 
-def on_graph(folder: Path, simulated: bool) -> Execute:
+def executor_on_graph(folder: Path, simulated: bool) -> Execute:
     """Let the runner of the running bench make the batches; the operator may press keys."""
 
     def execute(plan: CampaignPlan, text: str, left: float) -> None:
@@ -107,15 +113,15 @@ def on_graph(folder: Path, simulated: bool) -> Execute:
 
         journal = folder / f"{plan.name}{SUFFIX}"
 
-        said = [""]
+        last_line = [""]
 
         def hear(f) -> None:
             line = f.prompt or f.step
-            if line != said[0] or f.prompt:  # a repeated prompt is printed again
-                said[0] = line
-                tell(f"{line}; {left + f.time_left / 60.0:.0f} min left")
+            if line != last_line[0] or f.prompt:  # a repeated prompt is printed again
+                last_line[0] = line
+                print_to_stderr(f"{line}; {left + f.time_left / 60.0:.0f} min left")
 
-        with BenchClient() as client, listen(client, journal) as idle:
+        with BenchClient() as client, offer_keys(client, journal) as idle:
             client.measure(
                 text, simulated=simulated, folder=str(folder), resume=True, hear=hear,
                 idle=idle,
@@ -124,6 +130,6 @@ def on_graph(folder: Path, simulated: bool) -> Execute:
     return execute
 
 
-def tell(line: str) -> None:
+def print_to_stderr(line: str) -> None:
     """Print progress to stderr; stdout is for programs."""
     print(line, file=sys.stderr, flush=True)

@@ -65,7 +65,7 @@ OF_A_CAMPAIGN = {
 }
 
 
-def tell(client: Any, keys: Mapping[str, OperatorKey], key: str) -> None:
+def call_service_of_key(client: Any, keys: Mapping[str, OperatorKey], key: str) -> None:
     """Call the service of a key and print its answer; other keys do nothing."""
     if key not in keys:
         return
@@ -100,7 +100,7 @@ class ProgressPrinter:
         print(f"{done}/{total} {text}{tail}", flush=True)
 
 
-def conclude(plan: CampaignPlan, journal: Journal) -> int:
+def print_result_of_plan(plan: CampaignPlan, journal: Journal) -> int:
     """Print what became of every run; returns 0 when all exist and are good."""
     known = [(run, journal.done[run.key]) for run in plan.runs if run.key in journal.done]
     made = [done for _, done in known if done.final]

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from flatplank_control.bench.results import read
+from flatplank_control.bench.results import read_samples
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.calibration.book import ENCODERS, book_for
-from flatplank_control.road_map import Run, check_follows, learn
+from flatplank_control.road_map import Run, check_wheel_followed, identify_road_map
 from flatplank_data.arguments import Parser
 from flatplank_data.campaign import Campaign
 
@@ -20,11 +20,13 @@ def runs_of(folder: Path) -> list[Run]:
     found = []
     for run in Campaign.load(folder).runs:
         if run.info.measurement == "slip" and abs(run.info.kappa) < 1e-9:
-            c = read(folder / run.info.file).columns
+            c = read_samples(folder / run.info.file).columns
             rising = c["plank_position"] >= 0.0
             names = ("plank_position", "wheel_angle", "fx")
             samples = Run(*(np.asarray(c[n])[rising] for n in names))
-            check_follows(samples, run.info.effective_rolling_radius, str(folder / run.info.file))
+            check_wheel_followed(
+                samples, run.info.effective_rolling_radius, str(folder / run.info.file)
+            )
             found.append(samples)
     if not found:
         raise ValueError(f"{folder}: no slip runs at kappa = 0; measure some with --road follow")
@@ -41,7 +43,7 @@ def main(argv: list[str]) -> int:
     o = p.parse_args(argv)
     nodes = BenchSetup(kind="lab", calibration=str(book_for(o.folder).path)).constants()
     radius = nodes[ENCODERS]["pinion_pitch_radius"]
-    road = learn(runs_of(o.folder), 1e3 * o.cx, o.sigma, pitch_radius=radius)
+    road = identify_road_map(runs_of(o.folder), 1e3 * o.cx, o.sigma, pitch_radius=radius)
     road.save(o.out)
     turn = float(np.hypot(road.mesh_turn_cos, road.mesh_turn_sin))
     tooth = float(np.hypot(road.mesh_tooth_cos, road.mesh_tooth_sin))

@@ -11,7 +11,13 @@ from typing import Any
 
 from flatplank_control.bench.setup import BenchSetup, parse_axes
 from flatplank_control.calibration.book import book_for
-from flatplank_control.cli.operator import OF_A_CAMPAIGN, Keys, ProgressPrinter, conclude, tell
+from flatplank_control.cli.operator import (
+    OF_A_CAMPAIGN,
+    Keys,
+    ProgressPrinter,
+    call_service_of_key,
+    print_result_of_plan,
+)
 from flatplank_control.runner.campaign import (
     SUFFIX,
     CampaignPlan,
@@ -21,9 +27,9 @@ from flatplank_control.runner.campaign import (
     Outcome,
     PlanError,
     load_plan,
-    note,
     pressure_after,
     shipped_plans,
+    write_note,
 )
 from flatplank_control.runner.dry_run import DryRun, dry_run
 from flatplank_control.runner.steps import PlanFailed
@@ -42,7 +48,7 @@ def parser() -> argparse.ArgumentParser:
     p = Parser(prog="flatplank run", description=__doc__)
     p.add_argument("plan", help="a file, or the name of a shipped plan")
     p.add_argument("--sim", action="store_true", help="on the twin, in this process")
-    p.add_argument("--dry-run", action="store_true", help="check, and say what it takes")
+    p.add_argument("--dry-run", action="store_true", help="check only, and print what it takes")
     p.add_argument("--data", type=Path, help="campaign folder; default: data/NAME")
     p.add_argument("--lab", action="store_true", help="manual steps are asked for")
     p.add_argument("--new", action="store_true", help="refuse to go on with an earlier campaign")
@@ -69,7 +75,7 @@ def find_plan(name: str) -> Path:
     return shipped[name]
 
 
-def redo(plan: CampaignPlan, folder: Path) -> None:
+def schedule_bad_runs_again(plan: CampaignPlan, folder: Path) -> None:
     """Schedule flagged and skipped runs again; ValueError when there is no journal."""
     path = folder / f"{plan.name}{SUFFIX}"
     if not path.is_file():
@@ -77,11 +83,11 @@ def redo(plan: CampaignPlan, folder: Path) -> None:
     journal = Journal(path, plan.name, plan.digest)
     needs_repeat = [run.key for run in plan.runs if journal.needs_repeat(run.key)]
     for key in needs_repeat:
-        journal.again(key)
+        journal.schedule_again(key)
     print(f"{len(needs_repeat)} flagged or skipped runs are made once more", flush=True)
 
 
-def on_twin(plan: CampaignPlan, paper: DryRun, o: argparse.Namespace, folder: Path) -> int:
+def measure_on_twin(plan: CampaignPlan, paper: DryRun, o: argparse.Namespace, folder: Path) -> int:
     """Run the campaign on the twin, in this process."""
     from flatplank_control.bench.simulator import simulator
     from flatplank_control.road_map import with_road
@@ -106,10 +112,10 @@ def on_twin(plan: CampaignPlan, paper: DryRun, o: argparse.Namespace, folder: Pa
         talk(conductor.done, conductor.total, line, conductor.time_left(paper.durations))
 
     simulator().run_on_twin(conductor, setup, folder, bags=o.bags, jobs=jobs, progress=progress)
-    return conclude(plan, journal)
+    return print_result_of_plan(plan, journal)
 
 
-def on_bench(plan: CampaignPlan, o: argparse.Namespace, folder: Path) -> int:
+def measure_on_bench(plan: CampaignPlan, o: argparse.Namespace, folder: Path) -> int:
     """Run the campaign on a running bench, by its runner node."""
     from flatplank_control.nodes.client import BenchClient, BenchError
 
@@ -126,23 +132,23 @@ def on_bench(plan: CampaignPlan, o: argparse.Namespace, folder: Path) -> int:
             print("keys: " + ", ".join(f"{k} {what}" for k, what in KEYS.items()), flush=True)
             client.measure(
                 text, simulated=not o.lab, folder=str(folder), resume=not o.new,
-                hear=hear, idle=lambda: on_key(keys, client, path),
+                hear=hear, idle=lambda: act_on_key(keys, client, path),
             )  # fmt: skip
     except BenchError as error:
         print(f"flatplank run: {error}", file=sys.stderr)
         return 1
-    return conclude(plan, Journal(path, plan.name, plan.digest))
+    return print_result_of_plan(plan, Journal(path, plan.name, plan.digest))
 
 
-def on_key(keys: Keys, client: Any, journal: Path) -> None:
+def act_on_key(keys: Keys, client: Any, journal: Path) -> None:
     """Perform the request of a pressed key."""
     key = keys.pressed()
     if key == "n":
-        note(journal, keys.line("note: "))
+        write_note(journal, keys.line("note: "))
     elif key == "p":
         _pressure(journal, keys.line("pressure [bar]: "))
     else:
-        tell(client, OF_A_CAMPAIGN, key)
+        call_service_of_key(client, OF_A_CAMPAIGN, key)
 
 
 def _pressure(journal: Path, text: str) -> None:
@@ -168,8 +174,10 @@ def main(argv: list[str]) -> int:
     folder = (o.data or Path("data") / plan.name).resolve()
     try:
         if o.redo:
-            redo(plan, folder)
-        return on_twin(plan, paper, o, folder) if o.sim else on_bench(plan, o, folder)
+            schedule_bad_runs_again(plan, folder)
+        return (
+            measure_on_twin(plan, paper, o, folder) if o.sim else measure_on_bench(plan, o, folder)
+        )
     except (ValueError, PlanFailed) as error:
         print(f"flatplank run: {error}", file=sys.stderr)
         return 1

@@ -6,7 +6,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from flatplank_control.cli.operator import OF_A_RUN, Keys, tell
+from flatplank_control.cli.operator import OF_A_RUN, Keys, call_service_of_key
 from flatplank_control.runner.measurement import from_mapping
 from flatplank_data.arguments import Parser
 from flatplank_data.machine import USUAL_RADIUS
@@ -29,7 +29,7 @@ def parser() -> argparse.ArgumentParser:
     return p
 
 
-def say(text: str) -> None:
+def print_line(text: str) -> None:
     print(text, flush=True)
 
 
@@ -56,12 +56,12 @@ def main(argv: list[str]) -> int:
     from flatplank_control.nodes.client import BenchClient, BenchError
 
     def look() -> None:
-        tell(client, OF_A_RUN, keys.pressed())
+        call_service_of_key(client, OF_A_RUN, keys.pressed())
 
     try:
         with BenchClient() as client, Keys() as keys:
             print("keys: " + ", ".join(f"{k} {wish.text}" for k, wish in OF_A_RUN.items()))
-            for bag in client.measure(plan, simulated=not options.lab, say=say, idle=look):
+            for bag in client.measure(plan, simulated=not options.lab, say=print_line, idle=look):
                 print(bag)
     except BenchError as error:
         print(f"flatplank slip: {error}", file=sys.stderr)

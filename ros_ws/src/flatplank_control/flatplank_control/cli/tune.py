@@ -11,7 +11,7 @@ import numpy as np
 import yaml
 
 import control
-from flatplank_control.free_rolling.design import Gains, Machine, design
+from flatplank_control.free_rolling.design import Gains, Machine, design_gains
 from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA, FreeRollingParameters
 from flatplank_data.arguments import Parser
 
@@ -95,7 +95,7 @@ def main(argv: list[str]) -> int:
             raise ValueError(f"--{name.replace('_', '-')} is {value:g}, must be above 0")
     stiffness = o.cx * 1e3 if o.cx is not None else o.cfk * 1e3 / o.sigma
     delay = (o.delay_cycles + 0.5) / o.rate
-    gains = design(stiffness, o.sigma, delay)
+    gains = design_gains(stiffness, o.sigma, delay)
     loops = {
         name: loop_of(g, stiffness, o.sigma, delay) for name, g in
         {"tuned": gains, "thesis": THESIS}.items()

@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from flatplank_control.free_rolling.design import Gains, design
+from flatplank_control.free_rolling.design import Gains, design_gains
 from flatplank_control.free_rolling.params import FreeRollingParameters
 from flatplank_control.free_rolling.start import OVER, UNKNOWN, Start, Tire
 from flatplank_hw.samples import EncoderSample, HubSample, Reference
@@ -112,7 +112,7 @@ class FreeRollingController:
             return
         stiffness = start.stiffness if start.stiffness > 0.0 else p.stiffest
         self._tire = Tire(stiffness, math.nan, math.nan)
-        self._set_gains(design(stiffness, math.inf, p.loop_delay))
+        self._set_gains(design_gains(stiffness, math.inf, p.loop_delay))
         self._error = self._error_before = p.reference - fx
         self._p = self._gains.proportional * self._error
         self._i = start.torque - p.start_torque - self._p
@@ -127,7 +127,7 @@ class FreeRollingController:
             return
         self._tire = tire
         before = self._lead
-        self._set_gains(design(tire.stiffness, tire.relaxation, self.parameters.loop_delay))
+        self._set_gains(design_gains(tire.stiffness, tire.relaxation, self.parameters.loop_delay))
         self._p = self._gains.proportional * self._error
         self._i = before - self._p
         self._pi_before = self._lead = before

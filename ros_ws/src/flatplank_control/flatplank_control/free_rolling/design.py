@@ -66,7 +66,7 @@ def crossover_for(delay: float) -> float:
     return min(CROSSOVER, DELAY_PHASE / delay) if delay > 0.0 else CROSSOVER
 
 
-def design(
+def design_gains(
     stiffness: float, relaxation: float, delay: float, machine: Machine | None = None
 ) -> Gains:
     """Gains for C_x [N/m], sigma [m] and the loop delay including the hold [s].

@@ -34,7 +34,7 @@ def batch_name(number: int) -> str:
     return f"batch_{number:02d}"
 
 
-def text_of(
+def plan_text(
     name: str, tire: str, settings: Sequence[Setting], radii: Radii, first_run: int
 ) -> str:
     """Text of a plan with settings of one condition; it measures r_e where it is unknown."""
@@ -43,7 +43,7 @@ def text_of(
     plan = {
         "format": FORMAT, "name": name, "tire": tire, "attempts": 1, "first_run": first_run,
         "r_e": "measured" if radius is None else "given",
-        "runs": [{"measurement": "slip", **s.plain(), **given} for s in settings],
+        "runs": [{"measurement": "slip", **s.to_dict(), **given} for s in settings],
     }  # fmt: skip
     return yaml.safe_dump(plan, sort_keys=False)
 
@@ -65,7 +65,7 @@ def price_of(
 ) -> Price:
     """Cost of a batch [min]: its dry run, with the plank's return before the first run, and the
     changes of settings from the present state of the bench."""
-    text = text_of("price", tire, (settings[0], *settings), radii, 0)
+    text = plan_text("price", tire, (settings[0], *settings), radii, 0)
     before, minutes, changes = stands, _dry_minutes(text), 0
     for s in settings:
         for name, each in SET_UP.items():
@@ -135,7 +135,7 @@ class CampaignBench:
         """Text of the plan for a candidate."""
         radii, first = self._known()
         name = batch_name(number)
-        return text_of(name, self.tire.name, candidate.settings, radii, first)
+        return plan_text(name, self.tire.name, candidate.settings, radii, first)
 
     def measure(self, number: int, plan: str, left: float) -> BatchResult:
         """Make the batch; returns the files of good runs and the settings of the others."""

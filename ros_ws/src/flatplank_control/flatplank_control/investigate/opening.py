@@ -15,7 +15,7 @@ from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.investigation.loop import Loop, Say
 from flatplank_analysis.investigation.notebook import text_of
 from flatplank_analysis.investigation.report import DIAGNOSIS, write_notebook
-from flatplank_analysis.proposal.propose import PROPOSED, of_diagnosis
+from flatplank_analysis.proposal.propose import PROPOSED, propose_from_diagnosis
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.bench.simulator import simulator
 from flatplank_control.calibration.book import book_for
@@ -27,7 +27,7 @@ from flatplank_control.runner.steps import PlanFailed
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError
 from flatplank_data.files import write_atomic
-from flatplank_data.params import nearest
+from flatplank_data.params import nearest_hint
 
 NAME = "investigation.jsonl"
 FORMAT = "flatplank-investigation/1"
@@ -59,7 +59,7 @@ def conductor_of(folder: Path, plan: CampaignPlan) -> Conductor:
     return Conductor(plan, Journal(folder / f"{plan.name}{SUFFIX}", plan.name, plan.digest))
 
 
-def on_twin(
+def executor_on_twin(
     folder: Path, preset: str, plant: str, seed: int, jobs: int | None, say: Callable[[str], None]
 ) -> Execute:
     """Make every batch on the twin, with the same plant."""
@@ -80,7 +80,7 @@ def on_twin(
     return execute
 
 
-def batches_of_runner(folder: Path) -> Execute:
+def executor_of_made_batches(folder: Path) -> Execute:
     """Use batches that a runner has made already; PlanFailed when a run is missing."""
 
     def execute(plan: CampaignPlan, _text: str, _left: float) -> None:
@@ -111,12 +111,12 @@ def open_loop(
     def at_end(session: Session, result: Diagnosis) -> dict[str, Any] | None:
         if result.search is not None:
             write_report(result, folder / REPORT / DIAGNOSIS, str(folder))
-        return proposed(session, result, folder)
+        return propose_effect(session, result, folder)
 
     return Loop(bench, DiskLog(folder), minutes, say, at_end=at_end)
 
 
-def keep(loop: Loop, folder: Path) -> Path:
+def save_notebook(loop: Loop, folder: Path) -> Path:
     """Write the notebook as text and as a page; returns the page."""
     write_atomic(folder / NOTEBOOK, text_of(loop.log.events) + "\n")
     return write_notebook(loop.log.events, folder / REPORT, str(folder))
@@ -130,17 +130,17 @@ def tire_of(name: str, folder: Path) -> TireEntry:
     name = name or next(iter(known))
     if name not in known:
         raise FlatplankError(
-            f"unknown tire '{name}'{nearest(name, known)}", str(folder), "name it: --tire"
+            f"unknown tire '{name}'{nearest_hint(name, known)}", str(folder), "name it: --tire"
         )
     return known[name]
 
 
-def proposed(session: Session, result: Diagnosis, folder: Path) -> dict[str, Any] | None:
+def propose_effect(session: Session, result: Diagnosis, folder: Path) -> dict[str, Any] | None:
     """Effect proposed by the grammar for a residual that the library does not explain, and its
     file."""
     if result.verdict not in (verdict.NONE, verdict.PARTLY):
         return None
-    made = of_diagnosis(session, result)
+    made = propose_from_diagnosis(session, result)
     if made.verdict != PROPOSED or made.sentence is None:
         return {"verdict": made.verdict, "reason": made.reason}
     path = folder / f"{made.name}.py"

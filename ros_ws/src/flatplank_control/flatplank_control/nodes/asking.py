@@ -24,7 +24,7 @@ class _Question(NamedTuple):
 
 
 class PendingCalls:
-    """Waits for answers as long as the called nodes exist; call `look` regularly.
+    """Waits for answers as long as the called nodes exist; call `fail_ended_calls` regularly.
 
     A node that ends leaves the graph at once; a killed one when its lease expires (20 s with Fast
     DDS). A new node with the same name has not received the call, so servers are identified by
@@ -35,7 +35,7 @@ class PendingCalls:
         self._node = node
         self._open: list[_Question] = []
 
-    async def ask(self, client: Client, request: Any) -> Any:
+    async def call(self, client: Client, request: Any) -> Any:
         """Call a service and wait for the answer without limit; PlanFailed when its node has
         ended."""
         servers = self._servers(client)
@@ -47,7 +47,7 @@ class PendingCalls:
             self._open.remove(question)
             client.remove_pending_request(question.answer)
 
-    def look(self) -> None:
+    def fail_ended_calls(self) -> None:
         """Fail the calls whose node has ended."""
         for question in self._open:
             here = self._servers(question.client)
@@ -76,13 +76,13 @@ class NodeParameters:
             answer.add_done_callback(lambda _answer: wake())
             self._answers[name] = answer
 
-    def waiting(self) -> list[str]:
+    def unanswered(self) -> list[str]:
         """Nodes that have not answered yet."""
         return [name for name, answer in self._answers.items() if not answer.done()]
 
-    def take(self) -> dict[str, dict[str, Any]]:
+    def received(self) -> dict[str, dict[str, Any]]:
         """node -> parameter -> value; cancels unanswered requests."""
-        for name in self.waiting():
+        for name in self.unanswered():
             self._clients[name].remove_pending_request(self._answers.pop(name))
         found = {}
         for name, answer in self._answers.items():
@@ -92,6 +92,6 @@ class NodeParameters:
         return found
 
 
-def clients(node: Node) -> dict[str, Client]:
+def parameter_clients(node: Node) -> dict[str, Client]:
     """Parameter clients of all nodes whose parameters go into a run record."""
     return {name: node.create_client(GetParameters, f"/{name}/get_parameters") for name in ASKED}

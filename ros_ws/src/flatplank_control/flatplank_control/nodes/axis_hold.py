@@ -10,7 +10,7 @@ import math
 
 from flatplank_control.nodes.source import FollowerNode
 from flatplank_control.steering_hold import AngleControl, AngleParameters
-from flatplank_hw.nodes.support import answer, run
+from flatplank_hw.nodes.support import fill_response, run_node
 from flatplank_msgs.srv import SetValue, SetWaveform
 
 
@@ -32,16 +32,16 @@ class AxisHoldNode(FollowerNode):
         self, request: SetWaveform.Request, response: SetWaveform.Response
     ) -> SetWaveform.Response:
         if len(request.parameters) != len(request.values):
-            return answer(response, False, "parameters and values differ in number")
+            return fill_response(response, False, "parameters and values differ in number")
         values = dict(zip(request.parameters, request.values, strict=True))
-        return answer(response, *self.core.set_profile(request.name, values))
+        return fill_response(response, *self.core.set_profile(request.name, values))
 
     def on_hold(self, request: SetValue.Request, response: SetValue.Response) -> SetValue.Response:
-        return answer(response, *self.core.hold(math.radians(request.value)))
+        return fill_response(response, *self.core.hold(math.radians(request.value)))
 
 
 def main(args: list[str] | None = None) -> int:
-    return run(lambda: AxisHoldNode("steering_hold"), args)
+    return run_node(lambda: AxisHoldNode("steering_hold"), args)
 
 
 if __name__ == "__main__":

@@ -60,7 +60,7 @@ class BenchSamples:
         if contact is not None and convert.raw_stamp_ns(contact) == at:
             self._raw |= latest
 
-    async def arrival(self, listening: bool = True) -> None:
+    async def wait_for_sample(self, listening: bool = True) -> None:
         """Wait for a sample, if `listening`, or for a call of `wake`."""
         self._arrival, self._listening = Future(), listening
         await self._arrival
@@ -80,11 +80,11 @@ class BenchSamples:
         hub = read["hub"]._replace(contact=read["contact"])
         return Snapshot(read["encoders"], hub, read["drive"])
 
-    def of_drive(self) -> bytes | None:
+    def raw_drive_message(self) -> bytes | None:
         """Latest message of the drive, serialised; its cycle is the last complete one."""
         return self._raw.get("drive")
 
-    def silent(self, cycle: int) -> list[str]:
+    def sources_without(self, cycle: int) -> list[str]:
         """Sources without a sample of this cycle."""
         s = self.snapshot()
         if s is None:

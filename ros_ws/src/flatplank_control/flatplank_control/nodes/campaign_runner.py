@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from flatplank_control.bench.results import list_kept, outcome_of
+from flatplank_control.bench.results import outcome_of, write_kept_runs
 from flatplank_control.nodes.ros_bench import RosBench
 from flatplank_control.runner.campaign import (
     SUFFIX,
@@ -53,24 +53,26 @@ class CampaignRunner:
                 "set resume to continue them, or give another folder"
             )
 
-    async def run(self, cancelled: Callable[[], bool], tell: Callable[[str], None]) -> None:
+    async def run(
+        self, cancelled: Callable[[], bool], send_progress: Callable[[str], None]
+    ) -> None:
         """Run the plan to its end; PlanFailed when the bench stops it or it is cancelled."""
-        self._cancelled, self._tell = cancelled, tell
-        self.bench.interrupt = self._stop
+        self._cancelled, self._send_progress = cancelled, send_progress
+        self.bench.interrupt = self._check_cancelled
         await self._clean_up()
-        list_kept(self.conductor, self.folder)
-        self.bench.interrupt = self._look
-        while job := self.conductor.take():
+        write_kept_runs(self.conductor, self.folder)
+        self.bench.interrupt = self._check_operator
+        while job := self.conductor.next_job():
             name = job.measurement.name
-            tell(f"{name}: attempt {job.attempt}" if job.attempt > 1 else name)
+            send_progress(f"{name}: attempt {job.attempt}" if job.attempt > 1 else name)
             try:
                 outcome = await self._make(job)
             except OperatorEnded as wish:
                 await self._apply_wish(str(wish), job)
                 continue
             outcome = self.conductor.finish(job, outcome)
-            list_kept(self.conductor, self.folder)
-            tell(f"{outcome.file}: {outcome.text()}")
+            write_kept_runs(self.conductor, self.folder)
+            send_progress(f"{outcome.file}: {outcome.text()}")
 
     def time_left(self) -> float:
         """Bench time of the remaining runs [s]."""
@@ -80,24 +82,24 @@ class CampaignRunner:
         """After an interrupted runner: stop the wheel, close its bag, adopt a complete one."""
         if not self.journal.interrupted:
             return
-        self._tell("an earlier campaign was interrupted: stop the wheel, close its bag")
+        self._send_progress("an earlier campaign was interrupted: stop the wheel, close its bag")
         await self._end("interrupted", "the runner ended")
         adopted = self._adopt()
         if adopted is not None:
-            self._tell(
+            self._send_progress(
                 f"{self.journal.path.name}: a complete run missing in the journal was adopted"
             )
-            self._tell(f"{adopted.file}: {adopted.text()}")
+            self._send_progress(f"{adopted.file}: {adopted.text()}")
             if self.conductor.over:  # no further run follows that would unload the tire
-                await self.bench.do(Manual("unload", 0.0))
+                await self.bench.perform(Manual("unload", 0.0))
 
     async def _end(self, status: str, why: str) -> None:
-        for refusal in await self.bench.end(status, why):
-            self._tell(refusal)
+        for refusal in await self.bench.end_safely(status, why):
+            self._send_progress(refusal)
 
     def _adopt(self) -> Outcome | None:
         """Adopt a complete bag that an interrupted runner has not entered into the journal."""
-        job = self.conductor.take(self.journal.interrupted)
+        job = self.conductor.next_job(self.journal.interrupted)
         if job is None:
             return None
         path = unwritten(self.folder, job, self.journal)
@@ -105,15 +107,15 @@ class CampaignRunner:
             nothing = Standstill("before the run"), Standstill("after the run")
             limits = self.conductor.plan.quality
             return self.conductor.finish(job, outcome_of(path, job, limits, *nothing))
-        self.conductor.give_back(job)
+        self.conductor.return_job(job)
         return None
 
-    def _stop(self) -> None:
+    def _check_cancelled(self) -> None:
         if self._cancelled():
             raise PlanFailed("cancelled")
 
-    def _look(self) -> None:
-        self._stop()
+    def _check_operator(self) -> None:
+        self._check_cancelled()
         if self.wish:
             wish, self.wish = self.wish, ""
             raise OperatorEnded(wish)
@@ -123,14 +125,14 @@ class CampaignRunner:
         turn = TurnWatch()
         for step in supervised(job.measurement, before, after, turn):
             self.bench.interrupt()
-            await self.bench.do(step)
+            await self.bench.perform(step)
         path = Path(self.bench.bags[-1])
         return outcome_of(path, job, self.conductor.plan.quality, before, after, turn)
 
     async def _apply_wish(self, wish: str, job: Job) -> None:
         await self._end("discarded", f"{wish} by the operator")
         if wish == "repeat":
-            self.conductor.give_back(job)
+            self.conductor.return_job(job)
         else:
             self.conductor.skip(job.run.key, f"{wish} by the operator")
-        self._tell(f"{job.measurement.name}: {wish}")
+        self._send_progress(f"{job.measurement.name}: {wish}")

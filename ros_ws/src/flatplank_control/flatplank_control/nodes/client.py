@@ -20,13 +20,13 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
-from flatplank_control.bench.processes import STALL_TIMEOUT_S, BenchProcesses, Start
+from flatplank_control.bench.processes import STALL_TIMEOUT_S, BenchProcesses, StartProgress
 from flatplank_data.errors import FlatplankError
 from flatplank_msgs.action import RunMeasurement
 
 
 class Interrupt:
-    """Context in which Ctrl-C within `held` is delayed until its end, or until `look`.
+    """Context in which Ctrl-C within `delayed` acts only at its end, or at `raise_if_pressed`.
 
     A KeyboardInterrupt inside rclpy loses the message that is being taken, and its receiver may
     never get another one. A goal could then neither be cancelled nor followed. So the first Ctrl-C
@@ -53,31 +53,31 @@ class Interrupt:
             raise KeyboardInterrupt
         self._asked = True
         if not self._depth:
-            self.look()
+            self.raise_if_pressed()
 
-    def look(self) -> None:
+    def raise_if_pressed(self) -> None:
         """Raise KeyboardInterrupt, once, when Ctrl-C was pressed."""
         if self._asked and not self._reported:
             self._reported = True
             raise KeyboardInterrupt
 
     @contextmanager
-    def held(self) -> Iterator[None]:
-        """Delay a first Ctrl-C to the end of the outermost `held`."""
+    def delayed(self) -> Iterator[None]:
+        """Delay a first Ctrl-C to the end of the outermost `delayed`."""
         self._depth += 1
         try:
             yield
         finally:
             self._depth -= 1
         if not self._depth:
-            self.look()
+            self.raise_if_pressed()
 
     @contextmanager
-    def let(self) -> Iterator[None]:
-        """Within `held`, let Ctrl-C act at once, while the operator is waited for."""
+    def at_once(self) -> Iterator[None]:
+        """Within `delayed`, let Ctrl-C act at once, while the operator is waited for."""
         depth, self._depth = self._depth, 0
         try:
-            self.look()
+            self.raise_if_pressed()
             yield
         finally:
             self._depth = depth
@@ -150,26 +150,29 @@ class BenchClient:
         up, whenever it changes. Returns node -> time when it was up (time.monotonic) [s].
         """
         ours = nodes if isinstance(nodes, BenchProcesses) else None
-        start = Start(list(ours.running if ours else nodes), time.monotonic(), timeout)
+        names = nodes.running if isinstance(nodes, BenchProcesses) else nodes
+        start = StartProgress(list(names), time.monotonic(), timeout)
         asked: dict[str, tuple[Future | None, float]] = {}
-        said = ""
+        shown = ""
         while start.missing:
             for name in start.missing:
                 self._ask_connected(name, asked, start)
-            if said != str(start):
-                said = str(start)
-                say(said)
+            if shown != str(start):
+                shown = str(start)
+                say(shown)
             if not start.missing:
                 break
             if ours and (reason := ours.why_ended()):
                 raise BenchError(f"{reason}; {start}")
-            if reason := start.why_useless(ours.vitals() if ours else {}, time.monotonic()):
+            if reason := start.why_waiting_is_useless(
+                ours.vitals() if ours else {}, time.monotonic()
+            ):
                 raise BenchError(reason)
             self.spin(LISTEN)
         return start.up_at
 
     def _ask_connected(
-        self, name: str, asked: dict[str, tuple[Future | None, float]], start: Start
+        self, name: str, asked: dict[str, tuple[Future | None, float]], start: StartProgress
     ) -> None:
         """Ask a node whether it is connected; repeat when the answer is lost or negative."""
         service = f"/{name}/connected"
@@ -178,7 +181,7 @@ class BenchClient:
         future, since = asked.get(name, (None, -math.inf))
         if future is not None and future.done():
             answer = future.result()
-            start.heard(name, "" if answer.success else answer.message, now)
+            start.register_answer(name, "" if answer.success else answer.message, now)
             asked[name] = None, now
         elif future is not None and now - since > ANSWER_TIMEOUT_S:
             # the request may have gone to a node that has died since
@@ -189,7 +192,7 @@ class BenchClient:
 
     def spin(self, seconds: float) -> None:
         """Process messages for a time [s of wall clock]."""
-        with self._interrupt.held():
+        with self._interrupt.delayed():
             self._executor.spin_once(timeout_sec=seconds)
 
     def _until(self, future: Any, seconds: float) -> None:
@@ -239,7 +242,7 @@ class BenchClient:
         try:
             if not client.wait_for_server(timeout_sec=10.0):
                 raise BenchError("/run_measurement: not there; is the bench running?")
-            with self._interrupt.held():
+            with self._interrupt.delayed():
                 answer = self._goal(client, goal, on_feedback, idle)
         finally:
             client.destroy()
@@ -280,7 +283,7 @@ class BenchClient:
         while not future.done():
             self._until(future, 0.1)
             if idle is not None:
-                with self._interrupt.let():
+                with self._interrupt.at_once():
                     idle()
             if client.server_is_ready():
                 seen = time.monotonic()

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from flatplank_control.load_control import LoadController, LoadParameters
 from flatplank_control.nodes.source import FollowerNode
-from flatplank_hw.nodes.support import answer, run
+from flatplank_hw.nodes.support import fill_response, run_node
 from flatplank_msgs.srv import SetValue
 
 
@@ -26,12 +26,12 @@ class LoadControllerNode(FollowerNode):
         try:
             self.core.set_load(request.value)
         except ValueError as error:
-            return answer(response, False, str(error))
-        return answer(response, True, "")
+            return fill_response(response, False, str(error))
+        return fill_response(response, True, "")
 
 
 def main(args: list[str] | None = None) -> int:
-    return run(lambda: LoadControllerNode("load_controller"), args)
+    return run_node(lambda: LoadControllerNode("load_controller"), args)
 
 
 if __name__ == "__main__":

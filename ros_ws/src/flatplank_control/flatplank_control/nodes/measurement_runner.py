@@ -20,7 +20,7 @@ from flatplank_control.runner.dry_run import Progress, dry_run_progress
 from flatplank_control.runner.plans import axes_of, mapping_of, measurement_of, plan_of
 from flatplank_control.runner.steps import PlanFailed
 from flatplank_data.params import Params, param
-from flatplank_hw.nodes.support import BenchNode, answer, run
+from flatplank_hw.nodes.support import BenchNode, fill_response, run_node
 from flatplank_msgs.action import RunMeasurement
 
 OFTEN = 1.0
@@ -38,22 +38,22 @@ class Feedback:
         self._progress: Progress | None = None
         self._step, self._published_at, self._share = 0, 0.0, 0.0
 
-    def say(self, text: str, prompt: str = "") -> None:
+    def send_text(self, text: str, prompt: str = "") -> None:
         """Send what is going on, and what the operator must do."""
         self.message.step, self.message.prompt = text, prompt
         self._goal.publish_feedback(self.message)
 
-    def follow(self, progress: Progress) -> None:
+    def follow_plan(self, progress: Progress) -> None:
         """Start to follow the steps of a single measurement."""
         self._progress, self._step, self._share = progress, 0, 0.0
-        self.passing(0.0)
+        self.send_progress(0.0)
 
     def next_step(self) -> None:
         """Count one more completed step."""
         self._step += 1
-        self.passing(0.0)
+        self.send_progress(0.0)
 
-    def passing(self, seconds: float) -> None:
+    def send_progress(self, seconds: float) -> None:
         """Send the progress after `seconds` of the present step [s of bench time]."""
         progress, now = self._progress, time.monotonic()
         if progress is None:
@@ -107,42 +107,42 @@ class MeasurementRunnerNode(BenchNode):
     def on_goal(self, _request: RunMeasurement.Goal) -> GoalResponse:
         if not self.busy:
             return GoalResponse.ACCEPT
-        self.troubles.happened("refused", "/run_measurement: a measurement is under way")
+        self.troubles.report_occurrence("refused", "/run_measurement: a measurement is under way")
         return GoalResponse.REJECT
 
     def on_confirm(
         self, _request: Trigger.Request, response: Trigger.Response
     ) -> Trigger.Response:
         asking, self.asking = self.asking, False
-        return answer(response, asking, "" if asking else "nothing is being asked")
+        return fill_response(response, asking, "" if asking else "nothing is being asked")
 
     def on_enough(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """End the present run here and keep it."""
         if self.bench is None:
-            return answer(response, False, "no measurement is under way")
+            return fill_response(response, False, "no measurement is under way")
         self.bench.enough = True
-        return answer(response, True, "")
+        return fill_response(response, True, "")
 
     def on_wish(
         self, wish: str, _request: Trigger.Request, response: Trigger.Response
     ) -> Trigger.Response:
         if self.campaign is None:
-            return answer(response, False, "no campaign is under way")
+            return fill_response(response, False, "no campaign is under way")
         self.campaign.wish = wish
-        return answer(response, True, "")
+        return fill_response(response, True, "")
 
     async def execute(self, goal: ServerGoalHandle) -> RunMeasurement.Result:
         self.busy = True
         feedback = Feedback(goal)
 
         async def ask(text: str, seen: Seen) -> None:
-            feedback.say(text, prompt=text)
+            feedback.send_text(text, prompt=text)
             self.asking = True
             try:
-                await bench.until(lambda: not self.asking or seen())
+                await bench.wait_until(lambda: not self.asking or seen())
             finally:
                 self.asking = False
-            feedback.say(text)
+            feedback.send_text(text)
 
         request = goal.request
         bench = RosBench(
@@ -152,40 +152,40 @@ class MeasurementRunnerNode(BenchNode):
             driven_plank=self.parameters.driven_plank,
             folder=request.folder,
             prompt=ask,
-            say=feedback.say,
+            say=feedback.send_text,
         )
         result = RunMeasurement.Result()
         try:
             self.bench = bench
             data = mapping_of(request.plan)
             if is_campaign(data):
-                result.message = await self.many(goal, bench, feedback)
+                result.message = await self.make_campaign(goal, bench, feedback)
             else:
-                result.message = await self.one(goal, bench, data, feedback)
+                result.message = await self.make_measurement(goal, bench, data, feedback)
             result.success = True
         except Exception as error:  # after any error the bench is left safe
-            result.message = await self.stopped(bench, error, request.simulated)
+            result.message = await self.end_safely(bench, error, request.simulated)
         finally:
             bench.close()
             self.busy, self.bench, self.campaign = False, None, None
         result.bags = bench.bags
-        self.conclude(goal, result.success)
+        self.set_goal_state(goal, result.success)
         return result
 
-    async def stopped(self, bench: RosBench, error: Exception, simulated: bool) -> str:
+    async def end_safely(self, bench: RosBench, error: Exception, simulated: bool) -> str:
         """Leave the bench safe if a step has begun; returns the reason for the client."""
         reason = " ".join(str(error).split()) or type(error).__name__
         if not bench.begun:
-            self.troubles.happened("refused", f"/run_measurement: {reason}")
+            self.troubles.report_occurrence("refused", f"/run_measurement: {reason}")
             return reason
-        self.troubles.happened("measurement_stopped", reason)
-        for refusal in await bench.end("stopped", reason):
+        self.troubles.report_occurrence("measurement_stopped", reason)
+        for refusal in await bench.end_safely("stopped", reason):
             self.get_logger().warning(refusal)
         if not simulated and bench.samples.plank_moves():
             reason += "; turn the plank switch to stop"
         return reason
 
-    async def one(
+    async def make_measurement(
         self, goal: ServerGoalHandle, bench: RosBench, data: Any, feedback: Feedback
     ) -> str:
         """Make a single measurement."""
@@ -197,38 +197,40 @@ class MeasurementRunnerNode(BenchNode):
         bench.interrupt = look
         wanted = measurement_of(data)
         bench.axes = axes_of(wanted)
-        bench.passing = feedback.passing
-        feedback.follow(dry_run_progress(plan_of(wanted)))
+        bench.on_step_time = feedback.send_progress
+        feedback.follow_plan(dry_run_progress(plan_of(wanted)))
         for step in plan_of(wanted):
             look()
-            await bench.do(step)
+            await bench.perform(step)
             feedback.next_step()
         return "complete"
 
-    async def many(self, goal: ServerGoalHandle, bench: RosBench, feedback: Feedback) -> str:
+    async def make_campaign(
+        self, goal: ServerGoalHandle, bench: RosBench, feedback: Feedback
+    ) -> str:
         """Make a campaign; its journal lies beside its bags."""
         request = goal.request
         self.campaign = campaign = CampaignRunner(
             bench, request.plan, request.folder, request.resume
         )
 
-        def tell(text: str) -> None:
+        def send_campaign_progress(text: str) -> None:
             conductor = campaign.conductor
             message = feedback.message
             message.measurements = conductor.total
             message.measurement = min(conductor.done + 1, conductor.total)
             message.progress = conductor.done / conductor.total
             message.time_left = campaign.time_left()
-            feedback.say(text)
+            feedback.send_text(text)
 
         before = campaign.conductor.done
-        await campaign.run(lambda: goal.is_cancel_requested, tell)
+        await campaign.run(lambda: goal.is_cancel_requested, send_campaign_progress)
         if before == campaign.conductor.total:
             return f"all {before} runs were there; another folder begins anew"
         return "complete"
 
     @staticmethod
-    def conclude(goal: ServerGoalHandle, success: bool) -> None:
+    def set_goal_state(goal: ServerGoalHandle, success: bool) -> None:
         if success:
             goal.succeed()
         elif goal.is_cancel_requested:
@@ -238,7 +240,7 @@ class MeasurementRunnerNode(BenchNode):
 
 
 def main(args: list[str] | None = None) -> int:
-    return run(lambda: MeasurementRunnerNode("measurement_runner"), args)
+    return run_node(lambda: MeasurementRunnerNode("measurement_runner"), args)
 
 
 if __name__ == "__main__":

@@ -18,18 +18,18 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from flatplank_control.calibration.book import CalibrationBook
-from flatplank_control.nodes.asking import NodeParameters, clients
+from flatplank_control.nodes.asking import NodeParameters, parameter_clients
 from flatplank_control.recording.bus_cycles import Arrivals
 from flatplank_control.recording.filled import in_words, requested_record
 from flatplank_control.recording.recovery import repair
 from flatplank_control.recording.session import RecordingSession, State
 from flatplank_control.recording.topics import RECORDED, at_every_cycle
-from flatplank_control.runner.provenance import InForce, complete, software_version
+from flatplank_control.runner.provenance import InForce, complete_record, software_version
 from flatplank_data.errors import RecordingError
 from flatplank_data.params import Params, param
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import LATCHED, STREAM
-from flatplank_hw.nodes.support import BenchNode, answer, run
+from flatplank_hw.nodes.support import BenchNode, fill_response, run_node
 from flatplank_msgs.msg import Run
 from flatplank_msgs.srv import StartRecording, StopRecording
 
@@ -71,7 +71,7 @@ class RecorderNode(BenchNode):
         folder = Path(parameters.folder).expanduser()
         folder.mkdir(parents=True, exist_ok=True)
         for repaired in repair(folder):
-            self.troubles.happened("bag_mended", str(repaired))
+            self.troubles.report_occurrence("bag_mended", str(repaired))
         self.session = RecordingSession(folder, RECORDED, pre_trigger=parameters.pre_trigger)
         self.arrivals = Arrivals()
         self.requested = requested_record("")
@@ -81,7 +81,7 @@ class RecorderNode(BenchNode):
     def connect(self) -> None:
         self.changed_something: Future | None = None
         self.publish_run = self.add_publisher(Run, "/run", LATCHED)
-        self.parameters_of = clients(self)
+        self.parameters_of = parameter_clients(self)
         for client in self.parameters_of.values():
             self._teardown.append(partial(self.destroy_client, client))
         for spec in RECORDED:
@@ -95,7 +95,7 @@ class RecorderNode(BenchNode):
                 needed=spec.name != "/diagnostics",
                 raw=True,
             )
-        self.every(0.25, self.poll)
+        self.add_timer(0.25, self.poll)
         self.add_service(StartRecording, "~/start", self.on_start)
         self.add_service(StopRecording, "~/stop", self.on_stop)
         self.add_service(Trigger, "~/discard", self.on_discard)
@@ -106,10 +106,11 @@ class RecorderNode(BenchNode):
         stamp_ns = self.arrivals.bus_ns
         if with_header:
             stamp_ns = self.arrivals.add(topic, convert.raw_stamp_ns(cdr))
-        self.guarded(lambda: self.session.write(topic, cdr, stamp_ns))
-        self.tell_waiting()
+        self.reporting_failure(lambda: self.session.write(topic, cdr, stamp_ns))
+        self.wake_waiting_calls()
 
-    def tell_waiting(self) -> None:
+    def wake_waiting_calls(self) -> None:
+        """Let the service calls that wait for a message look again."""
         if self.changed_something is not None and not self.changed_something.done():
             self.changed_something.set_result(None)
 
@@ -119,7 +120,7 @@ class RecorderNode(BenchNode):
             self.changed_something = Future()
         await self.changed_something
 
-    async def hear(self, stamp: Time, timeout: float, mode: str = "") -> list[str]:
+    async def wait_for_messages(self, stamp: Time, timeout: float, mode: str = "") -> list[str]:
         """Wait for messages up to `stamp`, at most `timeout` [s], on all topics with a publisher
         that this operation mode uses; returns the topics that lack them."""
         wanted = stamp.sec * 1_000_000_000 + stamp.nanosec
@@ -129,27 +130,31 @@ class RecorderNode(BenchNode):
             await self.next_event()
         return behind
 
-    async def answers(self, asked: NodeParameters, end: float) -> InForce:
+    async def wait_for_parameters(self, asked: NodeParameters, end: float) -> InForce:
         """Wait for parameters of the nodes until `end` of the monotonic clock; warns of missing
         ones."""
-        while asked.waiting() and time.monotonic() < end:
+        while asked.unanswered() and time.monotonic() < end:
             await self.next_event()
-        for name in asked.waiting():
-            self.get_logger().warning(f"{name} does not say its parameters: not in the run record")
-        return asked.take()
+        for name in asked.unanswered():
+            self.get_logger().warning(
+                f"{name} does not give its parameters: not in the run record"
+            )
+        return asked.received()
 
     def poll(self) -> None:
-        self.guarded(self.session.poll)
-        self.tell_waiting()
+        self.reporting_failure(self.session.poll)
+        self.wake_waiting_calls()
 
-    def guarded(self, action: Callable[[], None]) -> None:
+    def reporting_failure(self, action: Callable[[], None]) -> None:
+        """Do the action; a fault of the recording becomes a trouble and is published on /run."""
         try:
             action()
         except RecordingError as error:
-            self.troubles.happened("recording_failed", str(error))
-            self.say()
+            self.troubles.report_occurrence("recording_failed", str(error))
+            self.publish_record()
 
-    def say(self) -> None:
+    def publish_record(self) -> None:
+        """Publish the present record on /run."""
         record = self.session.record
         if record is not None:
             message = Run(uuid=record.uuid, name=record.name, status=record.status)
@@ -163,19 +168,19 @@ class RecorderNode(BenchNode):
         self, request: StartRecording.Request, response: StartRecording.Response
     ) -> StartRecording.Response:
         end = time.monotonic() + INTRODUCTION
-        asked = NodeParameters(self.parameters_of, self.tell_waiting)
-        silent = await self.hear(request.after, INTRODUCTION)
-        in_force = await self.answers(asked, end)
+        asked = NodeParameters(self.parameters_of, self.wake_waiting_calls)
+        silent = await self.wait_for_messages(request.after, INTRODUCTION)
+        in_force = await self.wait_for_parameters(asked, end)
         if silent:
             what = f"no message on {', '.join(silent)} although a node publishes it"
             do = "start again in a moment, or start that node anew"
-            return answer(response, False, f"{what}; {do}")
+            return fill_response(response, False, f"{what}; {do}")
         try:
             requested = requested_record(request.record, request.name)
             record = requested.record
             record = record.with_changes(started=record.started or utc_now())
             book = CalibrationBook(Path(self.parameters.calibration))
-            record = complete(record, in_force, book, datetime.date.today())
+            record = complete_record(record, in_force, book, datetime.date.today())
             path = self.session.start(
                 record,
                 self.arrivals.bus_ns,
@@ -183,30 +188,30 @@ class RecorderNode(BenchNode):
                 at_once=request.at_once,
             )
         except ValueError as error:
-            return answer(response, False, str(error))
+            return fill_response(response, False, str(error))
         self.requested = requested
-        self.say()
-        return answer(response, True, "", path=str(path), uuid=record.uuid)
+        self.publish_record()
+        return fill_response(response, True, "", path=str(path), uuid=record.uuid)
 
     async def on_stop(
         self, request: StopRecording.Request, response: StopRecording.Response
     ) -> StopRecording.Response:
-        silent = await self.hear(request.up_to, CLOSE_TIMEOUT_S, self.mode)
+        silent = await self.wait_for_messages(request.up_to, CLOSE_TIMEOUT_S, self.mode)
         reason = request.notes
         if silent:
             reason = f"{reason}; not heard to the end: {', '.join(silent)}".lstrip("; ")
         recording = self.session.state is State.RECORDING
         status = request.status or ("complete" if recording else "stopped")
-        fill = None if self.requested.whole else self.requested.filled_in
+        fill = None if self.requested.has_essential_keys else self.requested.filled_in
         try:
             record = self.session.stop(status, reason=reason, ended=utc_now(), fill=fill)
         except RecordingError as error:
-            return answer(response, False, str(error))
-        self.say()
+            return fill_response(response, False, str(error))
+        self.publish_record()
         if record.cycles_lost:
             lost = f"{record.name}: {record.cycles_lost} lost, {record.cycles_received} there"
-            self.troubles.happened("cycles_lost", lost)
-        return answer(
+            self.troubles.report_occurrence("cycles_lost", lost)
+        return fill_response(
             response,
             record.status != "failed",
             "; ".join(filter(None, (record.stop_reason, in_words(record)))),
@@ -221,9 +226,9 @@ class RecorderNode(BenchNode):
         try:
             path = self.session.discard()
         except RecordingError as error:
-            return answer(response, False, str(error))
-        self.say()
-        return answer(response, True, f"{path} is deleted")
+            return fill_response(response, False, str(error))
+        self.publish_record()
+        return fill_response(response, True, f"{path} is deleted")
 
     def finish(self) -> None:
         """Close the bag, whatever ends the node."""
@@ -232,7 +237,7 @@ class RecorderNode(BenchNode):
 
 
 def main(args: list[str] | None = None) -> int:
-    return run(lambda: RecorderNode("recorder"), args)
+    return run_node(lambda: RecorderNode("recorder"), args)
 
 
 if __name__ == "__main__":

@@ -109,7 +109,7 @@ class RosBench:
         self.prompt, self._say = prompt, say
         self.begun = False
         """true once a step was performed"""
-        self.passing: Callable[[float], None] = lambda _seconds: None
+        self.on_step_time: Callable[[float], None] = lambda _seconds: None
         """called during waits with the time waited [s of bench time]"""
         self._stops = StopDetector()
         self._stopped = False
@@ -144,12 +144,12 @@ class RosBench:
         for client in self._clients.values():
             self.node.destroy_client(client)
 
-    async def do(self, step: S.Step) -> None:
+    async def perform(self, step: S.Step) -> None:
         """Perform one step; PlanFailed with the reason when the bench refuses."""
         self.begun = True
         await self._do[type(step)](step)
 
-    async def end(self, status: str, why: str) -> list[str]:
+    async def end_safely(self, status: str, why: str) -> list[str]:
         """Safe end: disable all drives and close the bag with `status`.
 
         It does not wait for the operator, only informs, and ignores his requests. Returns the
@@ -157,10 +157,10 @@ class RosBench:
         """
         refused = []
         prompt, interrupt = self.prompt, self.interrupt
-        self.prompt, self.interrupt = self._tell, lambda: None
+        self.prompt, self.interrupt = self._show_to_operator, lambda: None
         for step in (*safe_end(), *release_axes(self.axes), S.StopRecord(status, why)):
             try:
-                await self.do(step)
+                await self.perform(step)
             except S.PlanFailed as refusal:
                 if not str(refusal).endswith(NOTHING):
                     refused.append(str(refusal))
@@ -168,19 +168,21 @@ class RosBench:
         self._stopped = False
         return refused
 
-    async def _tell(self, text: str, _seen: Seen) -> None:
+    async def _show_to_operator(self, text: str, _seen: Seen) -> None:
         self._say(text)
 
     # waiting
-    async def until(self, said: Callable[[], bool]) -> None:
-        """Wait until `said()`, without limit, with or without samples; `interrupt` may end the
-        wait."""
-        while not said():
+    async def wait_until(self, condition: Callable[[], bool]) -> None:
+        """Wait until `condition()`, without limit and also without samples.
+
+        `interrupt` may end the wait.
+        """
+        while not condition():
             self.interrupt()
-            await self.samples.arrival(listening=False)
+            await self.samples.wait_for_sample(listening=False)
 
     def _tick(self) -> None:
-        self._asking.look()
+        self._asking.fail_ended_calls()
         self.samples.wake()
 
     async def advance(self, cycles: int) -> None:
@@ -193,15 +195,15 @@ class RosBench:
         for _ in range(ATTEMPTS):
             heard = self.samples.snapshot() is not None
             end = time.monotonic() + SAMPLES_TIMEOUT_S * (ATTEMPTS if heard else 1)
-            while self.samples.silent(cycle) and time.monotonic() < end:
-                await self.samples.arrival()
-            if not self.samples.silent(cycle):
+            while self.samples.sources_without(cycle) and time.monotonic() < end:
+                await self.samples.wait_for_sample()
+            if not self.samples.sources_without(cycle):
                 return
             if heard:
                 break
             cycle = (await self.call(Advance, f"{PLANT}/advance", cycles=1)).cycle
         raise S.PlanFailed(
-            f"no samples of {', '.join(self.samples.silent(cycle))}; is the node running?"
+            f"no samples of {', '.join(self.samples.sources_without(cycle))}; is the node running?"
         )
 
     # services
@@ -214,7 +216,7 @@ class RosBench:
             axis = AXIS_OF.get(name.split("/")[1])
             hint = f" (bench --axes {axis})" if axis else ""
             raise S.PlanFailed(f"{name}: the service is not there; is its node running?{hint}")
-        response = await self._asking.ask(client, kind.Request(**fields))
+        response = await self._asking.call(client, kind.Request(**fields))
         accepted = getattr(response, "accepted", getattr(response, "success", True))
         if not accepted:
             reason = getattr(response, "reason", "") or getattr(response, "message", "")
@@ -238,10 +240,10 @@ class RosBench:
         await self._wait(S.Wait(f"done: {text}", condition_of(step), timeout, 0.2))
 
     async def _plank(self, step: S.Plank) -> None:
-        self._stops.asked(step)
+        self._stops.register_command(step)
         if self.driven_plank:
             for part in by_drive(step):
-                await self.do(part)
+                await self.perform(part)
         elif self.simulated:
             asked = {"direction": step.direction, "fast": step.fast, "stop_at": step.stop_at}
             await self.call(PlankSwitch, f"{PLANT}/plank", **asked)
@@ -349,8 +351,8 @@ class RosBench:
         s = self.samples.snapshot() or await self._look_again()
         monitor = WaitMonitor(step, s.encoders.stamp_ns * 1e-9)
         while not monitor.over(s, now := s.encoders.stamp_ns * 1e-9):
-            self._stops.look(s.drive)
-            self.passing(now - monitor.start)
+            self._stops.check_sample(s.drive)
+            self.on_step_time(now - monitor.start)
             self.interrupt()
             if self.enough and step.may_end_early:
                 break
@@ -362,12 +364,12 @@ class RosBench:
         if self.held:
             await self.advance(CHUNK * self.batch)
         else:
-            before, end = self.samples.of_drive(), time.monotonic() + SILENCE
-            while self.samples.of_drive() is before or self.samples.snapshot() is None:
+            before, end = self.samples.raw_drive_message(), time.monotonic() + SILENCE
+            while self.samples.raw_drive_message() is before or self.samples.snapshot() is None:
                 self.interrupt()
                 if time.monotonic() > end:
                     raise S.PlanFailed("the bench is silent: have its nodes ended?")
-                await self.samples.arrival()
+                await self.samples.wait_for_sample()
         found = self.samples.snapshot()
         assert found is not None, "both branches have waited for samples"
         return found

@@ -8,7 +8,7 @@ from typing import Any
 
 from flatplank_control.nodes.source import SourceNode
 from flatplank_control.sequencer import SequencerParameters, SlipSequencer
-from flatplank_hw.nodes.support import answer, run
+from flatplank_hw.nodes.support import fill_response, run_node
 from flatplank_hw.samples import Reference
 from flatplank_msgs.msg import EncoderState, SequencerState
 from flatplank_msgs.srv import SetSlipStep, SetWaveform
@@ -25,7 +25,7 @@ class SlipSequencerNode(SourceNode):
     def configure(self, parameters: SequencerParameters) -> None:
         self.core = SlipSequencer(parameters)
 
-    def changed(self, parameters: SequencerParameters) -> None:
+    def apply_changes(self, parameters: SequencerParameters) -> None:
         if hasattr(self, "core"):
             self.core.set_constants(parameters)
             self.parameters = parameters
@@ -50,20 +50,20 @@ class SlipSequencerNode(SourceNode):
         done = self.core.set_slip_step(
             request.kappa, request.start_position, request.effective_rolling_radius
         )
-        return answer(response, *done)
+        return fill_response(response, *done)
 
     def on_waveform(
         self, request: SetWaveform.Request, response: SetWaveform.Response
     ) -> SetWaveform.Response:
         if len(request.parameters) != len(request.values):
-            return answer(response, False, "parameters and values differ in number")
+            return fill_response(response, False, "parameters and values differ in number")
         values = dict(zip(request.parameters, request.values, strict=True))
         at, radius = request.start_position, request.effective_rolling_radius
-        return answer(response, *self.core.set_waveform(request.name, values, at, radius))
+        return fill_response(response, *self.core.set_waveform(request.name, values, at, radius))
 
 
 def main(args: list[str] | None = None) -> int:
-    return run(lambda: SlipSequencerNode("slip_sequencer"), args)
+    return run_node(lambda: SlipSequencerNode("slip_sequencer"), args)
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ from rosbags.interfaces import Nodetype
 from flatplank_control.recording.typestore import typestore
 from flatplank_data.bags.cdr import PRIMITIVES
 from flatplank_data.errors import RecordingError
-from flatplank_data.params import nearest
+from flatplank_data.params import nearest_hint
 
 ENCAPSULATION = b"\x00\x01\x00\x00"
 """first bytes of a CDR message: XCDR1, little endian"""
@@ -48,7 +48,7 @@ class CdrLayout:
         self._message(msgtype, "")
         for path in self._fixed:
             if path not in self._used:
-                hint = nearest(path, self._used)
+                hint = nearest_hint(path, self._used)
                 raise RecordingError(f"{msgtype}: nothing is fixed at {path!r}{hint}")
         self.itemsize = self._end
         names, formats, offsets = ([column[k] for column in self._columns] for k in range(3))

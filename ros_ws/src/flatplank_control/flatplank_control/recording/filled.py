@@ -13,7 +13,7 @@ import yaml
 from flatplank_data.bags.topics import OWN
 from flatplank_data.errors import FlatplankError, RecordingError
 from flatplank_data.limits import RECORDED
-from flatplank_data.measured import UNKNOWN, reconciled
+from flatplank_data.measured import UNKNOWN, with_values_in_use
 from flatplank_data.readers.bag import MEASURED, import_bag
 from flatplank_data.run_record import RunRecord, record_from_dict, record_from_yaml
 
@@ -25,15 +25,15 @@ BY_HAND = "by_hand"
 
 @dataclass(frozen=True)
 class RequestedRecord:
-    """Record of a start request; `said`: the keys that the request has set."""
+    """Record of a start request; `given_keys`: the keys that the request has set."""
 
     record: RunRecord
-    said: Collection[str]
+    given_keys: Collection[str]
 
     @property
-    def whole(self) -> bool:
+    def has_essential_keys(self) -> bool:
         """True when nothing has to be read from the bag."""
-        return set(self.said) >= ESSENTIAL
+        return set(self.given_keys) >= ESSENTIAL
 
     def filled_in(self, record: RunRecord, bag: Path) -> RunRecord:
         """The record, completed from the messages of a bag that is still open.
@@ -42,11 +42,11 @@ class RequestedRecord:
         """
         try:
             measured = import_bag(bag, OWN).facts[MEASURED]
-            own = {key: value for key, value in measured.items() if key not in self.said}
+            own = {key: value for key, value in measured.items() if key not in self.given_keys}
             filled = record.with_changes(**own, filled_in=sorted(own))
         except (FlatplankError, RecordingError) as error:
             return _noted(record, f"not filled in: {error}")
-        for problem in reconciled(filled, measured)[1]:
+        for problem in with_values_in_use(filled, measured)[1]:
             filled = _noted(filled, problem.what)
         return filled
 
@@ -59,9 +59,11 @@ def requested_record(text: str, name: str = "") -> RequestedRecord:
     _refuse_settings(text)
     found = RequestedRecord(record_from_yaml(text, "record"), set(data := yaml.safe_load(text)))
     name = name or data.get("name", "")
-    if not name and not found.whole:
+    if not name and not found.has_essential_keys:
         name = f"{found.record.tire}_{BY_HAND}"
-    return RequestedRecord(found.record.with_changes(name=name), found.said) if name else found
+    return (
+        RequestedRecord(found.record.with_changes(name=name), found.given_keys) if name else found
+    )
 
 
 def _refuse_settings(text: str) -> None:
@@ -92,7 +94,7 @@ def in_words(record: RunRecord) -> str:
     if math.isfinite(record.effective_rolling_radius):
         words.append(f"r_e {1e3 * record.effective_rolling_radius:.1f} mm")
     words += [f"Fz {record.fz:g} N"] if record.fz > 0.0 else []
-    words.append(f"tire {record.tire}" + ("" if record.pressure > 0.0 else ", pressure not said"))
+    words.append(f"tire {record.tire}" + ("" if record.pressure > 0.0 else ", pressure not given"))
     cycles = record.cycles_received + record.cycles_lost
     return ", ".join([*words, f"{record.cycles_lost} of {cycles} cycles lost"])
 

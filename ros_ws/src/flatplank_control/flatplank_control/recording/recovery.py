@@ -126,16 +126,16 @@ def _record(path: Path, found: Scan) -> tuple[RunRecord | None, bool]:
     The last message on /run is newer than the file beside it.
     """
     run, bus = (_channel_of(found, topic) for topic in (RUN_TOPIC.name, BUS_TOPIC))
-    said: list[bytes] = []
+    run_messages: list[bytes] = []
     cycles = CycleCount()
     stored = stored_messages(path / bag_file_name(path.name), found.index)
     for message in (*stored, *found.rest):
         if message.channel == bus:
             cycles.add(read_bus_image(message.data))
         elif message.channel == run:
-            said.append(message.data)
-    if said:
-        message = typestore().deserialize_cdr(said[-1], RUN_TOPIC.type)
+            run_messages.append(message.data)
+    if run_messages:
+        message = typestore().deserialize_cdr(run_messages[-1], RUN_TOPIC.type)
         record = run_record.record_from_yaml(message.record, str(path))
     elif (path / run_record.FILE_NAME).is_file():
         record = run_record.load_record(path)

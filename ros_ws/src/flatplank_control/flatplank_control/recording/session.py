@@ -148,7 +148,7 @@ class RecordingSession:
                 self._begin()
 
     def write_blocks(self, blocks: Sequence[TopicBlock]) -> None:
-        """Like `write`, for many messages of the twin; payloads are arrays of `CdrLayout`."""
+        """Process many messages of the twin at once; payloads are arrays of `CdrLayout`."""
         blocks = [block for block in blocks if block.topic in self._names]
         bag = self._bag
         if self.state is not State.RECORDING or bag is None:

@@ -14,7 +14,7 @@ from flatplank_control.steering_hold import PROFILES
 from flatplank_data.limits import LIMITS, RECORDED, Limit
 from flatplank_data.machine import FAST as SPEED
 from flatplank_data.machine import ROAD_LENGTH, SLOW, USUAL_RADIUS
-from flatplank_data.params import ParameterError, nearest
+from flatplank_data.params import ParameterError, nearest_hint
 from flatplank_data.params import from_mapping as from_params
 from flatplank_hw.hub import HubParameters
 
@@ -134,10 +134,13 @@ class Measurement:
         if self.start not in START_ANGLES:
             yield "start", f"start is {self.start}, must be 1, 2 or 3 (0, 120, 240 deg)"
         if self.waveform not in WAVEFORMS:
-            yield "waveform", f"waveform is '{self.waveform}'{nearest(self.waveform, WAVEFORMS)}"
+            yield (
+                "waveform",
+                f"waveform is '{self.waveform}'{nearest_hint(self.waveform, WAVEFORMS)}",
+            )
         profiled = self.measurement in PROFILED
         if profiled and self.profile not in PROFILES:
-            yield "profile", f"profile is '{self.profile}'{nearest(self.profile, PROFILES)}"
+            yield "profile", f"profile is '{self.profile}'{nearest_hint(self.profile, PROFILES)}"
         name = "profile_parameters"
         try:
             if profiled:
@@ -233,7 +236,7 @@ def from_mapping(data: Mapping[str, Any], where: str) -> Measurement:
     try:
         for key, value in data.items():
             if key not in known:
-                reason = f"unknown key '{key}'{nearest(key, known)}"
+                reason = f"unknown key '{key}'{nearest_hint(key, known)}"
                 raise MeasurementError(reason, key)
             values[key] = _typed(key, value, known[key].default)
         return Measurement(**values)
@@ -241,7 +244,7 @@ def from_mapping(data: Mapping[str, Any], where: str) -> Measurement:
         raise MeasurementError(f"{where}: {error}", error.key, error.reason) from None
 
 
-_TYPES: dict[type, tuple[tuple[type, ...], str]] = {
+_TYPES: dict[type, tuple[tuple[type[Any], ...], str]] = {
     bool: ((bool,), "true or false"),
     int: ((int,), "a whole number"),
     float: ((int, float), "a number"),

@@ -17,13 +17,13 @@ ENOUGH = "enough: ended here by the operator"
 """note in the record of a run that the operator ended early"""
 
 
-def mounted(m: Measurement) -> Plan:
+def set_rim(m: Measurement) -> Plan:
     """Set the rim constants of the hub that the plan names."""
     if rim := m.rim():
         yield S.Constants(rim)
 
 
-def at_speed(m: Measurement) -> Plan:
+def set_plank_speed(m: Measurement) -> Plan:
     """Set the plank speed of the plan in the slip sequencer."""
     yield S.Constants({"commanded_speed": m.speed}, "slip_sequencer")
 
@@ -54,7 +54,7 @@ def to_rest() -> Plan:
 def back_unloaded(m: Measurement) -> Plan:
     """Unload, return the plank, set pressure and angles, turn the wheel to its start."""
     yield S.ShowProgress("unload, return the plank, turn the wheel, load")
-    yield from mounted(m)
+    yield from set_rim(m)
     yield S.FastCycles(QUICK)
     yield from to_rest()
     yield S.Manual("unload", 0.0)
@@ -114,7 +114,7 @@ def over_the_road(m: Measurement, at: float = math.nan, then: Sequence[S.Step] =
 def rolling_freely(m: Measurement) -> Plan:
     """Turn the wheel with the road at zero slip."""
     at = m.step_position
-    yield from at_speed(m)
+    yield from set_plank_speed(m)
     yield S.SlipWaveform("constant", {"kappa": 0.0}, at, m.effective_rolling_radius)
     yield S.Mode("slip")
     yield S.ShowProgress(f"{m.measurement}: rolling without slip")

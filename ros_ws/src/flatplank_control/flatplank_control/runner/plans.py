@@ -30,7 +30,7 @@ SAYS_WHAT = ("measurement", "kappa", "waveform")
 def slip(m: Measurement) -> Plan:
     """A slip waveform over a rolling tire (thesis 6.2)."""
     yield from moves.go_back(m)
-    yield from moves.at_speed(m)
+    yield from moves.set_plank_speed(m)
     yield S.SlipWaveform(
         m.waveform, m.slip_parameters(), m.step_position, m.effective_rolling_radius
     )
@@ -60,7 +60,7 @@ def free_rolling(m: Measurement) -> Plan:
 
 def unloaded_turn(m: Measurement) -> Plan:
     """Three turns of the unloaded wheel: signal of the preloaded shaft (Appendix C)."""
-    yield from moves.mounted(m)
+    yield from moves.set_rim(m)
     yield from moves.to_rest()
     yield S.Manual("unload", 0.0)
     yield from moves.turn(m.start_angle)
@@ -223,7 +223,7 @@ def mapping_of(text: str) -> Mapping[str, Any]:
     """Parse the YAML of a goal; GoalError when it is empty or no mapping."""
     data = load_yaml(text, "plan")
     if data is None or data == {}:
-        raise GoalError(f"plan: empty; say what to measure, for instance {EXAMPLE}")
+        raise GoalError(f"plan: empty; state what to measure, for instance {EXAMPLE}")
     if not isinstance(data, Mapping):
         shown = " ".join(str(data).split())[:40]
         raise GoalError(f"plan: '{shown}' is no plan; give keys and values like {EXAMPLE}")
@@ -235,6 +235,6 @@ def measurement_of(data: Mapping[str, Any]) -> Measurement:
     wanted = from_mapping(data, "plan")
     if not any(key in data for key in SAYS_WHAT):
         known = ", ".join(SAYS_WHAT)
-        raise GoalError(f"plan: says how, but not what to measure: add one of {known}")
+        raise GoalError(f"plan: states how, but not what to measure: add one of {known}")
     plan_of(wanted)
     return wanted

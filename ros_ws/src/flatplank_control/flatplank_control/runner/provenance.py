@@ -16,7 +16,7 @@ from flatplank_control.calibration.book import CALIBRATED, CalibrationBook
 from flatplank_control.free_rolling import FreeRollingParameters
 from flatplank_control.runner.conditions import SET_UP
 from flatplank_control.sequencer import SequencerParameters
-from flatplank_data.params import describe
+from flatplank_data.params import parameter_infos
 from flatplank_data.run_record import RunRecord
 from flatplank_hw.drive import DriveParameters
 from flatplank_hw.encoders import EncoderParameters
@@ -37,14 +37,14 @@ MACHINE = ("tire", "preset", "config", "seed")
 SIMULATED = dict.fromkeys(("simulated_plant", "ethercat_bus"), MACHINE)
 """nodes that may simulate the machine; a real bus has none of these parameters"""
 ASKED = {
-    node: tuple(p.name for p in describe(kind)) for node, kind in MEASURING.items()
+    node: tuple(p.name for p in parameter_infos(kind)) for node, kind in MEASURING.items()
 } | SIMULATED
 """node -> parameters that go into a run record"""
 GIT_TIMEOUT_S = 5.0
 """time-out of git [s]"""
 
 
-def complete(
+def complete_record(
     record: RunRecord, in_force: InForce, book: CalibrationBook, today: datetime.date
 ) -> RunRecord:
     """The record, completed from the parameters of the nodes and the calibration book.
@@ -57,7 +57,9 @@ def complete(
         if node in in_force
         for key in keys
     }
-    own = {node: unusual(node, in_force[node]) for node in MEASURING if node in in_force}
+    own = {
+        node: changed_parameters(node, in_force[node]) for node in MEASURING if node in in_force
+    }
     return record.with_changes(
         **of_the_set_up,
         calibration=book.record(today, in_force),
@@ -67,11 +69,11 @@ def complete(
     )
 
 
-def unusual(node: str, values: Mapping[str, Any]) -> dict[str, Any]:
+def changed_parameters(node: str, values: Mapping[str, Any]) -> dict[str, Any]:
     """Parameters that differ from their defaults, except those stored elsewhere in the record."""
     elsewhere = {*SET_UP.get(node, ()), *CALIBRATED.get(node, ())}
     found = {}
-    for p in describe(MEASURING[node]):
+    for p in parameter_infos(MEASURING[node]):
         value = values[p.name]
         same = (tuple(value) if isinstance(p.default, tuple) else value) == p.default
         if not same and p.name not in elsewhere:
@@ -102,9 +104,9 @@ def software_version() -> str:
 def _git(file: Path, *words: str) -> str | None:
     """Output of git in the folder of a file; None without git or repository."""
     try:
-        said = subprocess.run(
+        done = subprocess.run(
             ["git", *words], cwd=file.parent, capture_output=True, text=True, timeout=GIT_TIMEOUT_S
         )
     except (OSError, subprocess.TimeoutExpired):
         return None
-    return said.stdout.strip() if said.returncode == 0 else None
+    return done.stdout.strip() if done.returncode == 0 else None

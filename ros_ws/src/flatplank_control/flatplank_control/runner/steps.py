@@ -197,11 +197,11 @@ class StopDetector:
         self._ran = False
         self._plank_rests = True
 
-    def asked(self, step: Plank) -> None:
+    def register_command(self, step: Plank) -> None:
         """Register a plank command of the plan."""
         self._plank_rests = step.direction == 0 or math.isfinite(step.stop_at)
 
-    def look(self, drive: DriveSample) -> None:
+    def check_sample(self, drive: DriveSample) -> None:
         """Check a sample; PlanFailed with the reason of a new stop."""
         stopped = is_latched(drive.stop_reason)
         fresh, self._ran = stopped and self._ran, not stopped

@@ -15,7 +15,7 @@ from typing import NamedTuple
 from flatplank_control.sequencer.params import FASTEST, JUMP, SETUP_CONSTANTS, SequencerParameters
 from flatplank_control.sequencer.waveforms import WAVEFORMS, Waveform
 from flatplank_data.limits import Limit
-from flatplank_data.params import ParameterError, from_mapping, nearest, require_changes_only
+from flatplank_data.params import ParameterError, from_mapping, nearest_hint, require_changes_only
 from flatplank_hw.answers import ActionQueue, Answer, refused
 from flatplank_hw.samples import EncoderSample, Reference
 
@@ -158,7 +158,7 @@ class SlipSequencer:
         anything is wrong."""
         kind = WAVEFORMS.get(name)
         if kind is None:
-            return refused(f"unknown waveform '{name}'{nearest(name, WAVEFORMS)}")
+            return refused(f"unknown waveform '{name}'{nearest_hint(name, WAVEFORMS)}")
         try:
             wave = from_mapping(kind, values, f"waveform {name}")
         except ParameterError as error:

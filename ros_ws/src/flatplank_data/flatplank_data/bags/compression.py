@@ -67,7 +67,7 @@ def _unpack(path: Path, plain: Path) -> bool:
 
 
 def plain_blocks(blocks: Iterable[Block]) -> Iterator[Block]:
-    """The same messages; those that were compressed one by one are unpacked."""
+    """The messages of the blocks, unpacked where they were compressed one by one."""
     for block in blocks:
         if (
             block.payloads.shape[1] > MAGIC.size

@@ -2,14 +2,21 @@
 """Readers; importing this package registers them all."""
 
 from flatplank_data.readers import bag, csv, mat, parquet, tydex
-from flatplank_data.readers.base import Loaded, Request, describe, reader, reader_for, suffixes
+from flatplank_data.readers.base import (
+    Loaded,
+    Request,
+    read_description,
+    reader,
+    reader_for,
+    suffixes,
+)
 
 __all__ = [
     "Loaded",
     "Request",
     "bag",
     "csv",
-    "describe",
+    "read_description",
     "mat",
     "parquet",
     "reader",

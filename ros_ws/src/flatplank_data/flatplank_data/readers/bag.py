@@ -41,12 +41,12 @@ _STORAGE: dict[str, Callable[[Path], Any]] = {
 @reader(*_STORAGE)
 def read_bag(request: Request) -> Loaded:
     """Read a bag folder or a single file; a Parquet cache beside it keeps the table."""
-    key = cache.key_of(request)
-    kept = cache.load(request, key)
+    key = cache.cache_key(request)
+    kept = cache.load_cached(request, key)
     if kept is not None:
         return kept
     loaded = import_bag(request.store.local(request.name), topic_map(request.mapping))
-    cache.save(request, key, loaded)
+    cache.save_to_cache(request, key, loaded)
     if request.columns is None:
         return loaded
     columns = {k: v for k, v in loaded.columns.items() if request.wants(k)}

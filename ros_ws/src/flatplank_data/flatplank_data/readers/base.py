@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from flatplank_data.errors import FlatplankError
-from flatplank_data.params import alike
+from flatplank_data.params import similar_names
 from flatplank_data.run_record import RunRecord
 from flatplank_data.store import Store
 from flatplank_data.table import COLUMN_UNITS
@@ -30,7 +30,7 @@ class Loaded:
 
 @dataclass(frozen=True)
 class Request:
-    """What a reader is to read."""
+    """A file, and the columns that a reader is to take from it."""
 
     store: Store
     name: str
@@ -78,7 +78,7 @@ def describer(*suffixes: str) -> Callable[[Describer], Describer]:
     return register
 
 
-def describe(store: Store, name: str) -> Mapping[str, Any]:
+def read_description(store: Store, name: str) -> Mapping[str, Any]:
     """Facts of the run record that can be read without the samples; empty if none."""
     function = _DESCRIBERS.get(_suffix(store, name))
     return function(store, name) if function else {}
@@ -148,7 +148,7 @@ def canonical_names(
         if ours in COLUMN_UNITS:
             out[name] = ours
             continue
-        near = alike(ours.lower(), COLUMN_UNITS, 0.6)
+        near = similar_names(ours.lower(), COLUMN_UNITS, 0.6)
         hint = f" (nearest: '{near[0]}')" if near else ""
         if further:
             out[name] = ours

@@ -26,19 +26,19 @@ _KEY = 16
 _FACTS, _REMARKS = b"flatplank.facts", b"flatplank.remarks"
 
 
-def key_of(request: Request) -> str:
+def cache_key(request: Request) -> str:
     """Cache key; it changes with the bag, the mapping and the cache format."""
     store = request.store
     names = [request.name]
     if store.is_dir(request.name):
         folder = store.local(request.name)
         names = sorted(f"{request.name}/{p.name}" for p in folder.iterdir() if p.is_file())
-    parts = [(name, *store.stamp(name)) for name in names]
+    parts = [(name, *store.size_and_time(name)) for name in names]
     text = json.dumps([_VERSION, parts, request.mapping], sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:_KEY]
 
 
-def load(request: Request, key: str) -> Loaded | None:
+def load_cached(request: Request, key: str) -> Loaded | None:
     """The cached table, or None."""
     path = _path(request, key)
     if path is None or not path.exists():
@@ -55,7 +55,7 @@ def load(request: Request, key: str) -> Loaded | None:
     return Loaded({n: table.column(n).to_numpy() for n in names}, facts, remarks)
 
 
-def save(request: Request, key: str, loaded: Loaded) -> None:
+def save_to_cache(request: Request, key: str, loaded: Loaded) -> None:
     """Cache a table; a read-only folder is no error."""
     path = _path(request, key)
     if path is None:

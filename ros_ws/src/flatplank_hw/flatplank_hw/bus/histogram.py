@@ -49,8 +49,7 @@ class Histogram:
         return min(FIRST_US * GROWTH ** percentile(self.counts, share), self.largest_ns / 1e3)
 
     def report(self) -> dict[str, Any]:
-        """For diagnostics: upper edges of the used bins [us] with their counts, and
-        percentiles."""
+        """Percentiles, and upper edges of the used bins [us] with their counts."""
         used = {f"{FIRST_US * GROWTH**place:.0f}": n for place, n in enumerate(self.counts) if n}
         return {
             "count": self.total,

@@ -54,7 +54,7 @@ class Pacer:
         self.until = max(self.until or 0, cycle + cycles)
         return cycle + cycles
 
-    def made(self, cycle: int, wall: float) -> None:
+    def register_batch(self, cycle: int, wall: float) -> None:
         """Register a batch that ends with `cycle` as sent."""
         self.cycle, self._last = cycle, wall
         self._made += 1
@@ -62,16 +62,16 @@ class Pacer:
         if self.until is not None and cycle >= self.until:
             self.pace, self.until = "hold", None
 
-    def answered(self, axis: int, cycle: int) -> bool:
+    def register_answer(self, axis: int, cycle: int) -> bool:
         """Register an answer; true when it makes the next batch due."""
         if cycle != self.cycle:
             return False
         self.missing.discard(axis)
         if not self.missing:
             self.absent = False
-        return self.free()
+        return self.all_have_answered()
 
-    def free(self) -> bool:
+    def all_have_answered(self) -> bool:
         """True when lockstep waits for no further answer."""
         return self.pace == "lockstep" and not self.missing
 
@@ -79,7 +79,7 @@ class Pacer:
         timeout = min(self.timeout, ABSENT_TIMEOUT_S) if self.absent else self.timeout
         return wall - self._last < timeout
 
-    def given_up(self, wall: float) -> bool:
+    def stop_waiting(self, wall: float) -> bool:
         """True, once, when a held bus stops waiting for the answers to its last cycle."""
         if self.pace != "hold" or not self.missing or self._may_still_come(wall):
             return False
@@ -87,10 +87,10 @@ class Pacer:
         self.missing.clear()
         return True
 
-    def due(self, wall: float, rate_hz: float) -> int:
+    def batches_due(self, wall: float, rate_hz: float) -> int:
         """Number of batches to make now; called at every tick of the wall timer."""
         if self.pace == "lockstep":
-            if self.free() and self.cycle >= 0:
+            if self.all_have_answered() and self.cycle >= 0:
                 return 0
             if self._may_still_come(wall):
                 return 0

@@ -82,12 +82,12 @@ class Mode:
     def __init__(self, p: DriveParameters) -> None:
         self.p = p
 
-    def refuse(self, value: float) -> str | None:
-        """Why the mode cannot take a value, or None."""
+    def refusal(self, value: float) -> str | None:
+        """Reason why the mode cannot take a value, or None."""
         return None
 
     def set_value(self, value: float) -> None:
-        """Set a value that `refuse` has accepted."""
+        """Set a value that `refusal` has accepted."""
 
     def enter(self, position: float) -> None:
         """Start the mode, or restart it after a hold, at rest at `position`."""
@@ -101,7 +101,7 @@ def _limited(value: float, limit: float) -> float:
     return limit if value > limit else -limit if value < -limit else value
 
 
-def _refuse(what: str, value: float, unit: str, low: float, high: float) -> str | None:
+def _range_refusal(what: str, value: float, unit: str, low: float, high: float) -> str | None:
     if not math.isfinite(value):
         return f"{what} is {value}: give a number"
     if not low <= value <= high:
@@ -135,9 +135,9 @@ class Position(Mode):
         self.move = Move(p.move_speed, p.acceleration)
         self._target = _NAN
 
-    def refuse(self, value: float) -> str | None:
+    def refusal(self, value: float) -> str | None:
         p = self.p
-        return _refuse("position", value, p.unit, p.travel_min, p.travel_max)
+        return _range_refusal("position", value, p.unit, p.travel_min, p.travel_max)
 
     def set_value(self, value: float) -> None:
         self._target = value
@@ -164,9 +164,9 @@ class Velocity(Mode):
     name, code = "velocity", 3
     _wanted = _now = 0.0
 
-    def refuse(self, value: float) -> str | None:
+    def refusal(self, value: float) -> str | None:
         p = self.p
-        return _refuse("velocity", value, f"{p.unit}/s", -p.speed_limit, p.speed_limit)
+        return _range_refusal("velocity", value, f"{p.unit}/s", -p.speed_limit, p.speed_limit)
 
     def set_value(self, value: float) -> None:
         self._wanted = value
@@ -185,9 +185,9 @@ class Torque(Mode):
     name, code = "torque", 4
     _wanted = 0.0
 
-    def refuse(self, value: float) -> str | None:
+    def refusal(self, value: float) -> str | None:
         limit = self.p.torque_limit
-        return _refuse("torque", value, "N m", -limit, limit)
+        return _range_refusal("torque", value, "N m", -limit, limit)
 
     def set_value(self, value: float) -> None:
         self._wanted = value
@@ -220,7 +220,7 @@ MODES: dict[str, type[Mode]] = {
 }
 
 
-class Homer:
+class HomingSequence:
     """Homing at the present position (CiA 402 method 37): the counter is set to zero, nothing
     moves.
 

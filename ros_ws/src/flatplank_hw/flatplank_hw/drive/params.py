@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from flatplank_data.limits import LIMITS
 from flatplank_data.machine import GEAR_RATIO, USABLE_ROAD
-from flatplank_data.params import Params, nearest, param
+from flatplank_data.params import Params, nearest_hint, param
 from flatplank_hw.bus.image import AXES
 from flatplank_hw.drive.safety import RULES
 
@@ -115,7 +115,7 @@ class DriveParameters(Params):
     def check(self) -> str | None:
         for name in self.rules:
             if name not in RULES:
-                return f"rules: unknown rule '{name}'{nearest(name, RULES)}"
+                return f"rules: unknown rule '{name}'{nearest_hint(name, RULES)}"
         if self.direction == 0:
             return "direction is 0, must be 1 or -1"
         if self.travel_min >= self.travel_max:

@@ -7,14 +7,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from flatplank_data.params import nearest
+from flatplank_data.params import nearest_hint
 from flatplank_hw.answers import ActionQueue, Answer, refused
 from flatplank_hw.cia402 import State, error_words
 from flatplank_hw.drive import safety
-from flatplank_hw.drive.modes import MODES, Homer, Mode, Position
+from flatplank_hw.drive.modes import MODES, HomingSequence, Mode, Position
 from flatplank_hw.drive.params import DriveParameters
 from flatplank_hw.drive.road_trigger import RoadTrigger
-from flatplank_hw.drive.safety import RULES, detail
+from flatplank_hw.drive.safety import RULES, trouble_detail
 from flatplank_hw.drive.shaft import Shaft
 from flatplank_hw.drive.watch import Watch
 from flatplank_hw.troubles import TROUBLES
@@ -39,7 +39,7 @@ class DriveRequests:
         self._modes: dict[str, Mode] = {name: mode(p) for name, mode in MODES.items()}
         self._modes["position"] = self._position_mode
         self._mode: Mode = self._position_mode
-        self._shaft, self._watch, self._homer = Shaft(p), Watch(p), Homer(p)
+        self._shaft, self._watch, self._homer = Shaft(p), Watch(p), HomingSequence(p)
         self._state, self._error = State.NOT_READY, 0
         self._wanted = False
         self._stop = 0
@@ -65,12 +65,12 @@ class DriveRequests:
             found[safety.STOPS[self._stop]] = ""
         if self._state >= State.FAULT_REACTION_ACTIVE:
             found["drive_fault"] = error_words(self._error)
-        if self.drags:
+        if self.plank_drags_wheel:
             found["drag"] = ""
-        return {name: said or detail(name, situation, p) for name, said in found.items()}
+        return {name: text or trouble_detail(name, situation, p) for name, text in found.items()}
 
     @property
-    def drags(self) -> bool:
+    def plank_drags_wheel(self) -> bool:
         """True when the plank moves under the loaded tire of a wheel that is not driven."""
         if self._wanted or "plank_stopped" not in self.parameters.rules:
             return False
@@ -101,7 +101,9 @@ class DriveRequests:
         situation.turning, situation.wheel_left, situation.reference_age_ns = False, False, 0
         rule = safety.first_stop(self._latching, situation, self.parameters)
         if rule is not None:
-            return refused(TROUBLES[rule.name].line(detail(rule.name, situation, self.parameters)))
+            return refused(
+                TROUBLES[rule.name].line(trouble_detail(rule.name, situation, self.parameters))
+            )
         return self._agenda.accept(self._enable)
 
     def disable(self) -> Answer:
@@ -129,7 +131,7 @@ class DriveRequests:
     def move_to(self, position: float, speed: float = 0.0) -> Answer:
         """Move to a position [unit]; speed 0 selects `move_speed`."""
         mode, p = self._position_mode, self.parameters
-        reason = self._not_ready() or mode.refuse(position)
+        reason = self._not_ready() or mode.refusal(position)
         if reason is None and not (math.isfinite(speed) and 0.0 <= speed <= p.speed_limit):
             reason = f"speed of {speed} {p.unit}/s is outside 0 .. {p.speed_limit:g} {p.unit}/s"
         if reason is None and mode is not self._mode:
@@ -154,12 +156,12 @@ class DriveRequests:
         """
         mode = self._modes.get(name)
         if mode is None:
-            return refused(f"unknown mode '{name}'{nearest(name, MODES)}")
+            return refused(f"unknown mode '{name}'{nearest_hint(name, MODES)}")
         if mode.name == "homing":
             return self.home()
         if mode is self._position_mode and self._wanted:
             return self.move_to(value)
-        reason = mode.refuse(value) or (self._turning() if mode is not self._mode else None)
+        reason = mode.refusal(value) or (self._turning() if mode is not self._mode else None)
         if reason:
             return refused(reason)
 
@@ -205,7 +207,7 @@ class DriveRequests:
         claim = self._watch.claim
         if not client or claim.client != client:
             return refused(f"'{client}' is not in charge")
-        claim.beat()
+        claim.register_heartbeat()
         return Answer(True, "", self._agenda.last_cycle + 1)
 
     # reasons for refusal

@@ -199,7 +199,7 @@ DETAILS: dict[str, Callable[[Situation, DriveParameters], str]] = {
 """trouble -> text with its numbers, for troubles that have numbers"""
 
 
-def detail(name: str, s: Situation, p: DriveParameters) -> str:
+def trouble_detail(name: str, s: Situation, p: DriveParameters) -> str:
     """Text with the numbers of a trouble; empty when it has none."""
-    say = DETAILS.get(name)
-    return say(s, p) if say else ""
+    describe = DETAILS.get(name)
+    return describe(s, p) if describe else ""

@@ -32,7 +32,7 @@ class ControlClaim:
         """Release the claim."""
         self.client = ""
 
-    def beat(self) -> None:
+    def register_heartbeat(self) -> None:
         """Register a heartbeat."""
         self._heard = True
 

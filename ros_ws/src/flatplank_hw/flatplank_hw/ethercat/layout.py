@@ -24,7 +24,7 @@ TYPES: dict[str, tuple[int, str, bool]] = {
 """name of a CoE type -> (bits, struct code or empty when C has no such type, signed)"""
 
 
-def limits(kind: str) -> tuple[int, int]:
+def range_of_type(kind: str) -> tuple[int, int]:
     """Smallest and largest value of a type."""
     bits, _, signed = TYPES[kind]
     return (-(1 << (bits - 1)), (1 << (bits - 1)) - 1) if signed else (0, (1 << bits) - 1)
@@ -64,7 +64,7 @@ class Layout:
             shift += bits
         return word.to_bytes(self.size, "little")
 
-    def unpack(self, data: bytes) -> tuple[int, ...]:
+    def unpack(self, data: bytes | bytearray) -> tuple[int, ...]:
         """Unpack bytes to numbers."""
         if self._struct is not None:
             return self._struct.unpack_from(data)

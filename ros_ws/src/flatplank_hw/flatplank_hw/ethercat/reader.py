@@ -8,7 +8,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from flatplank_data.params import nearest
+from flatplank_data.params import nearest_hint
 from flatplank_data.yaml_text import load_yaml
 from flatplank_hw.ethercat import busfile
 from flatplank_hw.ethercat.busfile import (
@@ -33,7 +33,7 @@ class BusFileError(ValueError):
     """A bus file that cannot be used: one line saying what, where and what to do."""
 
 
-def mapping(
+def check_mapping(
     value: Any, where: str, known: Iterable[str], required: Iterable[str] = ()
 ) -> Mapping[str, Any]:
     """Check that a value is a mapping with known keys only and all required ones; returns it."""
@@ -41,21 +41,21 @@ def mapping(
         raise BusFileError(f"{where}: expected a mapping, found {type(value).__name__}")
     for key in value:
         if key not in known:
-            raise BusFileError(f"{where}: unknown key '{key}'{nearest(key, known)}")
+            raise BusFileError(f"{where}: unknown key '{key}'{nearest_hint(key, known)}")
     for key in required:
         if key not in value:
             raise BusFileError(f"{where}: key '{key}' is missing")
     return value
 
 
-def sequence(value: Any, where: str) -> list[tuple[str, Any]]:
+def check_list(value: Any, where: str) -> list[tuple[str, Any]]:
     """Items of a list (None counts as empty), each with its location for errors."""
     if not isinstance(value, list | None):
         raise BusFileError(f"{where}: expected a list, found {type(value).__name__}")
     return [(f"{where}[{i}]", item) for i, item in enumerate(value or ())]
 
 
-def integer(value: Any, where: str, low: int = 0, high: int = 0xFFFFFFFF) -> int:
+def check_integer(value: Any, where: str, low: int = 0, high: int = 0xFFFFFFFF) -> int:
     """Return an integer (decimal or 0x...); BusFileError outside `low`..`high`."""
     if isinstance(value, str):
         try:
@@ -69,7 +69,7 @@ def integer(value: Any, where: str, low: int = 0, high: int = 0xFFFFFFFF) -> int
     return value
 
 
-def number(value: Any, where: str) -> float:
+def check_number(value: Any, where: str) -> float:
     """Return a finite number; BusFileError for anything else."""
     if isinstance(value, bool) or not isinstance(value, int | float) or value - value != 0:
         raise BusFileError(f"{where}: {value!r} is not a number")
@@ -91,16 +91,16 @@ def read_bus_file(path: str | Path) -> BusFile:
 def parse_bus(raw: Any, path: str = "bus file") -> BusFile:
     """Check a parsed bus file; `path` names it in errors."""
     keys = ("format", "name", "rate_hz", "watchdog_ms", "command_timeout_ms", "slaves")
-    top = mapping(raw, path, keys, required=("format", "name", "slaves"))
+    top = check_mapping(raw, path, keys, required=("format", "name", "slaves"))
     if top["format"] != FORMAT:
         raise BusFileError(f"{path}: format is '{top['format']}'; this version reads '{FORMAT}'")
     slaves = tuple(
-        _slave(item, where) for where, item in sequence(top["slaves"], f"{path}: slaves")
+        _slave(item, where) for where, item in check_list(top["slaves"], f"{path}: slaves")
     )
     if not slaves:
         raise BusFileError(f"{path}: no slaves; list them in the order of the wire")
     ranges = {"rate_hz": (50, 2000), "watchdog_ms": (5, 1000), "command_timeout_ms": (5, 1000)}
-    numbers = {k: integer(top[k], f"{path}: {k}", *r) for k, r in ranges.items() if k in top}
+    numbers = {k: check_integer(top[k], f"{path}: {k}", *r) for k, r in ranges.items() if k in top}
     bus = BusFile(name=str(top["name"]), slaves=slaves, path=path, **numbers)
     _check_channels(bus, path)
     return bus
@@ -114,8 +114,8 @@ def _simple(
     readers: dict[Any, Callable[[Any, str], Any]] = {
         "bool": lambda value, _: bool(value),
         "str": lambda value, _: str(value),
-        "int": lambda value, at: integer(value, at, 0, most),
-        "float": number,
+        "int": lambda value, at: check_integer(value, at, 0, most),
+        "float": check_number,
     }
     return {
         f.name: readers[f.type](raw[f.name], f"{where}: {f.name}")
@@ -126,11 +126,11 @@ def _simple(
 
 def _slave(raw: Any, where: str) -> Slave:
     required = ("name", "device", "vendor", "product", "revision")
-    raw = mapping(raw, where, Slave.__dataclass_fields__, required)
+    raw = check_mapping(raw, where, Slave.__dataclass_fields__, required)
     where = f"{where} ({raw['name']})"
     if raw["device"] not in DEVICES:
         raise BusFileError(
-            f"{where}: unknown device '{raw['device']}'{nearest(raw['device'], DEVICES)}"
+            f"{where}: unknown device '{raw['device']}'{nearest_hint(raw['device'], DEVICES)}"
         )
     return Slave(
         **_simple(Slave, raw, where),
@@ -146,7 +146,7 @@ def _slave(raw: Any, where: str) -> Slave:
 def _mailbox(raw: Any, where: str) -> Mailbox | None:
     if raw is None or raw is False:
         return None
-    raw = {} if raw is True else mapping(raw, where, Mailbox.__dataclass_fields__)
+    raw = {} if raw is True else check_mapping(raw, where, Mailbox.__dataclass_fields__)
     return Mailbox(**_simple(Mailbox, raw, where, 0xFFFF))
 
 
@@ -154,18 +154,22 @@ def _sync_managers(raw: Any, where: str) -> SyncManagers | None:
     if raw is None:
         return None
     names = SyncManagers.__dataclass_fields__
-    return SyncManagers(**_simple(SyncManagers, mapping(raw, where, names, names), where, 0xFFFF))
+    return SyncManagers(
+        **_simple(SyncManagers, check_mapping(raw, where, names, names), where, 0xFFFF)
+    )
 
 
 def _pdos(raw: Any, where: str, known: frozenset[str]) -> tuple[Pdo, ...]:
     pdos = []
-    for here, item in sequence(raw, where):
-        mapping(item, here, ("pdo", "name", "assigned", "entries"), required=("pdo", "entries"))
-        entries = sequence(item["entries"], f"{here}.entries")
+    for here, item in check_list(raw, where):
+        check_mapping(
+            item, here, ("pdo", "name", "assigned", "entries"), required=("pdo", "entries")
+        )
+        entries = check_list(item["entries"], f"{here}.entries")
         pdos.append(
             Pdo(
                 entries=tuple(_entry(entry, at, known) for at, entry in entries),
-                index=integer(item["pdo"], f"{here}: pdo", 0x1600, 0x1BFF),
+                index=check_integer(item["pdo"], f"{here}: pdo", 0x1600, 0x1BFF),
                 **_simple(Pdo, item, here),
             )
         )
@@ -174,18 +178,18 @@ def _pdos(raw: Any, where: str, known: frozenset[str]) -> tuple[Pdo, ...]:
 
 def _entry(raw: Any, where: str, known: frozenset[str]) -> Entry:
     keys = ("object", "type", "pad", "name", "channel", *_FACTS)
-    mapping(raw, where, keys)
+    check_mapping(raw, where, keys)
     channel = str(raw.get("channel", ""))
     if channel and channel not in known:
-        raise BusFileError(f"{where}: unknown channel '{channel}'{nearest(channel, known)}")
+        raise BusFileError(f"{where}: unknown channel '{channel}'{nearest_hint(channel, known)}")
     if "pad" in raw:
-        bits = integer(raw["pad"], f"{where}: pad", 1, 64)
+        bits = check_integer(raw["pad"], f"{where}: pad", 1, 64)
         return Entry(0, 0, "", bits, name="padding", channel=channel)
-    mapping(raw, where, keys, required=("object", "type"))
+    check_mapping(raw, where, keys, required=("object", "type"))
     place = parse_object(raw["object"], where)
     kind = str(raw["type"])
     if kind not in TYPES:
-        raise BusFileError(f"{where}: unknown type '{kind}'{nearest(kind, TYPES)}")
+        raise BusFileError(f"{where}: unknown type '{kind}'{nearest_hint(kind, TYPES)}")
     entry = Entry(*place, kind, TYPES[kind][0], **_simple(Entry, raw, where, 2**31))
     _check_facts(entry, where)
     return entry
@@ -207,24 +211,26 @@ def parse_object(text: Any, where: str) -> tuple[int, int]:
     """Parse '0x6040:1' or 0x6040 to (index, subindex)."""
     head, _, tail = str(text).partition(":")
     return (
-        integer(head, f"{where}: object", 0x1000, 0xFFFF),
-        integer(tail or 0, f"{where}: object", 0, 255),
+        check_integer(head, f"{where}: object", 0x1000, 0xFFFF),
+        check_integer(tail or 0, f"{where}: object", 0, 255),
     )
 
 
 def _sdos(raw: Any, where: str) -> tuple[SdoValue, ...]:
     values = []
-    for here, item in sequence(raw, where):
+    for here, item in check_list(raw, where):
         required = ("object", "type", "value")
-        mapping(item, here, (*required, "name"), required)
+        check_mapping(item, here, (*required, "name"), required)
         kind = str(item["type"])
         if kind not in TYPES and kind != "string":
-            raise BusFileError(f"{here}: unknown type '{kind}'{nearest(kind, [*TYPES, 'string'])}")
+            raise BusFileError(
+                f"{here}: unknown type '{kind}'{nearest_hint(kind, [*TYPES, 'string'])}"
+            )
         value = item["value"]
         value = (
             str(value)
             if kind == "string"
-            else integer(value, f"{here}: value", -(2**63), 2**64 - 1)
+            else check_integer(value, f"{here}: value", -(2**63), 2**64 - 1)
         )
         place = parse_object(item["object"], here)
         values.append(SdoValue(*place, kind, value, str(item.get("name", ""))))

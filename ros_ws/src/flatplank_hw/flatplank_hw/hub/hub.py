@@ -84,7 +84,7 @@ class MeasurementHub:
         self._signal: Callable[[float], tuple[float, float, float, float, float]] | None = None
         self._filter_on = False
         if p.parasitic_fit:
-            self._use_fit(parasitic.load(p.parasitic_fit))
+            self._use_fit(parasitic.load_fit(p.parasitic_fit))
         if p.filter_on:
             if self._fit is None:
                 raise ValueError(
@@ -121,7 +121,7 @@ class MeasurementHub:
     def load_fit(self, path: str) -> Answer:
         """Load the fit of a mounting from its file."""
         try:
-            fit = parasitic.load(path)
+            fit = parasitic.load_fit(path)
         except ValueError as error:
             return refused(str(error))
         return self.use_fit(fit)

@@ -16,7 +16,9 @@ WINDOW = (2.0 * math.pi, 4.0 * math.pi)
 MIN_SAMPLES = 100
 
 
-def identify(wheel_angle: ArrayLike, volts: ArrayLike, mounting: str, date: str) -> ParasiticFit:
+def identify_fit(
+    wheel_angle: ArrayLike, volts: ArrayLike, mounting: str, date: str
+) -> ParasiticFit:
     """Fit (C.1) per channel by least squares.
 
     wheel_angle: shape (n,) [rad] of the encoder's own counter; volts: shape (n, 6), C1..C6 [V].

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from flatplank_data.files import read_text
-from flatplank_data.params import nearest
+from flatplank_data.params import nearest_hint
 from flatplank_data.values import is_number
 from flatplank_data.yaml_text import load_yaml
 
@@ -83,7 +83,7 @@ class ParasiticFit:
         return (a.offset, b.offset, c.offset, d.offset, e.offset)
 
 
-def to_text(fit: ParasiticFit) -> str:
+def fit_to_text(fit: ParasiticFit) -> str:
     """The YAML of one mounting."""
     channels = {
         name: {key: float(value) for key, value in zip(LIMITS, sine, strict=True)}
@@ -93,7 +93,7 @@ def to_text(fit: ParasiticFit) -> str:
     return yaml.safe_dump(content, sort_keys=False)
 
 
-def from_text(text: str, where: str) -> ParasiticFit:
+def fit_from_text(text: str, where: str) -> ParasiticFit:
     """Read the YAML of one mounting; ValueError names the place and what is wrong."""
     content = load_yaml(text, where)
     if not isinstance(content, dict) or content.get("format") != FORMAT:
@@ -107,15 +107,15 @@ def from_text(text: str, where: str) -> ParasiticFit:
     return ParasiticFit(str(content["mounting"]), str(content["date"]), sines)
 
 
-def load(path: str | Path) -> ParasiticFit:
+def load_fit(path: str | Path) -> ParasiticFit:
     """The fit of a file; ValueError when it cannot be used."""
-    return from_text(read_text(path), str(path))
+    return fit_from_text(read_text(path), str(path))
 
 
 def _keys(mapping: dict[str, Any], wanted: set[str], where: str) -> None:
     for key in mapping:
         if key not in wanted:
-            raise ValueError(f"{where}: unknown key '{key}'{nearest(str(key), wanted)}")
+            raise ValueError(f"{where}: unknown key '{key}'{nearest_hint(str(key), wanted)}")
     missing = sorted(wanted - set(mapping))
     if missing:
         raise ValueError(f"{where}: missing {', '.join(missing)}; identify the fit again")

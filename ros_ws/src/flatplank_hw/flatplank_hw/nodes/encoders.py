@@ -11,7 +11,7 @@ from std_srvs.srv import Trigger
 from flatplank_hw.encoders import EncoderParameters, Encoders
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import STREAM
-from flatplank_hw.nodes.support import BenchNode, run
+from flatplank_hw.nodes.support import BenchNode, run_node
 from flatplank_hw.samples import JOINTS
 from flatplank_msgs.msg import BusInputs, EncoderState
 
@@ -24,7 +24,7 @@ class EncodersNode(BenchNode):
     def configure(self, parameters: EncoderParameters) -> None:
         self.encoders = Encoders(parameters)
 
-    def changed(self, parameters: EncoderParameters) -> None:
+    def apply_changes(self, parameters: EncoderParameters) -> None:
         if hasattr(self, "encoders"):
             self.encoders.set_constants(parameters)
             self.parameters = parameters
@@ -56,11 +56,11 @@ class EncodersNode(BenchNode):
         if apart != self.apart:
             self.apart = apart
             detail = f"{sample.mismatch:+.4f} rad, limit {self.parameters.mismatch_limit:g} rad"
-            self.troubles.now({"cross_check": detail} if apart else {}, ("cross_check",))
+            self.troubles.set_lasting({"cross_check": detail} if apart else {}, ("cross_check",))
 
 
 def main(args: list[str] | None = None) -> int:
-    return run(lambda: EncodersNode("encoders"), args)
+    return run_node(lambda: EncodersNode("encoders"), args)
 
 
 if __name__ == "__main__":

@@ -22,7 +22,7 @@ from flatplank_hw.cia402 import error_words
 from flatplank_hw.ethercat.master import BusClient
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import STREAM
-from flatplank_hw.nodes.support import BenchNode, answer, run
+from flatplank_hw.nodes.support import BenchNode, fill_response, run_node
 from flatplank_hw.share import config_file
 from flatplank_hw.troubles import OF_HEALTH
 from flatplank_msgs.msg import BusInputs, BusOutputs
@@ -80,7 +80,7 @@ class EthercatBus(BenchNode):
         self.message.header.frame_id = "bus"
         self.publish = self.add_publisher(BusInputs, "/bus/inputs", STREAM, needed=True)
         self.add_subscription(BusOutputs, "/bus/outputs", self.on_command, STREAM)
-        self.every(1.0, self.ask_for_diagnosis)
+        self.add_timer(1.0, self.ask_for_diagnosis)
         self.add_service(SdoRead, "~/sdo_read", self.on_sdo_read)
         self.add_service(SdoWrite, "~/sdo_write", self.on_sdo_write)
         self.listening = True
@@ -107,9 +107,9 @@ class EthercatBus(BenchNode):
         self.oldest = max(self.oldest, self.cycle - msg.cycle)
 
     def on_event(self, event: dict[str, Any]) -> None:
-        say = EVENTS.get(event["event"])
-        if say is not None:
-            self.troubles.happened(*say(event))
+        describe = EVENTS.get(event["event"])
+        if describe is not None:
+            self.troubles.report_occurrence(*describe(event))
 
     def ask_for_diagnosis(self) -> None:
         if self.listening and not self.asked:
@@ -128,18 +128,18 @@ class EthercatBus(BenchNode):
         found["oldest_command_cycles"], self.oldest = self.oldest, 0
         self.found = found
         lasting = {OF_HEALTH[health]: found["reason"]} if health in OF_HEALTH else {}
-        self.troubles.now(lasting, OF_HEALTH.values())
+        self.troubles.set_lasting(lasting, OF_HEALTH.values())
         if worst > health:
-            self.troubles.happened(OF_HEALTH[Health(worst)], "it is over")
+            self.troubles.report_occurrence(OF_HEALTH[Health(worst)], "it is over")
         if not self.client.alive and not self.ended:
-            self.give_up("bus_ended")
+            self.end_with_trouble("bus_ended")
 
     def on_diagnosed(self, done: Errand) -> None:
         """Log an exception of `diagnose`, which runs in another thread."""
         if not done.cancelled() and done.exception() is not None:
             self.get_logger().error(f"no diagnostics of the bus: {done.exception()!r}")
 
-    def numbers(self) -> dict[str, Any]:
+    def diagnostic_values(self) -> dict[str, Any]:
         return {"bus file": self.parameters.bus_file, **self.found}
 
     def in_thread(self, work: Callable[..., Any], *arguments: Any) -> Future:
@@ -162,8 +162,8 @@ class EthercatBus(BenchNode):
         try:
             data = await self.in_thread(self.client.sdo_read, *place)
         except LookupError as error:
-            return answer(response, False, str(error))
-        return answer(response, True, "", data=list(data))
+            return fill_response(response, False, str(error))
+        return fill_response(response, True, "", data=list(data))
 
     async def on_sdo_write(
         self, request: SdoWrite.Request, response: SdoWrite.Response
@@ -172,8 +172,8 @@ class EthercatBus(BenchNode):
         try:
             await self.in_thread(self.client.sdo_write, *place, bytes(request.data))
         except LookupError as error:
-            return answer(response, False, str(error))
-        return answer(response, True, "")
+            return fill_response(response, False, str(error))
+        return fill_response(response, True, "")
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         self.stop_publishing()
@@ -198,7 +198,7 @@ class EthercatBus(BenchNode):
 
 
 def main(args: list[str] | None = None) -> int:
-    return run(lambda: EthercatBus("ethercat_bus"), args)
+    return run_node(lambda: EthercatBus("ethercat_bus"), args)
 
 
 if __name__ == "__main__":

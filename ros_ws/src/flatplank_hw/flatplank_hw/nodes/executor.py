@@ -107,10 +107,10 @@ class StreamExecutor(SingleThreadedExecutor):
         try:
             watch.wait(-1 if timeout_sec is None else int(timeout_sec * 1e9))
         except InvalidHandle:  # a callback has destroyed an entity: gather the entities again
-            self.forget()
+            self.release_entities()
             return
         if watch.rare_entity_ready():
-            self.forget()
+            self.release_entities()
             self._spin_everything()
             return
         timers = watch.set.get_ready_entities("timer")
@@ -126,7 +126,7 @@ class StreamExecutor(SingleThreadedExecutor):
                     self._take_all(subscription)
         self._resume()
 
-    def forget(self) -> None:
+    def release_entities(self) -> None:
         """Release the entities; the next wait gathers them again."""
         if self._watch is not None:
             self._watch.keep.close()
@@ -148,7 +148,7 @@ class StreamExecutor(SingleThreadedExecutor):
                 continue  # rclpy removes it from the list in its next round
             task()
             if task.done():
-                self.forget()  # a finished task may have destroyed entities
+                self.release_entities()  # a finished task may have destroyed entities
                 task.result()
 
     def _spin_everything(self) -> None:

@@ -10,7 +10,7 @@ from flatplank_hw.bus.image import CHANNELS
 from flatplank_hw.hub import HubParameters, MeasurementHub
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import STREAM
-from flatplank_hw.nodes.support import BenchNode, run
+from flatplank_hw.nodes.support import BenchNode, run_node
 from flatplank_msgs.msg import BusInputs, HubState
 from flatplank_msgs.srv import LoadParasiticFit
 
@@ -23,7 +23,7 @@ class MeasurementHubNode(BenchNode):
     def configure(self, parameters: HubParameters) -> None:
         self.hub = MeasurementHub(parameters)
 
-    def changed(self, parameters: HubParameters) -> None:
+    def apply_changes(self, parameters: HubParameters) -> None:
         if hasattr(self, "hub"):
             self.hub.set_constants(parameters)
             self.parameters = parameters
@@ -60,16 +60,18 @@ class MeasurementHubNode(BenchNode):
         if saturated != self.reported:
             self.reported = saturated
             names = [f"C{i + 1}" for i in range(CHANNELS) if saturated >> i & 1]
-            self.troubles.now({"saturated": ", ".join(names)} if names else {}, ("saturated",))
+            self.troubles.set_lasting(
+                {"saturated": ", ".join(names)} if names else {}, ("saturated",)
+            )
         reason = self.hub.tare_status.reason
         if reason != self.reported_tare_reason:
             self.reported_tare_reason = reason
             if reason:
-                self.troubles.happened("tare_given_up", reason)
+                self.troubles.report_occurrence("tare_given_up", reason)
 
 
 def main(args: list[str] | None = None) -> int:
-    return run(lambda: MeasurementHubNode("measurement_hub"), args)
+    return run_node(lambda: MeasurementHubNode("measurement_hub"), args)
 
 
 if __name__ == "__main__":

@@ -23,26 +23,26 @@ def _descriptor(info: params.ParamInfo) -> ParameterDescriptor:
     return descriptor
 
 
-def declare(node: Node, cls: type) -> None:
+def declare_parameter_set(node: Node, cls: type) -> None:
     """Declare every parameter of a set; initial values are not checked here."""
-    for info in params.describe(cls):
+    for info in params.parameter_infos(cls):
         default = list(info.default) if isinstance(info.default, tuple) else info.default
         node.declare_parameter(info.name, default, _descriptor(info))
 
 
-def refuse_unknown(node: Node) -> None:
+def check_parameter_names(node: Node) -> None:
     """Raise ValueError for an unknown key in a parameter file, with the nearest known one."""
     known = set(node._parameters)  # rclpy has no public list of these without a service call
     for key in node._parameter_overrides:
         if key not in known and not key.startswith("qos_overrides."):
             raise ValueError(
-                f"{node.get_name()}: unknown parameter '{key}'{params.nearest(key, known)}"
+                f"{node.get_name()}: unknown parameter '{key}'{params.nearest_hint(key, known)}"
             )
 
 
-def read(node: Node, cls: type, changes: Mapping[str, Any] | None = None) -> Any:
+def read_parameter_set(node: Node, cls: type, changes: Mapping[str, Any] | None = None) -> Any:
     """The present parameter set of the node with `changes` applied, checked as a whole."""
-    names = [info.name for info in params.describe(cls)]
+    names = [info.name for info in params.parameter_infos(cls)]
     values = {name: node.get_parameter(name).value for name in names}
     values |= {k: v for k, v in (changes or {}).items() if k in values}
     values = {

@@ -39,7 +39,7 @@ class Reporter:
         self._present: dict[tuple[str, str], _Present] = {}
         self._lock = threading.RLock()
 
-    def now(self, wanted: Mapping[str, str], among: Collection[str]) -> None:
+    def set_lasting(self, wanted: Mapping[str, str], among: Collection[str]) -> None:
         """Begin the troubles in `wanted` (name -> detail) and end all others of `among`."""
         with self._lock:
             lasting = [name for name, of in self._present if not of]
@@ -71,7 +71,7 @@ class Reporter:
                 self._logger.info(" ".join(["over:", old.trouble.text, of]).rstrip())
             self._changed()
 
-    def happened(self, name: str, detail: str = "") -> None:
+    def report_occurrence(self, name: str, detail: str = "") -> None:
         """Report an occurrence; a repetition while it is shown is not logged again."""
         key = (name, detail)
         with self._lock:
@@ -118,14 +118,14 @@ class Collector:
         self._latest: dict[str, tuple[DiagnosticStatus, float]] = {}
         self._lock = threading.Lock()
 
-    def hear(self, message: DiagnosticArray) -> None:
+    def store_status(self, message: DiagnosticArray) -> None:
         """Store the status messages of a node."""
         now = time.monotonic()
         with self._lock:
             self._latest.update({status.name: (status, now) for status in message.status})
 
-    def silent(self) -> dict[str, bool]:
-        """Every node that has published, and whether it is silent now."""
+    def silence_by_node(self) -> dict[str, bool]:
+        """Node that has published -> true when it is silent now."""
         now = time.monotonic()
         with self._lock:
             found = {name: now - at > self.SILENT for name, (_, at) in self._latest.items()}
@@ -150,7 +150,7 @@ def reporting_refusals(reporter: Reporter, name: str, callback: Callable) -> Cal
         accepted = getattr(response, "accepted", getattr(response, "success", True))
         if not accepted:
             reason = getattr(response, "reason", "") or getattr(response, "message", "")
-            reporter.happened("refused", f"{name}: {reason}")
+            reporter.report_occurrence("refused", f"{name}: {reason}")
         return response
 
     async def reported(request: Any, response: Any) -> Any:

@@ -27,9 +27,13 @@ from std_srvs.srv import Trigger
 
 from flatplank_data.params import SHELL_KEYS
 from flatplank_hw.nodes.executor import StreamExecutor
-from flatplank_hw.nodes.parameters import declare, read, refuse_unknown
+from flatplank_hw.nodes.parameters import (
+    check_parameter_names,
+    declare_parameter_set,
+    read_parameter_set,
+)
 from flatplank_hw.nodes.reporting import OF_NODES, Collector, Reporter, reporting_refusals
-from flatplank_hw.process import end_with_parent, end_within, prepare_threads, tell_started
+from flatplank_hw.process import end_with_parent, end_within, prepare_threads, report_started
 
 ENDING = (signal.SIGINT, signal.SIGTERM)
 
@@ -61,7 +65,7 @@ class BenchNode(LifecycleNode):
 
     def __init__(self, name: str, **kwargs: Any) -> None:
         super().__init__(name, **kwargs)
-        declare(self, self.PARAMETERS)
+        declare_parameter_set(self, self.PARAMETERS)
         self.declare_parameter("autostart", True)
         self.declare_parameter(
             "fifo_priority",
@@ -87,7 +91,7 @@ class BenchNode(LifecycleNode):
     def connect(self) -> None:
         """Make subscriptions, publishers and services with the helpers below."""
 
-    def numbers(self) -> Mapping[str, Any]:
+    def diagnostic_values(self) -> Mapping[str, Any]:
         """Values that /diagnostics shows beside the troubles."""
         return {}
 
@@ -138,14 +142,16 @@ class BenchNode(LifecycleNode):
         self, srv_type: type, name: str, ask: Callable[[Any], tuple[bool, str, int]]
     ) -> None:
         """Add a service that the core answers at once: `ask` takes the request."""
-        self.add_service(srv_type, name, lambda request, response: answer(response, *ask(request)))
+        self.add_service(
+            srv_type, name, lambda request, response: fill_response(response, *ask(request))
+        )
 
-    def every(self, period: float, callback: Callable):
+    def add_timer(self, period: float, callback: Callable):
         timer = self.create_timer(period, callback)
         self._teardown.append(lambda: self.destroy_timer(timer))
         return timer
 
-    def give_up(self, trouble: str) -> None:
+    def end_with_trouble(self, trouble: str) -> None:
         """Report a trouble and end the node, when its device does not return by itself."""
         self.troubles.begin(trouble)
         self.ended = True
@@ -153,8 +159,8 @@ class BenchNode(LifecycleNode):
     # life cycle
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         try:
-            refuse_unknown(self)
-            self.parameters = read(self, self.PARAMETERS)
+            check_parameter_names(self)
+            self.parameters = read_parameter_set(self, self.PARAMETERS)
             self.configure(self.parameters)
         except (ValueError, OSError) as error:
             self.get_logger().error(f"not configured: {_words(error)}")
@@ -176,12 +182,12 @@ class BenchNode(LifecycleNode):
     def _check(self, parameters) -> SetParametersResult:
         try:
             values = {p.name: p.value for p in parameters if p.name not in SHELL_KEYS}
-            self.changed(read(self, self.PARAMETERS, values))
+            self.apply_changes(read_parameter_set(self, self.PARAMETERS, values))
         except ValueError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
-    def changed(self, parameters: Any) -> None:
+    def apply_changes(self, parameters: Any) -> None:
         """Refuse a change at run time (ValueError); overridden where the core can change its
         parameters."""
         if getattr(self, "parameters", None) not in (None, parameters):
@@ -195,14 +201,14 @@ class BenchNode(LifecycleNode):
         everybody = self.add_publisher(DiagnosticArray, "/diagnostics", 10)
         if self.OWNS_BUS:
             self._publish_status = everybody
-            hear = self._collector.hear
+            hear = self._collector.store_status
             self.add_subscription(DiagnosticArray, OF_NODES, hear, 100, needed=False)
         else:
             owner = self.add_publisher(DiagnosticArray, OF_NODES, 10)
             heard = partial(self.count_subscribers, OF_NODES)
             self._publish_status = lambda message: (owner if heard() else everybody)(message)
         self._missed_from = time.monotonic() + TO_COME
-        self.every(1.0, self._look)
+        self.add_timer(1.0, self._look)
 
     def _look(self) -> None:
         """Once a second: report missing partners and publish the troubles."""
@@ -212,7 +218,7 @@ class BenchNode(LifecycleNode):
             self.troubles.end("unconnected")
         elif now > self._missed_from:
             self.troubles.begin("unconnected", "no partner on " + ", ".join(missing))
-        for name, silent in self._collector.silent().items():
+        for name, silent in self._collector.silence_by_node().items():
             if silent:
                 self.troubles.begin("node_silent", name, of=name)
             else:
@@ -222,7 +228,7 @@ class BenchNode(LifecycleNode):
     def _publish_troubles(self) -> None:
         if self._publish_status is None:
             return
-        own = self.troubles.status(self.numbers())
+        own = self.troubles.status(self.diagnostic_values())
         message = DiagnosticArray(status=[own, *self._collector.statuses()])
         message.header.stamp = self.get_clock().now().to_msg()
         self._publish_status(message)
@@ -237,7 +243,9 @@ class BenchNode(LifecycleNode):
         return response
 
 
-def answer(response: Any, accepted: bool, reason: str, cycle: int = 0, **fields: Any) -> Any:
+def fill_response(
+    response: Any, accepted: bool, reason: str, cycle: int = 0, **fields: Any
+) -> Any:
     """Fill a service response of the bench or std_srvs; `cycle`: first cycle with the effect."""
     if hasattr(response, "success"):
         response.success, response.message = accepted, reason
@@ -256,7 +264,7 @@ def prepare_node(node: Any) -> None:
     node.get_logger().debug(prepare_threads(wanted or 0))
 
 
-def run(make: Callable[[], Any], args: list[str] | None = None) -> int:
+def run_node(make: Callable[[], Any], args: list[str] | None = None) -> int:
     """Start a node, spin it until it is told to end, and let it finish its work.
 
     Under `ros2 launch` Ctrl-C arrives twice in a row, and ROS must still run when a node closes
@@ -264,7 +272,7 @@ def run(make: Callable[[], Any], args: list[str] | None = None) -> int:
     """
     told_to_end: list[int] = []
 
-    def tell(number: int, _frame: Any) -> None:
+    def record_signal(number: int, _frame: Any) -> None:
         told_to_end.append(number)
         # once is enough: Python removes its handlers while it ends, and a further Ctrl-C
         # would then give a bad exit code
@@ -272,7 +280,7 @@ def run(make: Callable[[], Any], args: list[str] | None = None) -> int:
             signal.signal(each, signal.SIG_IGN)
 
     for number in ENDING:
-        signal.signal(number, tell)
+        signal.signal(number, record_signal)
     end_with_parent()
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     try:
@@ -299,13 +307,13 @@ def _live(make: Callable[[], Any], told_to_end: list[int]) -> int:
     executor.add_node(node)
     prepare_node(node)
     if not failed:
-        tell_started()
+        report_started()
     try:
         while not failed and rclpy.ok() and not told_to_end:
             executor.spin_once(timeout_sec=LOOK_AT_SIGNALS)
             failed = getattr(node, "ended", False)
     finally:
-        executor.forget()
+        executor.release_entities()
         getattr(node, "finish", lambda: None)()
     code = 1 if failed else 0
     end_within(TO_END, code)

@@ -21,7 +21,7 @@ from flatplank_hw.drive.modes import MODES
 from flatplank_hw.joining import CycleJoin
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import LATCHED, REFERENCE, STREAM
-from flatplank_hw.nodes.support import BenchNode, answer, run
+from flatplank_hw.nodes.support import BenchNode, fill_response, run_node
 from flatplank_hw.troubles import DRIVE
 from flatplank_msgs.msg import BusInputs, BusOutputs, DriveStatus, EncoderState, HubState
 from flatplank_msgs.msg import Reference as ReferenceMsg
@@ -120,10 +120,10 @@ class DriveNode(BenchNode):
         self.publish_joints(joints)
         if self.drive.mode != self.published_mode:
             self.publish_mode_change(self.drive.mode)
-        seen = (sample.stop_reason, sample.error_code, self.drive.drags)
+        seen = (sample.stop_reason, sample.error_code, self.drive.plank_drags_wheel)
         if seen != self.reported:
             self.reported = seen
-            self.troubles.now(self.drive.troubles, DRIVE)
+            self.troubles.set_lasting(self.drive.troubles, DRIVE)
 
     def publish_mode_change(self, mode: str) -> None:
         """Publish the mode, because each source works only in its own mode. Await references only
@@ -139,28 +139,28 @@ class DriveNode(BenchNode):
         done = self.drive.set_operation_mode(request.mode, request.value)
         if done.accepted:
             self.publish_mode_change(request.mode)
-        return answer(response, *done)
+        return fill_response(response, *done)
 
     def on_move(self, request: MoveTo.Request, response: MoveTo.Response) -> MoveTo.Response:
         target = request.angle_deg if self.linear else math.radians(request.angle_deg)
         done = self.drive.move_to(target, request.velocity)
         if done.accepted:
             self.publish_mode_change("position")
-        return answer(response, *done)
+        return fill_response(response, *done)
 
     def on_claim(self, request: Claim.Request, response: Claim.Response) -> Claim.Response:
         client = request.client
         done = self.drive.claim(client) if client else self.drive.release()
         if done.accepted:
             self.publish_in_charge(String(data=client))
-        return answer(response, *done, token=client)
+        return fill_response(response, *done, token=client)
 
     def on_heartbeat(self, msg: String) -> None:
         self.drive.heartbeat(msg.data)
 
 
 def main(args: list[str] | None = None) -> int:
-    return run(lambda: DriveNode("wheel_drive"), args)
+    return run_node(lambda: DriveNode("wheel_drive"), args)
 
 
 if __name__ == "__main__":

@@ -29,17 +29,17 @@ class Analysis:
 
     async def ask(self, job: str, progress: Progress | None = None, /, **arguments: Any) -> Any:
         """Do a job and return its result; ValueError with the reason on failure."""
-        tell = progress or (lambda _text, _share: None)
+        report_progress = progress or (lambda _text, _share: None)
         if self._lock.locked():
-            tell("waiting until other work is done", 0.0)
+            report_progress("waiting until other work is done", 0.0)
         async with self._lock:
             try:
-                return await self._asked(job, tell, arguments)
+                return await self._asked(job, report_progress, arguments)
             except asyncio.CancelledError:
                 self.close()
                 raise
 
-    async def _asked(self, job: str, tell: Progress, arguments: dict[str, Any]) -> Any:
+    async def _asked(self, job: str, report_progress: Progress, arguments: dict[str, Any]) -> Any:
         process = await self._started()
         assert process.stdin and process.stdout
         process.stdin.write(json.dumps({"do": job, "with": arguments}).encode() + b"\n")
@@ -47,7 +47,7 @@ class Analysis:
         while line := await process.stdout.readline():
             message = json.loads(line)
             if "progress" in message:
-                tell(message["progress"], message["share"])
+                report_progress(message["progress"], message["share"])
             elif "error" in message:
                 raise ValueError(message["error"])
             else:

@@ -15,7 +15,7 @@ import numpy as np
 from flatplank_analysis.contact_patch import comparison
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import screen, verdict, where
-from flatplank_analysis.discovery.fit import amplitude
+from flatplank_analysis.discovery.fit import effect_contribution
 from flatplank_analysis.discovery.modelfile import ModelFile, load_model, save_unchanged
 from flatplank_analysis.discovery.sources import source_of
 from flatplank_analysis.discovery.steps import Step
@@ -172,7 +172,7 @@ def _collapse(search: Any, number: int) -> dict[str, Any]:
     """Residual without one effect, over the coordinate of the effect, and its prediction."""
     last, runs = search.last, search.model.runs
     state, term = last.state, last.found[number].decision.term
-    part = amplitude(state.fit, len(state.fit.terms) - len(last.found) + number)[0]
+    part = effect_contribution(state.fit, len(state.fit.terms) - len(last.found) + number)[0]
     without = state.residual[0] + part
     known = runs.coordinates
     name = term.effect.coordinate if term.effect.coordinate in known else next(iter(known))

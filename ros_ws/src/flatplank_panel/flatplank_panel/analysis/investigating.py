@@ -12,7 +12,7 @@ from typing import Any
 
 import yaml
 
-from flatplank_analysis.investigation.evidence import times
+from flatplank_analysis.investigation.evidence import e_value_words
 from flatplank_analysis.investigation.loop import Loop, decoy_words
 from flatplank_analysis.investigation.notebook import proposal_of, summary, verdict_of
 from flatplank_analysis.investigation.report import code_of, entries_of
@@ -20,10 +20,10 @@ from flatplank_control.investigate.bench import Execute, batch_name
 from flatplank_control.investigate.opening import (
     NOTEBOOK,
     DiskLog,
-    batches_of_runner,
-    keep,
-    on_twin,
+    executor_of_made_batches,
+    executor_on_twin,
     open_loop,
+    save_notebook,
 )
 from flatplank_control.runner.campaign import SUFFIX
 from flatplank_control.runner.steps import PlanFailed
@@ -38,22 +38,22 @@ _DIAGNOSED: dict[str, Any] = {}
 """folder -> last diagnosis; holds one folder only"""
 
 
-def investigation(progress: Progress, folder: str) -> dict[str, Any]:
+def investigation_state(progress: Progress, folder: str) -> dict[str, Any]:
     """State of the investigation in a folder."""
     return _content(DiskLog(Path(folder)).events)
 
 
-def decide(progress: Progress, folder: str, minutes: float, tire: str) -> dict[str, Any]:
+def choose_batch(progress: Progress, folder: str, minutes: float, tire: str) -> dict[str, Any]:
     """Start or continue, and choose the next batch unless one waits."""
     progress("choosing the next runs", 0.0)
-    loop = _loop(folder, minutes, batches_of_runner(Path(folder)), tire)
+    loop = _loop(folder, minutes, executor_of_made_batches(Path(folder)), tire)
     loop.begin()
     if not loop.waiting and not loop.ended:
         loop.decide()
     return _kept(loop, folder)
 
 
-def measure(
+def measure_batch(
     progress: Progress, folder: str, minutes: float, tire: str, twin: Mapping[str, Any] | None
 ) -> dict[str, Any]:
     """Make the chosen batch on the twin, or read it from the runner; then diagnose again."""
@@ -64,9 +64,12 @@ def measure(
         made.append(text)
         progress(text, len(made) / max(len(loop.waiting["settings"]) if loop.waiting else 1, 1))
 
-    execute = on_twin(where, twin["preset"], twin["plant"], twin["seed"], None, say) if twin else (
-        batches_of_runner(where)
-    )  # fmt: skip
+    if twin:
+        execute = executor_on_twin(
+            where, twin["preset"], twin["plant"], twin["seed"], jobs=None, say=say
+        )
+    else:
+        execute = executor_of_made_batches(where)
     loop = _loop(folder, minutes, execute, tire)
     progress("measuring" if twin else "diagnosing", 0.0)
     try:
@@ -76,10 +79,10 @@ def measure(
     return _kept(loop, folder)
 
 
-def refuse(progress: Progress, folder: str, minutes: float, tire: str) -> dict[str, Any]:
+def refuse_batch(progress: Progress, folder: str, minutes: float, tire: str) -> dict[str, Any]:
     """Refuse the waiting batch; ValueError when some of its runs exist already."""
     where = Path(folder)
-    loop = _loop(folder, minutes, batches_of_runner(where), tire)
+    loop = _loop(folder, minutes, executor_of_made_batches(where), tire)
     assert loop.waiting is not None
     name = batch_name(loop.waiting["number"])
     if (where / f"{name}{SUFFIX}").exists():
@@ -97,7 +100,7 @@ def _loop(folder: str, minutes: float, execute: Execute, tire: str) -> Loop:
 def _kept(loop: Loop, folder: str) -> dict[str, Any]:
     _DIAGNOSED.clear()
     _DIAGNOSED[folder] = loop.diagnosed
-    keep(loop, Path(folder))
+    save_notebook(loop, Path(folder))
     return _content(loop.log.events)
 
 
@@ -114,7 +117,7 @@ def _content(events: list[dict[str, Any]]) -> dict[str, Any]:
         | {"plan": waiting["plan"], "runs": len(yaml.safe_load(waiting["plan"])["runs"])},
         "ended": log["ended"] or "", "reason": log["reason"], "minutes": log["minutes"],
         "budget": log["budget"], "left": max(log["budget"] - log["minutes"], 0.0),
-        "runs": log["runs"], "evidence": times(log["log_e"]), "limit": 1.0 / log["alpha"],
+        "runs": log["runs"], "evidence": e_value_words(log["log_e"]), "limit": 1.0 / log["alpha"],
         "verdict": verdict_of(log),
         "effects": [
             {"title": e["title"], "size": sized(e["size"], e["interval"], e["unit"]),

@@ -107,6 +107,6 @@ def confirm(progress: Progress, folder: str, model: str, name: str, new: str) ->
     if name not in at.session.effects:
         raise FlatplankError(f"no effect '{name}' in the model", folder, "add it first")
     progress("fit of the first campaign", 0.3)
-    step = confirming.fitted(at.session, at.model, name)
+    step = confirming.fit_with_effect(at.session, at.model, name)
     sets = [(new, Session.open(new, at.session.files))]
     return confirming.confirm(at.session, step, name, sets).to_dict()

@@ -19,32 +19,32 @@ JOBS = {
     "browse_jobs": ("campaigns", "runs", "curves", "turns", "identify"),
     "fit_jobs": ("open", "compare", "diagnose", "add", "undo", "report", "simulate"),
     "proposing": ("propose", "accept", "rename", "confirm"),
-    "investigating": ("investigation", "decide", "measure", "refuse"),
+    "investigating": ("investigation_state", "choose_batch", "measure_batch", "refuse_batch"),
 }
 MODULES = {job: module for module, jobs in JOBS.items() for job in jobs}
 """job -> module with a function of that name (`open_` for `open`)"""
 
 
-def plain(value: Any) -> Any:
+def to_strict_json(value: Any) -> Any:
     """Convert to strict JSON: numpy as lists, non-finite numbers as null, rounded floats."""
     if isinstance(value, Mapping):
-        return {str(k): plain(v) for k, v in value.items()}
+        return {str(k): to_strict_json(v) for k, v in value.items()}
     if isinstance(value, (list, tuple)):
-        return [plain(v) for v in value]
+        return [to_strict_json(v) for v in value]
     if hasattr(value, "tolist"):
-        return plain(value.tolist())
+        return to_strict_json(value.tolist())
     if isinstance(value, float):
         return float(f"{value:.6g}") if math.isfinite(value) else None
     return value
 
 
-def do(request: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
+def do_request(request: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     """Do one request; {"result": ...} or {"error": text}."""
     name = request["do"]
     module = import_module(f"flatplank_panel.analysis.{MODULES[name]}")
     job = getattr(module, "open_" if name == "open" else name)
     try:
-        return {"result": plain(job(progress, **request.get("with", {})))}
+        return {"result": to_strict_json(job(progress, **request.get("with", {})))}
     except (FlatplankError, ValueError, OSError) as error:
         return {"error": " ".join(str(error).split())}
 
@@ -55,12 +55,17 @@ def main() -> int:
     out = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
 
-    def tell(message: Mapping[str, Any]) -> None:
+    def write_message(message: Mapping[str, Any]) -> None:
         out.write(json.dumps(message, allow_nan=False) + "\n")
         out.flush()
 
     for line in sys.stdin:
-        tell(do(json.loads(line), lambda text, share: tell({"progress": text, "share": share})))
+        write_message(
+            do_request(
+                json.loads(line),
+                lambda text, share: write_message({"progress": text, "share": share}),
+            )
+        )
     return 0
 
 

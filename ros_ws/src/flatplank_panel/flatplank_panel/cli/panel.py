@@ -30,7 +30,7 @@ def parser() -> argparse.ArgumentParser:
     return p
 
 
-def refuse_taken(host: str, port: int) -> None:
+def check_port_free(host: str, port: int) -> None:
     """Raise ValueError when the port is taken."""
     family, kind, protocol, _, place = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
     with socket.socket(family, kind, protocol) as trial:
@@ -48,7 +48,7 @@ def main(argv: list[str]) -> int:
     """Serve until Ctrl-C."""
     o = parser().parse_args(argv)
     end_with_parent()
-    refuse_taken(o.host, o.port)
+    check_port_free(o.host, o.port)
     token = o.token or ("" if is_loopback(o.host) else secrets.token_urlsafe(24))
     try:
         o.data.mkdir(parents=True, exist_ok=True)

@@ -133,9 +133,9 @@ class PanelNode:
 
     def _poll(self) -> None:
         while not self._over.wait(1.0 / POLL_HZ):
-            self.look()
+            self.take_samples()
 
-    def look(self) -> None:
+    def take_samples(self) -> None:
         """Take the latest message of every topic, and update the state."""
         for key, subscription in self._subscriptions.items():
             with subscription.handle:
@@ -205,7 +205,7 @@ class PanelNode:
             for name, value in zip(names, reply.values["values"], strict=False)
         }
 
-    def beat(self, token: str) -> None:
+    def send_heartbeat(self, token: str) -> None:
         self._heartbeat.publish(String(data=token))
 
     def offers(self, request: str) -> bool:

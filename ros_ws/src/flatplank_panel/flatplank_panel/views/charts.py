@@ -20,7 +20,7 @@ DASHES = ("solid", "dashed", "dotted")
 """line styles of the repeats of a condition"""
 
 
-def short(conditions: Sequence[str]) -> list[str]:
+def short_labels(conditions: Sequence[str]) -> list[str]:
     """Labels of conditions without the parts common to all."""
     parts = [c.split(", ") for c in conditions]
     same = set(parts[0]).intersection(*parts[1:]) if len(parts) > 1 else set()
@@ -79,7 +79,7 @@ def overlay(curves: Sequence[Mapping[str, Any]], x: str, y: str) -> dict[str, An
     condition, one colour and name per run."""
     options = axes(x, y)
     labels = list(dict.fromkeys(c["condition"] for c in curves))
-    shown = dict(zip(labels, short(labels), strict=True))
+    shown = dict(zip(labels, short_labels(labels), strict=True))
     repeats = dict.fromkeys(labels, 0)
     options["series"] = []
     for k, c in enumerate(curves):
@@ -108,7 +108,7 @@ def measured_and_model(curve: Mapping[str, Any]) -> dict[str, Any]:
 
 def against_floor(conditions: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Error of every condition as bars, the floor as a line."""
-    names = short([c["condition"] for c in conditions])
+    names = short_labels([c["condition"] for c in conditions])
     options = axes("RMS error of Fx [N]", "")
     options["xAxis"] |= {"min": 0, "scale": False}
     options["yAxis"] = {**_categories(names), "inverse": True, "axisLine": AXIS_LINE}
@@ -156,7 +156,7 @@ def residual_map(m: Mapping[str, Any], conditions: Sequence[str]) -> dict[str, A
         "tooltip": {"confine": True},
         "grid": {"left": 8, "right": 70, "top": 8, "bottom": 40, "containLabel": True},
         "xAxis": {**_categories(middles), **_named(with_unit(m["coordinate"], m["unit"]), 26)},
-        "yAxis": {**_categories(short(list(conditions))), "inverse": True},
+        "yAxis": {**_categories(short_labels(list(conditions))), "inverse": True},
         "visualMap": {
             "min": -limit, "max": limit, "calculable": False, "orient": "vertical", "right": 0,
             "top": "middle", "itemHeight": 100, "precision": 0, "text": ["N", ""],
@@ -170,7 +170,7 @@ def collapse(c: Mapping[str, Any]) -> dict[str, Any]:
     """Residual without the effect over the coordinate of the effect, and the effect."""
     options = axes(c["over"], "Fx [N]")
     options["series"] = []
-    names = short([s["condition"] for s in c["series"]])
+    names = short_labels([s["condition"] for s in c["series"]])
     for i, (s, name) in enumerate(zip(c["series"], names, strict=True)):
         color = COLORS[i % len(COLORS)]
         dots = {"type": "scatter", "name": name, "data": s["left"], "symbolSize": 2.5}

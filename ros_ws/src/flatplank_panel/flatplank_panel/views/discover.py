@@ -30,7 +30,7 @@ class _Discover:
         self.picture: dict[str, Any] = {}
         self.ranked: list[dict[str, Any]] = []
         self.found: dict[str, Any] = {}
-        self.said = ""
+        self.last_message = ""
         self.proposal = ProposalCard(self)
 
     # layout
@@ -49,7 +49,7 @@ class _Discover:
             self.proposal.build()
         self.folder.on_value_change(self.close_campaign)
         self.page.client.on_delete(self.analysis.cancel)
-        ui.timer(0.05, self.page.act(self.list), once=True)
+        ui.timer(0.05, self.page.handler(self.list), once=True)
         ui.timer(0.3, self.refresh)
 
     def build_bar(self) -> None:
@@ -72,7 +72,7 @@ class _Discover:
             self.bar = ui.linear_progress(0.0, show_value=False)
             self.bar.props("aria-label=Progress rounded")
             self.status = ui.label("").classes("fp-quiet").props("role=status")
-            self.say("Open a campaign.")
+            self.show_status("Open a campaign.")
 
     def build_error(self) -> None:
         with self.page.card("Error against the floor"):
@@ -122,7 +122,7 @@ class _Discover:
         made = await self.analysis.simulate(name, seed)
         await self.list()
         self.folder.set_value(made)
-        self.say(f"{made}: something is hidden in it; open the campaign and diagnose it")
+        self.show_status(f"{made}: something is hidden in it; open the campaign and diagnose it")
 
     async def open(self) -> None:
         if not self.folder.value:
@@ -135,9 +135,9 @@ class _Discover:
         opened = await self.analysis.open(folder, model)
         self.draw_history(opened)
         if opened["undecidable"]:
-            self.say(opened["undecidable"])
+            self.show_status(opened["undecidable"])
             return
-        self.take(await self.analysis.compare())
+        self.show_model(await self.analysis.compare())
 
     async def first_picture(self, folder: str) -> None:
         """Show measured curves before the first fit."""
@@ -152,7 +152,7 @@ class _Discover:
         self.ranked = self.found["ranked"]
         f = self.found
         took = f" ({f['seconds']:.0f} s)" if f.get("seconds") else ""
-        self.say(f"{f['verdict']}: {f['reason']}{took}")
+        self.show_status(f"{f['verdict']}: {f['reason']}{took}")
         self.verdict.set_text(f"Verdict: {f['verdict']}. {f['reason']}")
         self.draw_ranking()
         proposal = f.get("next_run") or {}
@@ -164,35 +164,37 @@ class _Discover:
     async def add(self, name: str) -> None:
         picture = await self.analysis.add(name)
         numbers = picture["added"]
-        self.take(picture)
-        self.say(
+        self.show_model(picture)
+        self.show_status(
             f"{name} added: error {numbers['rmse_before']:.1f} to {numbers['rmse']:.1f} N, "
             f"floor {numbers['floor']:.1f} N"
         )
 
     async def undo(self) -> None:
         picture = await self.analysis.undo()
-        self.take(picture)
-        self.say(f"{picture['undone']} undone")
+        self.show_model(picture)
+        self.show_status(f"{picture['undone']} undone")
 
     async def report(self) -> None:
         path = await self.analysis.report()
-        self.say(f"report: {path}")
+        self.show_status(f"report: {path}")
 
     def send(self) -> None:
         path = self.analysis.plan_next()
-        self.say(f"plan written: {path.name}; the page Bench offers it under Measure, Campaign")
+        self.show_status(
+            f"plan written: {path.name}; the page Bench offers it under Measure, Campaign"
+        )
 
     # drawing
-    def say(self, text: str) -> None:
-        self.said = text
+    def show_status(self, text: str) -> None:
+        self.last_message = text
         self.status.set_text(text)
 
     def refresh(self) -> None:
         text, share = self.analysis.progress
         self.bar.set_value(round(share, 2))
         self.cancel_button.set_enabled(self.analysis.busy)
-        self.status.set_text(f"{text} …" if text else self.said)
+        self.status.set_text(f"{text} …" if text else self.last_message)
 
     def close_campaign(self) -> None:
         """Close the campaign and clear all results."""
@@ -202,7 +204,7 @@ class _Discover:
             text.set_text("")
         self.verdict.set_text(ASK)
         self.proposal.close_campaign()
-        self.say("Open the campaign.")
+        self.show_status("Open the campaign.")
         self.next_button.set_visibility(False)
         self.list_box.clear()
         self.effect_text.clear()
@@ -213,10 +215,10 @@ class _Discover:
         self.page.draw(self.error_chart, charts.against_floor([]))
         self.page.draw(self.fall_chart, charts.waterfall([]))
 
-    def take(self, picture: dict[str, Any]) -> None:
+    def show_model(self, picture: dict[str, Any]) -> None:
         """Redraw everything for a fitted model."""
         self.picture = picture
-        self.say(
+        self.show_status(
             f"error {picture['rmse']:.1f} N, floor {picture['floor']:.1f} N, "
             f"beyond the floor {picture['unexplained']:.1f} N; the floor is by "
             f"{picture['floor_from']}"

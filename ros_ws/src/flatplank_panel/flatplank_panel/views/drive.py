@@ -12,7 +12,7 @@ from nicegui import ui
 from flatplank_control.free_rolling import FreeRollingParameters
 from flatplank_control.sequencer.waveforms import WAVEFORMS
 from flatplank_data.machine import USABLE_ROAD, USUAL_RADIUS
-from flatplank_data.params import describe
+from flatplank_data.params import parameter_infos
 from flatplank_panel.operator import PREDETERMINED, VALUES, waveform_of
 from flatplank_panel.views.page import Page
 from flatplank_panel.views.plots import ACTUAL, AXIS_LINE, SOFT
@@ -109,7 +109,7 @@ def _waveform(page: Page) -> None:
         inputs.clear()
         fields.clear()
         with inputs:
-            for info in describe(WAVEFORMS[kind.value]):
+            for info in parameter_infos(WAVEFORMS[kind.value]):
                 unit = "" if info.unit == "-" else info.unit
                 field = page.number(info.name, START.get(info.name, info.default), unit, 0.01)
                 fields[info.name] = field.on_value_change(redraw)

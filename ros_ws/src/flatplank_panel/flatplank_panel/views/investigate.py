@@ -75,12 +75,12 @@ class _Investigate:
             self.prompt = ui.label("").classes("fp-prompt")
             with self.page.row():
                 self.approve = self.button(
-                    "Approve", lambda: self.of.approve(self.page.id), strong=True
+                    "Approve", lambda: self.of.approve_batch(self.page.id), strong=True
                 )
-                self.refuse = self.button("Refuse", lambda: self.of.refuse(self.page.id))
+                self.refuse = self.button("Refuse", lambda: self.of.refuse_batch(self.page.id))
                 self.all = self.button("Run all", lambda: self.of.run_all(self.page.id))
                 self.done = self.page.button(
-                    "Done, go on", lambda: self.page.operator.confirm(self.page.id)
+                    "Done, go on", lambda: self.page.operator.confirm_prompt(self.page.id)
                 )
 
     def build_verdict(self) -> None:

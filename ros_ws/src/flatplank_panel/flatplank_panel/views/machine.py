@@ -50,9 +50,11 @@ def build(page: Page) -> None:
             page.button("Stop bench", lambda: op.stop_bench(page.id))
     with page.card("Simulated machine: settings made by hand"):
         with page.row():
-            page.button("Plank forward", lambda: op.plank(page.id, 1, fast.value, stop_at.value))
-            page.button("Stop plank", lambda: op.plank(page.id, 0))
-            page.button("Plank back", lambda: op.plank(page.id, -1, fast.value, 0.0))
+            page.button(
+                "Plank forward", lambda: op.move_plank(page.id, 1, fast.value, stop_at.value)
+            )
+            page.button("Stop plank", lambda: op.move_plank(page.id, 0))
+            page.button("Plank back", lambda: op.move_plank(page.id, -1, fast.value, 0.0))
         with page.row():
             fast = ui.switch(f"Fast ({FAST:.4f} m/s)", value=True)
             stop_at = page.number("Stops at", 4.1, "m")
@@ -66,7 +68,7 @@ def build(page: Page) -> None:
 def _hand(page: Page, what: str, label: str, unit: str) -> None:
     with page.row():
         field = page.number(label, START_VALUES.get(what, 0.0), unit).classes("grow")
-        page.button("Set", lambda: page.operator.hand(page.id, what, field.value)).props(
+        page.button("Set", lambda: page.operator.set_by_hand(page.id, what, field.value)).props(
             f'aria-label="Set {label}"'
         )
 

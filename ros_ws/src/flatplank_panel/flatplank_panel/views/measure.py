@@ -40,8 +40,8 @@ def _recording(page: Page) -> Any:
                 ),
                 strong=True,
             )
-            page.button("Stop and save", lambda: op.save(page.id))
-            page.button("Discard", lambda: op.discard(page.id))
+            page.button("Stop and save", lambda: op.save_recording(page.id))
+            page.button("Discard", lambda: op.discard_recording(page.id))
         page.facts({"run": "Now"})
     return folder
 
@@ -102,8 +102,8 @@ def _progress(page: Page) -> None:
         step = ui.label("nothing").classes("fp-quiet")
         prompt = ui.label("").classes("fp-prompt")
         with page.row():
-            page.button("Done, go on", lambda: page.operator.confirm(page.id))
-            page.button("Stop measurement", lambda: page.operator.cancel(page.id))
+            page.button("Done, go on", lambda: page.operator.confirm_prompt(page.id))
+            page.button("Stop measurement", lambda: page.operator.cancel_measurement(page.id))
 
     def refresh() -> None:
         p = page.operator.link.state.progress

@@ -24,15 +24,15 @@ class Page:
         self.client, self.id = client, client.id
         self.in_charge = False
 
-    def act(self, work: Callable[[], Any]) -> Callable[[], Any]:
+    def handler(self, work: Callable[[], Any]) -> Callable[[], Any]:
         """Event handler that does the work and shows the outcome."""
 
         async def handler() -> None:
-            await self.do(work)
+            await self.run_action(work)
 
         return handler
 
-    async def do(self, work: Callable[[], Any]) -> Any:
+    async def run_action(self, work: Callable[[], Any]) -> Any:
         """Do the work; a refusal is shown with its reason and returns None."""
         try:
             result = work()
@@ -61,13 +61,13 @@ class Page:
     ) -> ui.button:
         """Button that works also when the page is not in charge."""
         look = "unelevated color=primary" if strong else "outline color=primary"
-        return ui.button(text, on_click=self.act(work)).props(
+        return ui.button(text, on_click=self.handler(work)).props(
             f"{look} no-caps dense padding='4px 12px'"
         )
 
     def refresh(self, label: str, work: Callable[[], Any]) -> None:
         """Small button that reloads."""
-        button = ui.button(icon="refresh", on_click=self.act(work))
+        button = ui.button(icon="refresh", on_click=self.handler(work))
         button.props(f'flat dense round aria-label="{label}"')
 
     async def list_campaigns(self, field: Any) -> None:

@@ -43,15 +43,15 @@ class ProposalCard:
         found = await self.of.analysis.propose()
         if "name" not in found:
             self.close_campaign()
-            self.say(f"Nothing to propose: {found['reason']}")
+            self.show_status(f"Nothing to propose: {found['reason']}")
             return
         refit = found["refit"]
-        self.say(
+        self.show_status(
             f"Proposed: {found['sentence']}. Size "
             f"{sized(refit['size'], refit['interval'], refit['unit'])}; {found['reason']}"
             + "".join(f"; doubt: {d}" for d in refit["doubts"])
         )
-        self.take(found["name"], found["text"])
+        self.show_effect(found["name"], found["text"])
         self.draw(charts.proposed(found["drawn"]))
         self.new.set_options(self.of.folder.options)
 
@@ -59,10 +59,10 @@ class ProposalCard:
         """Add the proposal to the model, under the name in the field."""
         name = str(self.name.value or "")
         picture = await self.of.analysis.accept(name)
-        self.of.take(picture)
-        self.take(name, picture["text"])
+        self.of.show_model(picture)
+        self.show_effect(name, picture["text"])
         numbers = picture["added"]
-        self.say(
+        self.show_status(
             f"{name} added: error {numbers['rmse_before']:.1f} to "
             f"{numbers['rmse']:.1f} N; not confirmed yet"
         )
@@ -71,8 +71,8 @@ class ProposalCard:
         """Rename the proposal in its file and in the model."""
         new = str(self.name.value or "")
         changed = await self.of.analysis.rename(self.known, new)
-        self.say(f"{self.known} is {new} from now on")
-        self.take(new, changed["text"])
+        self.show_status(f"{self.known} is {new} from now on")
+        self.show_effect(new, changed["text"])
         if "history" in changed:
             self.of.draw_history(changed)
 
@@ -84,15 +84,15 @@ class ProposalCard:
         first = found["sets"][0]
         why = "; ".join(first["reasons"]) or "size and error agree"
         size = sized(first["size"], first["interval"], found["unit"])
-        self.say(f"{found['verdict']}: {size} in the new runs; {why}")
+        self.show_status(f"{found['verdict']}: {size} in the new runs; {why}")
 
-    def take(self, name: str, text: str) -> None:
+    def show_effect(self, name: str, text: str) -> None:
         """Show an effect file and its name."""
         self.known = name
         self.name.set_value(name)
         self.text.set_text(text)
 
-    def say(self, text: str) -> None:
+    def show_status(self, text: str) -> None:
         self.words.set_text(text)
 
     def draw(self, options: dict[str, Any]) -> None:
@@ -100,6 +100,6 @@ class ProposalCard:
 
     def close_campaign(self) -> None:
         """Clear everything of the last campaign."""
-        self.say(ASK)
-        self.take("", "")
+        self.show_status(ASK)
+        self.show_effect("", "")
         self.draw(charts.axes("", ""))

@@ -44,7 +44,7 @@ class _Runs:
                     self.folder = page.select("Campaign", [], None)
                     self.find = page.text("Filter")
                     self.find.props('clearable aria-label="Filter runs"')
-                    page.refresh("Look for campaigns again", self.again)
+                    page.refresh("Look for campaigns again", self.reload)
                 columns = [
                     {"name": k, "label": t, "field": k, "align": "left", "sortable": True}
                     for k, t in COLUMNS.items()
@@ -64,14 +64,14 @@ class _Runs:
                     self.over = page.select("Over", OVER, "plank_position")
                 self.chart = page.chart(charts.overlay([], "", ""), 380)
                 self.scatter = ui.label("").classes("fp-quiet")
-        self.folder.on_value_change(page.act(self.load))
-        self.find.on_value_change(page.act(self.filter))
-        self.table.on_select(page.act(self.draw))
-        self.channel.on_value_change(page.act(self.draw))
-        self.over.on_value_change(page.act(self.draw))
-        ui.timer(0.05, page.act(partial(page.list_campaigns, self.folder)), once=True)
+        self.folder.on_value_change(page.handler(self.load))
+        self.find.on_value_change(page.handler(self.filter))
+        self.table.on_select(page.handler(self.draw))
+        self.channel.on_value_change(page.handler(self.draw))
+        self.over.on_value_change(page.handler(self.draw))
+        ui.timer(0.05, page.handler(partial(page.list_campaigns, self.folder)), once=True)
 
-    async def again(self) -> None:
+    async def reload(self) -> None:
         """Reload the campaigns and the chosen one."""
         before = self.folder.value
         await self.page.list_campaigns(self.folder)
@@ -86,14 +86,14 @@ class _Runs:
         found = await self.service.runs(self.folder.value)
         self.rows = found["rows"]
         self.table.selected = [row for row in self.rows if row["file"] in chosen]
-        self.remark(found["problems"])
+        self.show_problems(found["problems"])
         await self.filter()
 
-    def remark(self, problems: Sequence[str]) -> None:
+    def show_problems(self, problems: Sequence[str]) -> None:
         more = f" and {len(problems) - 1} more" if len(problems) > 1 else ""
         self.problems.set_text(f"Remarks: {problems[0]}{more}" if problems else "")
 
-    def judge(self, verdicts: dict[str, str]) -> None:
+    def update_verdicts(self, verdicts: dict[str, str]) -> None:
         """Update the table with verdicts from the samples."""
         for row in self.rows:
             row["verdict"] = verdicts.get(row["file"], row["verdict"])
@@ -114,12 +114,12 @@ class _Runs:
         found = await self.service.curves(
             self.folder.value, files, self.channel.value, self.over.value
         )
-        self.remark(found["problems"])
-        self.judge(found["verdicts"])
+        self.show_problems(found["problems"])
+        self.update_verdicts(found["verdicts"])
         over, channel = OVER[self.over.value], CHANNELS[self.channel.value]
         self.page.draw(self.chart, charts.overlay(found["curves"], over, channel))
         unit, scatter = channel.partition("[")[2].rstrip("]"), found["scatter"]
-        names = charts.short([s["condition"] for s in scatter])
+        names = charts.short_labels([s["condition"] for s in scatter])
         parts = [
             f"{name}: {s['scatter']:.3g} {unit}" for name, s in zip(names, scatter, strict=True)
         ]

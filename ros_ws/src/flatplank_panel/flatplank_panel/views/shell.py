@@ -32,7 +32,7 @@ def build(page: Page, tabs: Mapping[str, Callable[[Page], None]], first: str) ->
             ui.label("Bench").classes("fp-quiet")
             ui.label("–").classes("fp-word").props("data-word=bench")
         _charge(page)
-        stop = ui.button("STOP", on_click=page.act(lambda: _stop(page)))
+        stop = ui.button("STOP", on_click=page.handler(lambda: _stop(page)))
         stop.classes("fp-stop").props('unelevated color=negative aria-label="Emergency stop"')
     built: set[str] = set()
     panels = (
@@ -70,10 +70,10 @@ def _charge(page: Page) -> None:
         if page.in_charge:
             await operator.release_page(page.id)
         else:
-            operator.take(page.id, f"page {page.id[:4]}")
+            operator.take_charge(page.id, f"page {page.id[:4]}")
         refresh()
 
-    button = ui.button("Take charge", on_click=page.act(toggle)).props(
+    button = ui.button("Take charge", on_click=page.handler(toggle)).props(
         "outline no-caps dense padding='4px 12px'"
     )
 
@@ -89,4 +89,4 @@ def _charge(page: Page) -> None:
         )
 
     ui.timer(0.3, refresh)
-    ui.on("beat", lambda: operator.beat(page.id))
+    ui.on("beat", lambda: operator.register_heartbeat(page.id))

@@ -20,7 +20,7 @@ from flatplank_analysis.report.analysis import analyse
 from flatplank_analysis.report.results import CampaignResult
 from flatplank_analysis.report_files.build import write
 from flatplank_analysis.steady.rolling_radius import radius_of_run
-from flatplank_control.bench.fast_dds import loopback
+from flatplank_control.bench.fast_dds import loopback_environment
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.results import write_campaign, write_tire
 from flatplank_control.bench.setup import BenchSetup
@@ -33,7 +33,7 @@ from flatplank_data.wording import quantity
 from flatplank_sim.sealed.generate import make_challenge
 from flatplank_sim.sealed.score import DIAGNOSIS, score, text_of
 from flatplank_sim.sealed.seal import unseal
-from flatplank_sim.twin.campaign import SLIPS, matrix, simulate_many
+from flatplank_sim.twin.campaign import SLIPS, simulate_many, slips_by_starts
 
 
 class StepPrinter:
@@ -56,7 +56,7 @@ class StepPrinter:
         self._begin = time.monotonic()
         print(f"[{self._step}/{self._steps}] {text}", flush=True)
 
-    def now(self, text: str) -> None:
+    def print_progress(self, text: str) -> None:
         """Print the progress; on a terminal the line is overwritten."""
         if sys.stdout.isatty():
             print(f"\r\033[K      {text}", end="", flush=True)
@@ -67,7 +67,7 @@ class StepPrinter:
     def count(self, done: int, total: int, name: str) -> None:
         """Print the progress of many equal tasks."""
         if sys.stdout.isatty() or done == total or done % 9 == 0:
-            self.now(f"{done}/{total} {name}")
+            self.print_progress(f"{done}/{total} {name}")
 
     def close(self, lines: Sequence[str]) -> None:
         """Print the closing lines, with the durations of the steps."""
@@ -116,18 +116,18 @@ def measure(folder: Path, seed: int, jobs: int | None, printer: StepPrinter) -> 
     (path,) = simulate_many([FREE_ROLLING], setup, folder, bags=True, jobs=1)
     (run,) = [r for r in Campaign.load(folder).runs if r.info.name == path.name]
     radius = radius_of_run(run.table()).radius
-    printer.now(f"effective rolling radius by (5.22): {radius:.4f} m")
+    printer.print_progress(f"effective rolling radius by (5.22): {radius:.4f} m")
     base = Measurement(effective_rolling_radius=radius, r_e_source="controller")
-    runs = matrix(base, SLIPS, STARTS)
+    runs = slips_by_starts(base, SLIPS, STARTS)
     (on_graph,) = [m for m in runs if (m.kappa, m.start) == SLIP_ON_GRAPH]
     others = [m for m in runs if m is not on_graph]
     printer.step("one slip step on the ROS graph, recorded in a bag")
-    for key, value in loopback().items():
+    for key, value in loopback_environment().items():
         os.environ.setdefault(key, value)
     with BenchProcesses(setup, log=folder.parent / "nodes.log") as bench, BenchClient() as client:
-        client.wait_connected(bench, say=printer.now)
+        client.wait_connected(bench, say=printer.print_progress)
         plan = {k: v for k, v in vars(on_graph).items() if v not in ("", {})}
-        bags = client.measure(plan, simulated=True, folder=str(folder), say=printer.now)
+        bags = client.measure(plan, simulated=True, folder=str(folder), say=printer.print_progress)
     printer.step(f"the other {len(others)} slip steps on the twin, a bag each")
     simulate_many(others, setup, folder, bags=True, jobs=jobs, progress=printer.count)
     write_campaign(folder, base.tire, [(on_graph.record(), Path(bags[-1]).name)])
@@ -173,8 +173,10 @@ def sealed_challenge(folder: Path, seed: int, printer: StepPrinter) -> list[str]
     printer.step("a sealed challenge: a campaign with something hidden")
     make_challenge(folder, seed, printer.count)
     printer.step("diagnose: where the model fails, and which effect is missing")
-    session = Session.open(folder, [])
-    result = session.diagnose(None, lambda text, share: printer.now(f"{share:4.0%} {text}"))
+    session = Session.open(str(folder), [])
+    result = session.diagnose(
+        None, lambda text, share: printer.print_progress(f"{share:4.0%} {text}")
+    )
     data = result.to_dict()
     write_atomic(folder / DIAGNOSIS, json.dumps(data, indent=1) + "\n")
     lines = [
@@ -190,7 +192,7 @@ def sealed_challenge(folder: Path, seed: int, printer: StepPrinter) -> list[str]
             f"  + {effect['name']} {quantity(n['size'], n['unit'])}: error "
             f"{n['rmse_before']:.1f} -> {n['rmse']:.1f} N (held out {n['held_out']:.1f} N)"
         )
-        printer.now(lines[-1].strip())
+        printer.print_progress(lines[-1].strip())
     page = write_report(result, folder / "report", session.campaign.path, model.history)
     answer = unseal(folder)
     lines += [f"  {line}" for line in text_of(answer, score(data, answer))]

@@ -12,16 +12,16 @@ from pathlib import Path
 
 from flatplank_analysis.models.tire_record import TireRecord
 from flatplank_analysis.steady.rolling_radius import radius_of_run
-from flatplank_control.bench.results import read, write_tire
+from flatplank_control.bench.results import read_samples, write_tire
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.cli.run import main as run_plan
-from flatplank_control.runner.campaign.tires import tire_on
+from flatplank_control.runner.campaign.tires import tire_of_plant
 from flatplank_control.runner.measurement import Measurement
 from flatplank_data.arguments import Parser
 from flatplank_sim.plant.config import PlantConfig
 from flatplank_sim.sealed.generate import make_challenge, more_runs
 from flatplank_sim.sealed.menu import OUTSIDE
-from flatplank_sim.twin.campaign import SLIPS, matrix, simulate_many, starts_of
+from flatplank_sim.twin.campaign import SLIPS, simulate_many, slips_by_starts, starts_of
 
 COMPATIBLE_OPTIONS = {
     "hidden": ({"outside", "jobs"}, "--hidden has a campaign of its own; leave it out"),
@@ -116,7 +116,7 @@ def slips_of(text: str | None) -> list[float]:
         raise ValueError(f"--slips '{text}': give slips in % with commas, as in -5,0,5") from None
 
 
-def show(done: int, count: int, name: str) -> None:
+def print_progress(done: int, count: int, name: str) -> None:
     """Print the progress in one line that is overwritten."""
     end = "\n" if done == count else ""
     clear = "\r\033[K" if sys.stderr.isatty() else "\n" if done > 1 else ""
@@ -130,7 +130,7 @@ def main(argv: list[str]) -> int:
     if o.outside and o.hidden is None:
         raise ValueError("--outside hides something: give --hidden SEED, too")
     if o.hidden is not None:
-        make_challenge(o.folder, o.hidden, show, o.outside)
+        make_challenge(o.folder, o.hidden, print_progress, o.outside)
         print(
             f"challenge in {o.folder}; then: flatplank diagnose {o.folder} --out "
             f"{o.folder}/diagnosis.json, and flatplank reveal {o.folder}"
@@ -138,7 +138,7 @@ def main(argv: list[str]) -> int:
         return 0
     if o.more is not None:
         further = [(kappa, start) for kappa in slips_of(o.slips) for start in starts_of(o.starts)]
-        more_runs(o.folder, o.more, further, o.at, show)
+        more_runs(o.folder, o.more, further, o.at, print_progress)
         print(f"{len(further)} runs of the machine of {o.more} in {o.folder}")
         return 0
     if o.plan is not None:
@@ -158,16 +158,21 @@ def main(argv: list[str]) -> int:
     )
     starts = starts_of(o.starts)
     slips = [0.0] if o.free_rolling else slips_of(o.slips)
-    make = partial(simulate_many, setup=setup, folder=o.folder, bags=o.bags, progress=show)
+    make = partial(
+        simulate_many, setup=setup, folder=o.folder, bags=o.bags, progress=print_progress
+    )
     before: list[Measurement] = []
     if not o.free_rolling:
         if not math.isfinite(radius):
             before = [replace(base, measurement="free_rolling", start=starts[0])]
             (path,) = make(before, jobs=1)
-            radius = radius_of_run(read(path)).radius
+            radius = radius_of_run(read_samples(path)).radius
             print(f"effective rolling radius by a free-rolling run: {radius:.4f} m")
         base = replace(base, effective_rolling_radius=radius)
-    runs = [replace(m, run_index=m.run_index + len(before)) for m in matrix(base, slips, starts)]
+    runs = [
+        replace(m, run_index=m.run_index + len(before))
+        for m in slips_by_starts(base, slips, starts)
+    ]
     make(runs, jobs=o.jobs)
     write_tire(o.folder, record)
     print(f"{len(before) + len(runs)} runs in {o.folder}")
@@ -176,7 +181,7 @@ def main(argv: list[str]) -> int:
 
 def tire_and_radius(o: argparse.Namespace) -> tuple[TireRecord, float]:
     """Record of the mounted tire, and its effective rolling radius [m]; NaN: unknown."""
-    entry = tire_on(o.tire)
+    entry = tire_of_plant(o.tire)
     if entry is None:  # a file of the user
         t = PlantConfig.load(o.tire).tire
         record = TireRecord(t.name, t.free_radius, t.nominal_load, t.nominal_pressure_bar)

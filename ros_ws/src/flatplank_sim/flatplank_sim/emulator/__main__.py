@@ -47,7 +47,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     return parser.parse_args(arguments)
 
 
-def make(options: argparse.Namespace) -> Runner:
+def make_runner(options: argparse.Namespace) -> Runner:
     """Make and connect bench, wire, port and control socket."""
     bus = read_bus_file(options.bus)
     if options.rate:
@@ -73,7 +73,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Run until told to stop; print one line and return exit code 2 when it cannot start."""
     options = parse(arguments)
     try:
-        runner = make(options)
+        runner = make_runner(options)
     except ValueError as error:
         print(f"ethercat_emulator: {error}", file=sys.stderr)
         return 2

@@ -38,7 +38,7 @@ class EmulatedBench:
         self.now = 0
         """bench time [ns]"""
         self.inputs: BusInputs | None = None
-        self._agenda: list[tuple[int, Callable[[], None]]] = []
+        self._agenda: list[tuple[int, Callable[[], object]]] = []
 
     def slave(self, name: str) -> EmulatedSlave:
         """Slave by name."""
@@ -61,7 +61,7 @@ class EmulatedBench:
         commands = self.coupling.commands(answered, self.now)
         self.inputs = self.plant.step(commands)
         truth = getattr(self.plant, "truth", None)
-        self.monitor.see(
+        self.monitor.register_cycle(
             self.now, self.inputs, truth.wheel_velocity if truth is not None else None
         )
         self.coupling.publish(self.inputs, self.now)
@@ -69,7 +69,7 @@ class EmulatedBench:
             slave.tick(self.now)
         self.monitor.register_states(self.now, all([slave.operational for slave in self.slaves]))
 
-    def at(self, cycle: int, action: Callable[[], None]) -> None:
+    def call_at(self, cycle: int, action: Callable[[], object]) -> None:
         """Call `action` when the bench reaches a cycle; at once when it has passed."""
         if cycle <= self.cycle:
             action()

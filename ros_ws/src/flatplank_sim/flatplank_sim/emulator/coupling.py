@@ -9,8 +9,8 @@ from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs, Dig
 from flatplank_hw.cia402 import TORQUE_UNIT
 from flatplank_hw.ethercat import busfile
 from flatplank_hw.ethercat.busfile import Entry
-from flatplank_hw.ethercat.layout import limits
-from flatplank_sim.emulator.drive_firmware import IDLE, DriveFirmware
+from flatplank_hw.ethercat.layout import range_of_type
+from flatplank_sim.emulator.drive_firmware import IDLE, DriveFirmware, DriveWords
 from flatplank_sim.emulator.slave import EmulatedSlave
 
 Getter = Callable[[BusInputs], int]
@@ -28,7 +28,7 @@ class Coupling:
         }
         self.overrides: dict[str, int] = {}
         """injected faults: channel -> raw value in place of that of the plant"""
-        self._asked: dict[int, tuple[int, ...]] = dict.fromkeys(self.drives, IDLE)
+        self._asked: dict[int, DriveWords] = dict.fromkeys(self.drives, IDLE)
         self._compiled: dict[str, tuple[int, list[Getter | None]]] = {}
 
     def commands(self, cycle: int, now: int) -> tuple[AxisCommand, ...]:
@@ -48,9 +48,11 @@ class Coupling:
         commands = []
         for axis, drive in self.drives.items():
             name = AXES[axis]
-            words = tuple(asked.get(f"{name}.{word}", 0) for word in busfile.AXIS_OUTPUTS)
-            self._asked[axis] = words
-            command = drive.command(words, cycle, now)
+            word, mode, position, velocity, torque = (
+                asked.get(f"{name}.{output}", 0) for output in busfile.AXIS_OUTPUTS
+            )
+            self._asked[axis] = word, mode, position, velocity, torque
+            command = drive.command(self._asked[axis], cycle, now)
             commands.append(command._replace(digital_outputs=outputs))
         return tuple(commands)
 
@@ -90,7 +92,7 @@ def _getter(entry: Entry) -> Getter | None:
         return lambda inputs: inputs.axes[k][place]
     if name not in busfile.VOLTS and name not in busfile.COUNTS and not word:
         return None
-    low, high = limits(entry.kind)
+    low, high = range_of_type(entry.kind)
     if name in busfile.COUNTS:
         return lambda inputs: (getattr(inputs, name) - low) % (high - low + 1) + low
     if word:

@@ -28,7 +28,9 @@ STOP_NS = 200_000_000
 STUCK_NS = 60_000_000
 """an axis that stands still for this time in spite of a command has a following error [ns]"""
 
-IDLE = (0, 0, 0, 0, 0)
+DriveWords = tuple[int, int, int, int, int]
+"""control word, mode, target position, velocity, torque, as on the bus"""
+IDLE: DriveWords = (0, 0, 0, 0, 0)
 
 
 class DriveFirmware:
@@ -62,9 +64,8 @@ class DriveFirmware:
             if self.slave.mailbox is not None:
                 self.slave.mailbox.emergency(code, 0x01)
 
-    def command(self, asked: tuple[int, int, int, int, int], cycle: int, now: int) -> AxisCommand:
-        """Command to the motor; asked: control word, mode, target position, velocity, torque as on
-        the bus."""
+    def command(self, asked: DriveWords, cycle: int, now: int) -> AxisCommand:
+        """Command to the motor for what the bus has `asked`."""
         if not self.slave.operational:
             if self._enabled and not self.fault:
                 self.trip(COMMUNICATION)
@@ -80,9 +81,7 @@ class DriveFirmware:
             self._braking_since = None
         return AxisCommand(self.axis, cycle, word, *asked[1:], 0)
 
-    def report(
-        self, motor: AxisInputs, asked: tuple[int, int, int, int, int], now: int
-    ) -> AxisInputs:
+    def report(self, motor: AxisInputs, asked: DriveWords, now: int) -> AxisInputs:
         """Inputs that the drive reports about its motor."""
         self._enabled = motor.status_word & STATE_BITS == ENABLED
         if self.stuck and not self.fault:
@@ -104,7 +103,7 @@ class DriveFirmware:
         if self.slave.mailbox is not None:
             self.slave.mailbox.emergency(0, 0)
 
-    def _watch_following(self, asked: tuple[int, int, int, int, int], now: int) -> None:
+    def _watch_following(self, asked: DriveWords, now: int) -> None:
         commanded = asked[0] & 0x0F == 0x0F and any(asked[3:])
         if not commanded:
             self._stuck_since = None

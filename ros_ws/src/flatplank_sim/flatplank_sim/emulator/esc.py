@@ -47,21 +47,21 @@ class SlaveController:
         """Reset the registers to their state after power-on."""
         self.memory = bytearray(reg.MEMORY_END)
         self.memory[0:10] = bytes([0x11, 1, 1, 0, 8, 8, 8, 0x0F, 0xC4 if self.dc else 0xC0, 1])
-        self.put(reg.WATCHDOG_DIVIDER, 0x09C2)
-        self.put(reg.WATCHDOG_PDI, 1000)
-        self.put(reg.WATCHDOG_DATA, 1000)
-        self.put(reg.WATCHDOG_STATUS, 1)
-        self.put(reg.PDI_CONTROL, 0x0C80)
-        self.put(reg.SII_CONTROL, 0x0040)
+        self.write_register(reg.WATCHDOG_DIVIDER, 0x09C2)
+        self.write_register(reg.WATCHDOG_PDI, 1000)
+        self.write_register(reg.WATCHDOG_DATA, 1000)
+        self.write_register(reg.WATCHDOG_STATUS, 1)
+        self.write_register(reg.PDI_CONTROL, 0x0C80)
+        self.write_register(reg.SII_CONTROL, 0x0040)
         self._managers: list[reg.SyncManager] = []
         self._fmmus: list = []
         self.process_data_on = False
 
-    def put(self, address: int, value: int, size: int = 2) -> None:
+    def write_register(self, address: int, value: int, size: int = 2) -> None:
         """Set a register from the firmware."""
         self.memory[address : address + size] = value.to_bytes(size, "little")
 
-    def get(self, address: int, size: int = 2) -> int:
+    def read_register(self, address: int, size: int = 2) -> int:
         """Read a register from the firmware."""
         return int.from_bytes(self.memory[address : address + size], "little")
 
@@ -72,8 +72,8 @@ class SlaveController:
     @property
     def watchdog_ns(self) -> int:
         """Process data watchdog [ns]; 0 is off."""
-        tick = 40 * (self.get(reg.WATCHDOG_DIVIDER) + 2)
-        return self.get(reg.WATCHDOG_DATA) * tick
+        tick = 40 * (self.read_register(reg.WATCHDOG_DIVIDER) + 2)
+        return self.read_register(reg.WATCHDOG_DATA) * tick
 
     # --- datagrams -------------------------------------------------------------------------
 
@@ -91,7 +91,7 @@ class SlaveController:
             return self._read_multiple_write(command, position, offset, frame, data, length)
         if command in _POSITION and position != 0:
             return 0
-        if command in _STATION and position != self.get(reg.STATION_ADDRESS):
+        if command in _STATION and position != self.read_register(reg.STATION_ADDRESS):
             return 0
         return self._physical(command, offset, frame, data, length)
 
@@ -114,7 +114,7 @@ class SlaveController:
     def _read_multiple_write(
         self, command: int, position: int, offset: int, frame: bytearray, data: int, length: int
     ) -> int:
-        wanted = 0 if command == Command.ARMW else self.get(reg.STATION_ADDRESS)
+        wanted = 0 if command == Command.ARMW else self.read_register(reg.STATION_ADDRESS)
         if position == wanted:
             found = self._read(offset, length)
             if found is None:
@@ -159,8 +159,10 @@ class SlaveController:
             if manager is not None:
                 return self._read_mailbox(manager, offset, end)
         elif self.dc and offset <= reg.DC_SYSTEM_TIME < end:
-            self.put(
-                reg.DC_SYSTEM_TIME, self.now + self.get(reg.DC_SYSTEM_OFFSET, 8) & (1 << 64) - 1, 8
+            self.write_register(
+                reg.DC_SYSTEM_TIME,
+                self.now + self.read_register(reg.DC_SYSTEM_OFFSET, 8) & (1 << 64) - 1,
+                8,
             )
         return bytes(self.memory[offset:end])
 
@@ -187,11 +189,11 @@ class SlaveController:
             return True
         if offset <= reg.SII_CONTROL < end:
             self.memory[offset:end] = data
-            self.sii_command(self.get(reg.SII_CONTROL))
+            self.sii_command(self.read_register(reg.SII_CONTROL))
             return True
         if offset <= reg.DC_RECEIVE < end:
             for port in range(4):
-                self.put(reg.DC_RECEIVE + 4 * port, self.now & 0xFFFFFFFF, 4)
+                self.write_register(reg.DC_RECEIVE + 4 * port, self.now & 0xFFFFFFFF, 4)
             return True
         if reg.DL_STATUS <= offset < reg.AL_CONTROL or reg.AL_STATUS <= offset < reg.PDI_CONTROL:
             return True

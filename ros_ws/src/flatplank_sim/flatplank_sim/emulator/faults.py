@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from flatplank_data.params import nearest
+from flatplank_data.params import nearest_hint
 from flatplank_hw.bus.image import AXES
-from flatplank_hw.ethercat.layout import limits
-from flatplank_hw.ethercat.reader import integer, number
+from flatplank_hw.ethercat.layout import range_of_type
+from flatplank_hw.ethercat.reader import check_integer, check_number
 from flatplank_sim.emulator.al import State
 from flatplank_sim.emulator.bench import EmulatedBench
 from flatplank_sim.emulator.drive_firmware import DriveFirmware
@@ -41,14 +41,14 @@ class FaultTargets:
         """A slave by name, or an error with the nearest one."""
         names = [s.spec.name for s in self.bench.slaves]
         if name not in names:
-            raise ValueError(f"no slave '{name}'{nearest(str(name), names)}")
+            raise ValueError(f"no slave '{name}'{nearest_hint(str(name), names)}")
         return self.bench.slave(name)
 
     def drive(self, axis: str) -> DriveFirmware:
         """The drive of an axis."""
         drives = self.bench.coupling.drives
         if axis not in AXES or AXES.index(axis) not in drives:
-            raise ValueError(f"no drive on axis '{axis}'{nearest(str(axis), AXES)}")
+            raise ValueError(f"no drive on axis '{axis}'{nearest_hint(str(axis), AXES)}")
         return drives[AXES.index(axis)]
 
     def mailbox(self, name: str) -> Mailbox:
@@ -60,12 +60,12 @@ class FaultTargets:
 
 
 def _whole(name: str, value: Any, bits: int) -> int:
-    return integer(value, name, 0, (1 << bits) - 1)
+    return check_integer(value, name, 0, (1 << bits) - 1)
 
 
 def _state(name: str) -> State:
     if name not in list(State.__members__):
-        raise ValueError(f"no state '{name}'{nearest(str(name), State.__members__)}")
+        raise ValueError(f"no state '{name}'{nearest_hint(str(name), State.__members__)}")
     return State[name]
 
 
@@ -83,25 +83,25 @@ def _set(target: object, name: str, value: object, after: object) -> Action:
 
 
 def lose_frames(rig: FaultTargets, frames: int = 1) -> Action:
-    """So many process data frames never reach the slaves."""
+    """The next `frames` process data frames never reach the slaves."""
     return _set(rig.wire, "lose_next", _whole("frames", frames, 32), 0)
 
 
 def lose_answers(rig: FaultTargets, frames: int = 1) -> Action:
-    """So many process data answers are lost on the way back."""
+    """The next `frames` process data answers are lost on the way back."""
     return _set(rig.wire, "lose_answers", _whole("frames", frames, 32), 0)
 
 
 def lose_share(rig: FaultTargets, share: float) -> Action:
     """A share of all frames is lost, at random with a fixed seed."""
-    if not 0.0 <= number(share, "share") <= 1.0:
+    if not 0.0 <= check_number(share, "share") <= 1.0:
         raise ValueError(f"share is {share}, must be within 0..1")
     return _set(rig.wire, "lose_share", float(share), 0.0)
 
 
 def delay(rig: FaultTargets, ms: float) -> Action:
     """Process data answers come late."""
-    return _set(rig.wire, "delay_ns", round(number(ms, "ms") * 1e6), 0)
+    return _set(rig.wire, "delay_ns", round(check_number(ms, "ms") * 1e6), 0)
 
 
 def hold(rig: FaultTargets) -> Action:
@@ -120,8 +120,8 @@ def link_down(rig: FaultTargets) -> Action:
 
 
 def counter_offset(rig: FaultTargets, offset: int) -> Action:
-    """The working counter of process data is wrong by so much."""
-    value = integer(offset, "offset", -0xFFFF, 0xFFFF)
+    """The working counter of process data is wrong by `offset`."""
+    value = check_integer(offset, "offset", -0xFFFF, 0xFFFF)
     return _set(rig.bench.segment, "counter_offset", value, 0)
 
 
@@ -215,7 +215,7 @@ def mailbox_abort(rig: FaultTargets, slave: str, code: int = 0x08000000) -> Acti
 
 def mailbox_late(rig: FaultTargets, slave: str, ms: float) -> Action:
     """SDO answers come late (bench time)."""
-    return _set(rig.mailbox(slave), "late_ns", round(number(ms, "ms") * 1e6), 0)
+    return _set(rig.mailbox(slave), "late_ns", round(check_number(ms, "ms") * 1e6), 0)
 
 
 def emergency(rig: FaultTargets, slave: str, code: int, register: int = 1) -> Action:
@@ -247,10 +247,10 @@ def channel(rig: FaultTargets, name: str, value: int) -> Action:
     entries = [entry for slave in rig.bench.slaves for entry in slave.spec.input_entries]
     known = {entry.channel: entry for entry in entries if entry.channel}
     if name not in list(known):
-        raise ValueError(f"no input channel '{name}'{nearest(str(name), known)}")
+        raise ValueError(f"no input channel '{name}'{nearest_hint(str(name), known)}")
     entry, overrides = known[name], rig.bench.coupling.overrides
-    low, high = limits(entry.kind) if entry.kind else (0, (1 << entry.bits) - 1)
-    raw = integer(value, "value", low, high)
+    low, high = range_of_type(entry.kind) if entry.kind else (0, (1 << entry.bits) - 1)
+    raw = check_integer(value, "value", low, high)
     return _action(partial(overrides.update, {name: raw}), partial(overrides.pop, name, None))
 
 

@@ -61,7 +61,7 @@ class Mailbox:
         body = code.to_bytes(2, "little") + bytes([register]) + data[:5].ljust(5, b"\0")
         self._post(COE, _coe(EMERGENCY) + body)
 
-    def pump(self, now: int) -> None:
+    def offer_next(self, now: int) -> None:
         """Offer the next message when the master has fetched the last one."""
         self.now = now
         while self._queue and self._queue[0][0] <= now and self._offer(self._queue[0][1]):
@@ -71,7 +71,7 @@ class Mailbox:
         self._counter = self._counter % 7 + 1
         head = len(body).to_bytes(2, "little") + bytes([0, 0, 0, kind | self._counter << 4])
         self._queue.append((self.now + self.late_ns, head + body))
-        self.pump(self.now)
+        self.offer_next(self.now)
 
 
 def _coe(service: int) -> bytes:

@@ -33,7 +33,9 @@ class MotionMonitor:
         self._in_op = False
         self._position: list[int | None] = [None] * len(AXES)
 
-    def see(self, now: int, inputs: BusInputs, wheel_speed: float | None = None) -> None:
+    def register_cycle(
+        self, now: int, inputs: BusInputs, wheel_speed: float | None = None
+    ) -> None:
         """Register one cycle of the plant's true inputs, before any firmware changes them.
 
         wheel_speed: speed of the wheel itself, behind gear and backlash [rad/s]; None: use the

@@ -55,7 +55,7 @@ class PdoDirection:
         self.layout = Layout([(e.kind, e.bits) for e in self.entries])
         self.version += 1
 
-    def current(self, index: int, subindex: int, item: Variable) -> bytes:
+    def present_value(self, index: int, subindex: int, item: Variable) -> bytes:
         """Value from the process data when it is exchanged, else the stored value."""
         if len(self.values) == len(self.entries):
             for entry, value in zip(self.entries, self.values, strict=True):

@@ -6,9 +6,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from flatplank_data.params import nearest
+from flatplank_data.params import nearest_hint
 from flatplank_hw.bus.image import AXES
-from flatplank_hw.ethercat.reader import integer
+from flatplank_hw.ethercat.reader import check_integer
 from flatplank_sim.emulator import registers as reg
 from flatplank_sim.emulator.faults import FAULTS, FaultTargets, Undo
 
@@ -38,24 +38,24 @@ class RequestHandler:
         if name in self._requests:
             return self._requests[name](**arguments)
         known = [*FAULTS, *self._requests]
-        raise ValueError(f"unknown request '{name}'{nearest(name, known)}")
+        raise ValueError(f"unknown request '{name}'{nearest_hint(name, known)}")
 
     def _fault(self, name: str, arguments: dict[str, Any]) -> dict[str, Any]:
         bench = self.rig.bench
-        after = integer(arguments.pop("after", 0), "after")
-        at = integer(arguments.pop("at", bench.cycle + after), "at")
-        cycles = integer(arguments.pop("cycles", 0), "cycles")
+        after = check_integer(arguments.pop("after", 0), "after")
+        at = check_integer(arguments.pop("at", bench.cycle + after), "at")
+        cycles = check_integer(arguments.pop("cycles", 0), "cycles")
         action = FAULTS[name](self.rig, **arguments)
 
         def apply() -> None:
             bench.monitor.fault(bench.now)
             undo = action()
             if undo is not None and cycles:
-                bench.at(bench.cycle + cycles, undo)
+                bench.call_at(bench.cycle + cycles, undo)
             elif undo is not None:
                 self._undo.setdefault(name, []).append(undo)
 
-        bench.at(at, apply)
+        bench.call_at(at, apply)
         return {"cycle": bench.cycle, "at": at}
 
     def _mend(self, fault: str = "") -> dict[str, Any]:
@@ -92,7 +92,7 @@ class RequestHandler:
         operator = getattr(self.rig.bench.plant, "operator", None)
         known = [n for n in dir(operator) if not n.startswith("_")]
         if name not in known:
-            raise ValueError(f"no operator's switch '{name}'{nearest(name, known)}")
+            raise ValueError(f"no operator's switch '{name}'{nearest_hint(name, known)}")
         switch = getattr(operator, name)
         if not callable(switch):
             return {"view": switch._asdict()}

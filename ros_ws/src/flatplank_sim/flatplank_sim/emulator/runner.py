@@ -17,7 +17,7 @@ from flatplank_hw.ethercat.master.interface import (
     NAME_LIMIT,
     SIOCGIFFLAGS,
 )
-from flatplank_hw.process import prepare
+from flatplank_hw.process import prepare_thread
 from flatplank_sim.emulator.bench import EmulatedBench
 from flatplank_sim.emulator.control import ControlServer
 from flatplank_sim.emulator.wire import Wire
@@ -145,7 +145,7 @@ class Runner:
 
     def run(self, fifo: bool = False) -> None:
         """Run until `running` is false."""
-        self.scheduling = prepare(fifo, priority=40)
+        self.scheduling = prepare_thread(fifo, priority=40)
         self._wall = time.monotonic_ns()
         gc.freeze()
         gc.disable()

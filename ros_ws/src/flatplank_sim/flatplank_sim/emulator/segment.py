@@ -45,7 +45,7 @@ class Segment:
         line = self.reached
         for position, slave in enumerate(line):
             last = position + 1 == len(line)
-            slave.esc.put(reg.DL_STATUS, 0x5611 if last else 0x5A31)
+            slave.esc.write_register(reg.DL_STATUS, 0x5611 if last else 0x5A31)
 
     def is_process_data(self, frame: bytes | bytearray) -> bool:
         """True when a frame contains logical datagrams."""

@@ -65,15 +65,15 @@ class EmulatedSlave:
         """Update watchdog and mailbox to bench time `now` [ns]."""
         self.esc.now = now
         if self.mailbox is not None:
-            self.mailbox.pump(now)
+            self.mailbox.offer_next(now)
         if (
             self.al.state == State.OP
             and self.watched
             and now - self.esc.last_outputs > self.esc.watchdog_ns
         ):
-            self.esc.put(reg.WATCHDOG_STATUS, 0)
-            count = self.esc.get(reg.WATCHDOG_COUNT, 1)
-            self.esc.put(reg.WATCHDOG_COUNT, min(count + 1, 255), 1)
+            self.esc.write_register(reg.WATCHDOG_STATUS, 0)
+            count = self.esc.read_register(reg.WATCHDOG_COUNT, 1)
+            self.esc.write_register(reg.WATCHDOG_COUNT, min(count + 1, 255), 1)
             self.drop(State.SAFEOP, AlStatusCode.WATCHDOG)
 
     @property
@@ -113,8 +113,8 @@ class EmulatedSlave:
         self._show()
 
     def _show(self) -> None:
-        self.esc.put(reg.AL_STATUS, self.al.status)
-        self.esc.put(reg.AL_STATUS_CODE, self.al.code)
+        self.esc.write_register(reg.AL_STATUS, self.al.status)
+        self.esc.write_register(reg.AL_STATUS_CODE, self.al.code)
 
     def _in_preop(self) -> bool:
         return self.al.state == State.PREOP
@@ -145,7 +145,7 @@ class EmulatedSlave:
         self.esc.process_data_on = new in (State.SAFEOP, State.OP)
         if new == State.OP:
             self.esc.last_outputs = self.esc.now
-            self.esc.put(reg.WATCHDOG_STATUS, 1)
+            self.esc.write_register(reg.WATCHDOG_STATUS, 1)
         if new == State.INIT and self.mailbox is not None:
             self.mailbox.reset()
         for hook in self.state_hooks:
@@ -159,16 +159,16 @@ class EmulatedSlave:
 
     def _fetched(self) -> None:
         if self.mailbox is not None:
-            self.mailbox.pump(self.esc.now)
+            self.mailbox.offer_next(self.esc.now)
 
     def _sii_command(self, command: int) -> None:
-        esc, address = self.esc, self.esc.get(reg.SII_ADDRESS, 4) * 2
+        esc, address = self.esc, self.esc.read_register(reg.SII_ADDRESS, 4) * 2
         if command & 0x0700 == _READ:
             data = bytes(self.sii[address : address + 8]).ljust(8, b"\xff")
             esc.memory[reg.SII_DATA : reg.SII_DATA + 8] = data
         elif command & 0x0701 == _WRITE and address + 2 <= len(self.sii):
             self.sii[address : address + 2] = esc.memory[reg.SII_DATA : reg.SII_DATA + 2]
-        esc.put(reg.SII_CONTROL, _SII_READY)
+        esc.write_register(reg.SII_CONTROL, _SII_READY)
 
     # --- object dictionary -----------------------------------------------------------------
 
@@ -190,7 +190,7 @@ class EmulatedSlave:
             for entry in direction.known.values():
                 if entry.index:
                     item = Variable(entry.kind, bytes((entry.bits + 7) // 8), True, entry.name)
-                    item.read = partial(direction.current, entry.index, entry.subindex, item)
+                    item.read = partial(direction.present_value, entry.index, entry.subindex, item)
                     item.writable = direction is self.outputs
                     d.add(entry.index, entry.subindex, item)
         for one in (*spec.objects, *spec.sdos):

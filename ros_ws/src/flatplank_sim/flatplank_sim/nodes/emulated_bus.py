@@ -10,7 +10,7 @@ from typing import Any
 from flatplank_data.params import param
 from flatplank_hw.ethercat.master import BusClient
 from flatplank_hw.nodes.ethercat_bus import BusParameters, EthercatBus
-from flatplank_hw.nodes.support import run
+from flatplank_hw.nodes.support import run_node
 from flatplank_sim.emulated import EmulatedBus
 from flatplank_sim.emulator.control import ControlError
 from flatplank_sim.nodes.operator_services import OperatorServices
@@ -69,7 +69,7 @@ class EmulatedBusNode(EthercatBus):
 
 
 def main(args: list[str] | None = None) -> int:
-    return run(lambda: EmulatedBusNode("ethercat_bus"), args)
+    return run_node(lambda: EmulatedBusNode("ethercat_bus"), args)
 
 
 if __name__ == "__main__":

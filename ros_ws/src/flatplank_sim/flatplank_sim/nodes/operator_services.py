@@ -12,7 +12,7 @@ from typing import Any
 from std_srvs.srv import SetBool, Trigger
 
 from flatplank_data.limits import refusal
-from flatplank_hw.nodes.support import BenchNode, answer
+from flatplank_hw.nodes.support import BenchNode, fill_response
 from flatplank_msgs.srv import PlankSwitch, SetValue
 
 PREFIX = "/simulated_plant"
@@ -49,8 +49,8 @@ class OperatorServices:
         try:
             self._operate(name, *values)
         except ValueError as error:
-            return answer(response, False, str(error), self._cycle())
-        return answer(response, True, "", self._cycle() + 1)
+            return fill_response(response, False, str(error), self._cycle())
+        return fill_response(response, True, "", self._cycle() + 1)
 
     def _on_plank(self, request: Any, response: Any) -> Any:
         return self._act(response, "plank", request.direction, request.fast, request.stop_at)
@@ -64,5 +64,5 @@ class OperatorServices:
     def _on_value(self, name: str, request: Any, response: Any) -> Any:
         setting, method, to_si = VALUES[name]
         if setting and (reason := refusal(setting, request.value)):
-            return answer(response, False, reason, self._cycle())
+            return fill_response(response, False, reason, self._cycle())
         return self._act(response, method, to_si(request.value))

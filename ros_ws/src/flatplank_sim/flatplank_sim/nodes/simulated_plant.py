@@ -17,7 +17,7 @@ from flatplank_hw.bus.pacing import PACES, Pacer
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import STREAM
 from flatplank_hw.nodes.reporting import SHOWN
-from flatplank_hw.nodes.support import BenchNode, answer, run
+from flatplank_hw.nodes.support import BenchNode, fill_response, run_node
 from flatplank_msgs.msg import BusInputs, BusOutputs
 from flatplank_msgs.srv import Advance, SetPace
 from flatplank_sim.nodes.operator_services import OperatorServices
@@ -81,8 +81,8 @@ class SimulatedPlant(BenchNode):
         self.add_subscription(BusOutputs, "/bus/outputs", self.on_command, STREAM)
         self.skipped, self.slow_at = 0, 0.0
         """number of reported lost batches, and time of the report [s]"""
-        self.every(p.batch / p.rate_hz, self.on_tick)
-        self.every(1.0, self.on_second)
+        self.add_timer(p.batch / p.rate_hz, self.on_tick)
+        self.add_timer(1.0, self.on_second)
         self.add_service(Advance, "~/advance", self.on_advance)
         self.add_service(SetPace, "~/set_pace", self.on_pace)
         operator = self.plant.operator
@@ -96,12 +96,12 @@ class SimulatedPlant(BenchNode):
             return  # an answer to the bus before a clean-up
         self.commands[msg.axis] = convert.command_from_msg(msg)
         self.ages[min(self.cycle - msg.cycle, len(self.ages) - 1)] += 1
-        go_on = self.pacer.answered(msg.axis, msg.cycle)
+        go_on = self.pacer.register_answer(msg.axis, msg.cycle)
         self.release()
         if go_on:
             self.go()
 
-    def numbers(self) -> dict[str, Any]:
+    def diagnostic_values(self) -> dict[str, Any]:
         """Delays of the graph, for /diagnostics."""
         return {
             "cycle": self.cycle,
@@ -130,16 +130,16 @@ class SimulatedPlant(BenchNode):
             self.waiting.pop(0)[1].set_result(None)
 
     def on_tick(self) -> None:
-        if self.pacer.given_up(time.monotonic()):
+        if self.pacer.stop_waiting(time.monotonic()):
             self.release()
-        for _ in range(self.pacer.due(time.monotonic(), self.parameters.rate_hz)):
+        for _ in range(self.pacer.batches_due(time.monotonic(), self.parameters.rate_hz)):
             self.go()
 
     def go(self) -> None:
         """Make one batch of cycles and publish it."""
         batch = [self.plant.step(tuple(self.commands.values())) for _ in range(self.pacer.batch)]
         self.cycle = batch[-1].cycle
-        self.pacer.made(self.cycle, time.monotonic())
+        self.pacer.register_batch(self.cycle, time.monotonic())
         convert.inputs_to_msg(batch, self.period_ns, self.message, self.t0)
         self.publish(self.message)
         if self.pacer.pace != "realtime" and self.cycle - self.clock_cycle >= CLOCK_CYCLES:
@@ -155,27 +155,27 @@ class SimulatedPlant(BenchNode):
             future = Future()
             self.waiting.append((until, future))
             self.waiting.sort(key=lambda pair: pair[0])
-            if self.pacer.free():
+            if self.pacer.all_have_answered():
                 self.go()
             await future
-        return answer(response, True, "", cycle=self.cycle)
+        return fill_response(response, True, "", cycle=self.cycle)
 
     def on_pace(self, request: SetPace.Request, response: SetPace.Response) -> SetPace.Response:
         if request.pace not in PACES:
-            return answer(
+            return fill_response(
                 response, False, f"unknown pace {request.pace!r}; one of {', '.join(PACES)}"
             )
         if request.batch > MAX_BATCH:
-            return answer(response, False, f"batch is {request.batch}, at most {MAX_BATCH}")
+            return fill_response(response, False, f"batch is {request.batch}, at most {MAX_BATCH}")
         self.pacer.set_pace(request.pace, time.monotonic())
         self.pacer.batch = request.batch or self.pacer.batch
-        if self.pacer.free():
+        if self.pacer.all_have_answered():
             self.go()
-        return answer(response, True, f"pace is {request.pace}", cycle=self.cycle + 1)
+        return fill_response(response, True, f"pace is {request.pace}", cycle=self.cycle + 1)
 
 
 def main(args: list[str] | None = None) -> int:
-    return run(lambda: SimulatedPlant("simulated_plant"), args)
+    return run_node(lambda: SimulatedPlant("simulated_plant"), args)
 
 
 if __name__ == "__main__":

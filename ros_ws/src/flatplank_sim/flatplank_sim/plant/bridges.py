@@ -34,7 +34,7 @@ def wheel_centre(m, fx, fy, fz, mx, my, mz, radius, gamma):
 
 
 @inner
-def hub(m):
+def bridge_scales(m):
     """Scale g 4e5 / A of the bridges, and arms of the outer and the inner bridges [m]."""
     outer = 0.3475 - m.et_value + m.adapter
     inner_arm = 0.0475 - m.et_value + m.adapter
@@ -44,7 +44,7 @@ def hub(m):
 @inner
 def volts(m, wheel, out):
     """C1..C6 [V] from Fx, Fy, Fz, Mx, Mz at the wheel centre."""
-    base, outer, inner_arm = hub(m)
+    base, outer, inner_arm = bridge_scales(m)
     span = outer - inner_arm
     u2 = (wheel[4] + inner_arm * wheel[0]) / span
     u3 = -wheel[0] - u2
@@ -123,9 +123,9 @@ def lagged(m, s, history, out):
 
 
 @inner
-def read(m, v, radius, gamma, out):
+def forces_from_volts(m, v, radius, gamma, out):
     """Compute Fx..Mz at the contact point from C1..C6 by (A.1), (A.2) with nominal constants."""
-    base, outer, inner_arm = hub(m)
+    base, outer, inner_arm = bridge_scales(m)
     u2, u3 = base * v[1] / m.k_fx1, base * v[2] / m.k_fx2
     u5, u6 = base * v[4] / m.k_fz2, base * v[5] / m.k_fz1
     fx, fy, fz = -(u2 + u3), base * v[0] / m.k_fy, u5 + u6

@@ -16,12 +16,12 @@ from typing import Any
 import numpy as np
 
 from flatplank_data.limits import LIMITS
-from flatplank_data.params import nearest
+from flatplank_data.params import nearest_hint
 from flatplank_hw.bus.image import AXES
 from flatplank_sim.plant.defects.base import Defect, build_defects
 from flatplank_sim.plant.yamlconfig import (
     PlantConfigError,
-    build,
+    build_dataclass,
     merge,
     nested,
     read_overlay,
@@ -256,12 +256,14 @@ class PlantConfig:
         for name in servos:
             if name not in AXES:
                 raise PlantConfigError(
-                    f"{where}: servos: unknown axis '{name}'{nearest(name, AXES)}"
+                    f"{where}: servos: unknown axis '{name}'{nearest_hint(name, AXES)}"
                 )
-        built = {k: build(ServoConfig, v, f"{where}: servos: {k}") for k, v in servos.items()}
+        built = {
+            k: build_dataclass(ServoConfig, v, f"{where}: servos: {k}") for k, v in servos.items()
+        }
         data["servos"] = built
         data["defects"] = build_defects(defects, f"{where}: defects")
-        config = build(PlantConfig, data, where)
+        config = build_dataclass(PlantConfig, data, where)
         config.check(where)
         return config
 
@@ -270,7 +272,7 @@ class PlantConfig:
         for axis in self.driven_axes:
             if axis not in AXES:
                 raise PlantConfigError(
-                    f"{where}: driven_axes: unknown '{axis}'{nearest(axis, AXES)}"
+                    f"{where}: driven_axes: unknown '{axis}'{nearest_hint(axis, AXES)}"
                 )
             if axis not in self.servos:
                 raise PlantConfigError(f"{where}: driven_axes: '{axis}' has no entry under servos")
@@ -312,7 +314,7 @@ def _packaged(name: str, kind: str = "file", folder: str = ".") -> dict[str, Any
     path = config_folder() / folder / f"{name}.yaml"
     if not path.is_file():
         known = [p.stem for p in (config_folder() / folder).glob("*.yaml")]
-        raise PlantConfigError(f"plant: unknown {kind} '{name}'{nearest(name, known)}")
+        raise PlantConfigError(f"plant: unknown {kind} '{name}'{nearest_hint(name, known)}")
     return read_yaml(path)
 
 

@@ -17,7 +17,14 @@ from flatplank_sim.plant.drives import (
     wrap32,
 )
 from flatplank_sim.plant.drivetrain import substep
-from flatplank_sim.plant.road import TURN, operator_axes, plank_speed, ride, rolling_radius, shear
+from flatplank_sim.plant.road import (
+    TURN,
+    advance_road,
+    advance_tire,
+    operator_axes,
+    plank_speed,
+    rolling_radius,
+)
 
 WHEEL, PLANK, STEER, VERTICAL, CAMBER = range(5)
 TRIGGER, ESTOP_OK, LIMIT_FRONT, LIMIT_REAR = 1, 2, 4, 8
@@ -84,13 +91,13 @@ def mechanics(m, s, p, ts, bristles, op, d, ds, curve, road_map, k):
     if not d[PLANK].fitted:
         v_pinion = plank_speed(m, s, op, dt)
     s.gamma = s.wheel_camber + s.road_camber
-    dx, dy, turn = ride(m, s, p, ts, road_map, v_pinion, dt)
+    dx, dy, turn = advance_road(m, s, p, ts, road_map, v_pinion, dt)
     re = rolling_radius(m, s, p, ts)
     s.drag = p.rolling * s.fz * s.height + m.bearing_torque
     before = s.theta
     turn_wheel(m, s, ts, d[WHEEL], ds[WHEEL], curve, re, dx, dt, k)
     dq = re * (s.theta - before)
-    shear(m, s, p, ts, bristles, road_map, dq, dx, dy, turn, dt)
+    advance_tire(m, s, p, ts, bristles, road_map, dq, dx, dy, turn, dt)
     forward = s.road_velocity * math.cos(s.alpha)
     s.kappa = re * s.omega / forward - 1.0 if abs(forward) > 1e-6 else 0.0
 
@@ -148,7 +155,7 @@ def encode(m, s, d, ds, digital, noise, out):
 
 
 @inner
-def tell(s, p, ts, out):
+def write_truth(s, p, ts, out):
     """Write the true values of this cycle to `out`, in the order of `layout.Truth`."""
     values = (
         s.t, ts.fx + s.slope_force, ts.fy, s.fz, ts.uy * s.fz, -p.rolling * s.fz * s.height, ts.mz,
@@ -195,5 +202,5 @@ def cycle(
     noise = noise_block[noise_row]
     read_bridges(m, s, p, ts, mix, drift, work, history, noise, out_volts)
     encode(m, s, d, ds, switches(m, s, op), noise, out_counts)
-    tell(s, p, ts, out_truth)
+    write_truth(s, p, ts, out_truth)
     out_truth[17] = s.motor - m.gear * s.theta - s.offset

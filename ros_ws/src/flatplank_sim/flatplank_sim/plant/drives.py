@@ -85,7 +85,7 @@ def transition(ds, word):
 
 
 @inner
-def watch(ds, age, limit):
+def check_watchdog(ds, age, limit):
     """Watchdog: an enabled drive without fresh commands stops by itself."""
     if ds.state == ENABLED and age > limit:
         trip(ds, ERROR_WATCHDOG)
@@ -105,7 +105,7 @@ def stop_ramp(d, ds, dt):
 
 
 @inner
-def towards(d, ds, dt):
+def move_towards_target(d, ds, dt):
     """Profile position: speed trapezoid to ds.target; returns whether it is reached."""
     error = ds.target - ds.motor
     most = min(math.sqrt(2.0 * d.acceleration * abs(error)), d.position_gain * abs(error))
@@ -129,7 +129,7 @@ def follow_position(d, ds, mode, target, rising, dt):
     if ds.control & HALT:
         ds.v_ref = ramp(ds.v_ref, 0.0, d.acceleration * dt)
         return False
-    return towards(d, ds, dt)
+    return move_towards_target(d, ds, dt)
 
 
 @inner
@@ -187,7 +187,7 @@ def drive(d, ds, command, age, dt, allowed):
     was_enabled = ds.state == ENABLED
     transition(ds, command[0])
     if age >= 0:
-        watch(ds, age, d.watchdog)
+        check_watchdog(ds, age, d.watchdog)
     if not allowed and ds.state == ENABLED:
         ds.state = QUICK_STOP
     if ds.state == ENABLED and not was_enabled:

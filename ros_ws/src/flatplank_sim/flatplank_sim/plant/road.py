@@ -8,13 +8,13 @@ import math
 from flatplank_sim.plant.compiling import inner
 from flatplank_sim.plant.drivetrain import ramp
 from flatplank_sim.plant.layout import MAP_ROWS, MAP_START
-from flatplank_sim.plant.tire import advance, place
+from flatplank_sim.plant.tire import advance, map_row
 
 TURN = 2.0 * math.pi
 
 
 @inner
-def beyond(push, friction):
+def force_beyond_friction(push, friction):
     """Part of a force beyond the dry friction."""
     return push - min(max(push, -friction), friction)
 
@@ -56,7 +56,7 @@ def rack_gap(m, s, stiffness, v_pinion, dt):
     """Backlash of the rack: a tire that pushes beyond friction moves the plank ahead."""
     if m.rack_gap <= 0.0:
         return 0.0
-    free = beyond(s.push, m.rack_friction) / m.gap_damping
+    free = force_beyond_friction(s.push, m.rack_friction) / m.gap_damping
     step = (free - v_pinion) * dt / (1.0 + stiffness * dt / m.gap_damping)
     before = s.w_rack
     s.w_rack = min(max(before + step, 0.0), m.rack_gap)
@@ -64,16 +64,16 @@ def rack_gap(m, s, stiffness, v_pinion, dt):
 
 
 @inner
-def slack(w, gap, friction, damping, push, stiffness, dt):
+def position_in_gap(w, gap, friction, damping, push, stiffness, dt):
     """New position of a part in a gap with dry friction, moved by `push` [N]."""
     if gap <= 0.0:
         return w
-    free = beyond(push, friction)
+    free = force_beyond_friction(push, friction)
     return min(max(w + free / (stiffness + damping / dt), 0.0), gap)
 
 
 @inner
-def mesh(m, x):
+def mesh_error(m, x):
     """Mesh error of rack and pinion [m] at pinion travel x, with the periods of a tooth and a
     turn."""
     return m.mesh_tooth * math.sin(
@@ -91,13 +91,19 @@ def move_road(m, s, ts, v_pinion, dt):
     s.pinion += v_pinion * dt
     s.pinion_velocity = v_pinion
     rack_gap(m, s, stiffness, v_pinion, dt)
-    s.plank = s.pinion * (1.0 + m.scale_error) + mesh(m, s.pinion) - mesh(m, 0.0) + s.w_rack
-    s.w_road = slack(s.w_road, m.road_gap, m.road_friction, m.gap_damping, s.push, stiffness, dt)
+    s.plank = (
+        s.pinion * (1.0 + m.scale_error) + mesh_error(m, s.pinion) - mesh_error(m, 0.0) + s.w_rack
+    )
+    s.w_road = position_in_gap(
+        s.w_road, m.road_gap, m.road_friction, m.gap_damping, s.push, stiffness, dt
+    )
     road = s.plank + s.w_road
     step = road - s.road
     s.road = road
     side = ts.fx * sin - ts.fy * cos
-    s.w_y = slack(s.w_y, m.support_gap_y, m.support_friction, m.gap_damping, side, ts.gy, dt)
+    s.w_y = position_in_gap(
+        s.w_y, m.support_gap_y, m.support_friction, m.gap_damping, side, ts.gy, dt
+    )
     y = s.w_y - s.lateral
     if m.wander != 0.0:
         y += m.wander * math.sin(TURN * s.plank / m.wander_period + m.wander_phase)
@@ -110,7 +116,7 @@ def move_road(m, s, ts, v_pinion, dt):
 def steer_hub(m, s, ts, dt):
     """Turn of the hub about z within the play of the worm; returns the change of alpha [rad]."""
     if m.steer_play > 0.0:
-        free = beyond(ts.mz + ts.fx * m.steer_arm, m.steer_friction)
+        free = force_beyond_friction(ts.mz + ts.fx * m.steer_arm, m.steer_friction)
         half = 0.5 * m.steer_play
         # a positive moment turns the wheel to the left, which lowers alpha
         s.steer_play = min(max(s.steer_play - free / m.steer_damping * dt, -half), half)
@@ -121,10 +127,10 @@ def steer_hub(m, s, ts, dt):
 
 
 @inner
-def surface(road_map, x, column):
+def road_map_value(road_map, x, column):
     """Value of a column of the road map at position x [m], by linear interpolation."""
     f = (x + MAP_START) * MAP_ROWS
-    k = place(x, road_map.shape[0] - 1)
+    k = map_row(x, road_map.shape[0] - 1)
     w = min(max(f - k, 0.0), 1.0)
     return road_map[k, column] * (1.0 - w) + road_map[k + 1, column] * w
 
@@ -136,7 +142,7 @@ def vertical_load(m, s, p, ts, road_map):
     if m.runout != 0.0:
         deflection += m.runout * math.cos(s.theta - m.runout_phase)
     if m.mapped:
-        deflection += surface(road_map, s.road, 1) + surface(road_map, s.road, 2)
+        deflection += road_map_value(road_map, s.road, 1) + road_map_value(road_map, s.road, 2)
     if m.support_gap_z > 0.0:
         share = (s.fz - m.support_from) / (m.support_to - m.support_from)
         share = min(max(share, 0.0), 1.0)
@@ -149,7 +155,9 @@ def vertical_load(m, s, p, ts, road_map):
     if m.nu1 != 0.0 or m.nu2 != 0.0 or m.nu3 != 0.0:
         fz += uniformity(m, s.theta)
     if m.mapped:
-        rise = surface(road_map, s.road + 1e-3, 2) - surface(road_map, s.road - 1e-3, 2)
+        rise = road_map_value(road_map, s.road + 1e-3, 2) - road_map_value(
+            road_map, s.road - 1e-3, 2
+        )
         s.slope_force = -fz * rise / 2e-3
     return max(fz, 0.0)
 
@@ -165,7 +173,7 @@ def uniformity(m, theta):
 
 
 @inner
-def ride(m, s, p, ts, road_map, v_pinion, dt):
+def advance_road(m, s, p, ts, road_map, v_pinion, dt):
     """Advance road, steering and load by dt [s]; returns the travel of the wheel over the road
     along and across its plane [m], and its turn about z [rad].
     """
@@ -179,7 +187,7 @@ def ride(m, s, p, ts, road_map, v_pinion, dt):
 
 
 @inner
-def shear(m, s, p, ts, bristles, road_map, dq, dx, dy, turn, dt):
+def advance_tire(m, s, p, ts, bristles, road_map, dq, dx, dy, turn, dt):
     """One step of the tire on the worn road; arguments as in `advance`."""
     wear = max(1.0 - m.wear * s.run, 0.3)
     advance(

@@ -9,10 +9,17 @@ from __future__ import annotations
 
 import math
 
-from flatplank_sim.plant.bridges import read, read_bridges
+from flatplank_sim.plant.bridges import forces_from_volts, read_bridges
 from flatplank_sim.plant.compiling import entry, inner
 from flatplank_sim.plant.drivetrain import friction_torque, interpolate
-from flatplank_sim.plant.road import TURN, plank_speed, ride, rolling_radius, shear, vertical_load
+from flatplank_sim.plant.road import (
+    TURN,
+    advance_road,
+    advance_tire,
+    plank_speed,
+    rolling_radius,
+    vertical_load,
+)
 from flatplank_sim.plant.tire import advance
 
 
@@ -33,7 +40,7 @@ def lost_motion(m, s, ts, re, step, dx):
 @inner
 def tire_step(m, s, p, ts, bristles, op, road_map, omega, dt):
     """Road, load, wheel and tire over dt [s] with the motor side of the gear at omega [rad/s]."""
-    dx, dy, turn = ride(m, s, p, ts, road_map, plank_speed(m, s, op, dt), dt)
+    dx, dy, turn = advance_road(m, s, p, ts, road_map, plank_speed(m, s, op, dt), dt)
     re = rolling_radius(m, s, p, ts)
     s.drag = p.rolling * s.fz * s.height + m.bearing_torque if s.plank > 0.0 else 0.0
     if s.joined > 0.0:
@@ -44,7 +51,7 @@ def tire_step(m, s, p, ts, bristles, op, road_map, omega, dt):
     s.theta += angle
     s.omega = angle / dt
     s.motor_velocity = omega * m.gear
-    shear(m, s, p, ts, bristles, road_map, re * angle, dx, dy, turn, dt)
+    advance_tire(m, s, p, ts, bristles, road_map, re * angle, dx, dy, turn, dt)
 
 
 @inner
@@ -59,7 +66,7 @@ def press_standing_tire(m, s, p, ts, bristles, road_map):
 
 
 @inner
-def encoded(m, s):
+def encoder_position(m, s):
     """Plank position by the pinion encoder [m]."""
     per_count = m.pinion_radius * TURN / m.pinion_counts
     return math.floor(s.pinion / per_count) * per_count
@@ -74,7 +81,7 @@ def write_row(m, s, p, ts, curve, work, x, trigger, row):
     row[4], row[5] = s.omega, s.motor_velocity
     carried = max(s.height * ts.fx + s.drag, 0.0) / m.gear / m.efficiency
     row[6] = carried + (friction_torque(curve, s.motor_velocity) if s.motor_velocity else 0.0)
-    read(m, work[10:16], height, s.gamma, row[7:13])
+    forces_from_volts(m, work[10:16], height, s.gamma, row[7:13])
     row[13] = height
     row[14] = 1.0 if trigger else 0.0
     row[15], row[16] = ts.fx + s.slope_force, s.road
@@ -104,11 +111,11 @@ def roll(
         for i in range(steps if n > 0 else 0):
             before = (n - 1) * m.dt + i * dt
             moving = min(max((before + dt - delay) / dt, 0.0), 1.0)
-            since = encoded(m, s) - (m.trigger_at if math.isnan(zero) else zero)
+            since = encoder_position(m, s) - (m.trigger_at if math.isnan(zero) else zero)
             kappa = interpolate(profile, since + 0.5 * dt * s.pinion_velocity)
             omega = moving * m.fast * cos * (1.0 + kappa) / radius
             tire_step(m, s, p, ts, bristles, op, road_map, omega, dt)
-        x = encoded(m, s)
+        x = encoder_position(m, s)
         trigger = s.plank >= m.trigger_at
         if trigger and math.isnan(zero):
             zero = x

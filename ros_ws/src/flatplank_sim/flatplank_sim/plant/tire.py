@@ -86,13 +86,13 @@ def yielding(tx, ty, kx, ky, limit):
 
 
 @inner
-def place(x, rows):
+def map_row(x, rows):
     """Row of the road map at position x [m]."""
     return min(max(int((x + MAP_START) * MAP_ROWS), 0), rows - 1)
 
 
 @inner
-def enter(p, s, bristles, dq):
+def move_belt(p, s, bristles, dq):
     """Move the belt by dq [m]; bristles that leave or enter the patch have no deflection."""
     first = int(math.ceil((s.q + dq - s.a) / p.spacing))
     last = int(math.floor((s.q + dq + s.a) / p.spacing))
@@ -116,7 +116,7 @@ def mean_pressure_sum(first, last, q, spacing, a):
 
 
 @inner
-def lift(p, s, bristles):
+def lift_off(p, s, bristles):
     """Reset the deflections of bristles and carcass, when there is no contact."""
     for j in range(s.first, s.last + 1):
         bristles[0, j & (p.ring - 1)] = 0.0
@@ -153,7 +153,7 @@ def patch_forces(p, s, b, first, last, q, shift, spin, peak, cx, cy, wear, x, ro
         ty = ky * (b[1, k] + part * (dsy - xi * spin))
         limit = top * (1.0 - xi * xi * inverse)
         if mapped:
-            limit *= road_map[place(x + xi, road_map.shape[0]), 0]
+            limit *= road_map[map_row(x + xi, road_map.shape[0]), 0]
         if tx < 0.0:
             limit *= 1.0 - p.brake_friction
         if tx * tx + ty * ty <= limit * limit:
@@ -191,7 +191,7 @@ def newton_step(p, s, cx, cy, ux, uy, fx, fy, sx, sy, sxy):
 
 
 @inner
-def keep(p, b, first, last):
+def accept_deflections(p, b, first, last):
     """Accept the trial deflections of the bristles."""
     for j in range(first, last + 1):
         k = j & (p.ring - 1)
@@ -209,12 +209,12 @@ def advance(p, s, b, fz, pressure, dq, dx, dy, turn, gamma, x, wear, road_map, m
     """
     cpx, cpy, cx, cy = contact(p, s, fz, pressure)
     if fz <= 0.0 or s.a < 2.0 * p.spacing:
-        lift(p, s, b)
+        lift_off(p, s, b)
         s.q += dq
         return
     if p.creep > 0.0:
         s.ucx += (s.fx * p.creep / cx - s.ucx) * (1.0 - math.exp(-dt / p.creep_time))
-    first, last = enter(p, s, b, dq)
+    first, last = move_belt(p, s, b, dq)
     q = s.q + dq
     peak = s.friction * fz / mean_pressure_sum(first, last, q, p.spacing, s.a)
     dsx = dq - dx
@@ -233,7 +233,7 @@ def advance(p, s, b, fz, pressure, dq, dx, dy, turn, gamma, x, wear, road_map, m
             break
         ux += more_x
         uy += more_y
-    keep(p, b, first, last)
+    accept_deflections(p, b, first, last)
     s.q, s.first, s.last = q, first, last
     s.ux, s.uy, s.fx, s.fy, s.mz = ux, uy, fx, fy, mz - uy * fx
     s.gx = cx * sx / (cx + sx)

@@ -13,22 +13,22 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
-from flatplank_data.params import nearest
+from flatplank_data.params import AnyDataclass, nearest_hint
 from flatplank_data.yaml_text import load_yaml
 
-T = TypeVar("T")
+T = TypeVar("T", bound=AnyDataclass)
 
 
 class PlantConfigError(ValueError):
     """A configuration that cannot be used; one line states where, what, what to do."""
 
 
-def pack(content: Mapping[str, Any]) -> str:
+def encode_as_word(content: Mapping[str, Any]) -> str:
     """Encode a mapping as one word that is not read by accident; this is no encryption."""
     return base64.b64encode(zlib.compress(json.dumps(content, sort_keys=True).encode())).decode()
 
 
-def unpack(text: str) -> dict[str, Any]:
+def decode_word(text: str) -> dict[str, Any]:
     """Decode the mapping; ValueError when the word is damaged."""
     try:
         return dict(json.loads(zlib.decompress(base64.b64decode(text))))
@@ -55,7 +55,7 @@ def read_overlay(path: Path) -> dict[str, Any]:
     if "sealed" not in content:
         return content
     try:
-        return unpack(content["sealed"])
+        return decode_word(content["sealed"])
     except ValueError:
         raise PlantConfigError(f"{path}: sealed: is damaged; make the challenge again") from None
 
@@ -65,8 +65,10 @@ def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     result = dict(base)
     for key, value in over.items():
         old = result.get(key)
-        both = isinstance(old, Mapping) and isinstance(value, Mapping)
-        result[key] = merge(old, value) if both else value
+        if isinstance(old, Mapping) and isinstance(value, Mapping):
+            result[key] = merge(old, value)
+        else:
+            result[key] = value
     return result
 
 
@@ -81,16 +83,16 @@ def nested(mapping: Mapping[str, Any]) -> dict[str, Any]:
     return result
 
 
-def build(cls: type[T], data: Any, where: str) -> T:
+def build_dataclass(cls: type[T], data: Any, where: str) -> T:
     """Make a dataclass from plain data; supports nested dataclasses, floats, tuples of floats."""
     if not isinstance(data, Mapping):
         raise PlantConfigError(f"{where}: expected keys with values, found {data!r}")
     hints = typing.get_type_hints(cls)
-    known = {f.name: f for f in dataclasses.fields(cls) if f.init}  # type: ignore[arg-type]
+    known = {f.name: f for f in dataclasses.fields(cls) if f.init}
     for key in data:
         if key not in known:
-            raise PlantConfigError(f"{where}: unknown key '{key}'{nearest(key, known)}")
-    values = {k: convert(hints[k], v, f"{where}: {k}") for k, v in data.items()}
+            raise PlantConfigError(f"{where}: unknown key '{key}'{nearest_hint(key, known)}")
+    values = {k: checked_value(hints[k], v, f"{where}: {k}") for k, v in data.items()}
     for name, f in known.items():
         required = f.default is dataclasses.MISSING and f.default_factory is dataclasses.MISSING
         if required and name not in values:
@@ -98,14 +100,14 @@ def build(cls: type[T], data: Any, where: str) -> T:
     return cls(**values)
 
 
-def convert(hint: Any, value: Any, where: str) -> Any:
+def checked_value(hint: Any, value: Any, where: str) -> Any:
     """Check one value against the type of its field and convert it."""
-    if dataclasses.is_dataclass(hint):
-        return build(hint, value, where)  # type: ignore[arg-type]
+    if isinstance(hint, type) and dataclasses.is_dataclass(hint):
+        return build_dataclass(hint, value, where)
     if typing.get_origin(hint) is tuple:
         if not isinstance(value, list | tuple):
             raise PlantConfigError(f"{where}: expected a list, found {value!r}")
-        return tuple(convert(typing.get_args(hint)[0], v, where) for v in value)
+        return tuple(checked_value(typing.get_args(hint)[0], v, where) for v in value)
     if hint is float:
         # YAML reads 1e5 as text
         if isinstance(value, str):

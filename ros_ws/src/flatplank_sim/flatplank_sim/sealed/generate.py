@@ -37,7 +37,7 @@ OUTSIDE_SIZES = (60.0, 120.0)
 Progress = Callable[[int, int, str], None]
 
 
-def quiet(_done: int, _all: int, _name: str) -> None:
+def ignore_progress(_done: int, _all: int, _name: str) -> None:
     """Progress callback that shows nothing."""
 
 
@@ -53,7 +53,9 @@ class Machine:
     """location of a force that no effect of the library explains"""
 
 
-def make_challenge(folder: Path, seed: int, progress: Progress = quiet, outside: str = "") -> Path:
+def make_challenge(
+    folder: Path, seed: int, progress: Progress = ignore_progress, outside: str = ""
+) -> Path:
     """Make a campaign folder with `answer.sealed`; the same seed makes the same challenge.
 
     outside: hide a force of `menu.OUTSIDE`, which no effect of the library explains, instead of a
@@ -79,7 +81,7 @@ def make_challenge(folder: Path, seed: int, progress: Progress = quiet, outside:
 
 def more_runs(
     folder: Path, challenge: Path, runs: Sequence[tuple[float, int]], step: float,
-    progress: Progress = quiet,
+    progress: Progress = ignore_progress,
 ) -> Path:  # fmt: skip
     """Make more runs of the machine of a challenge, in another folder.
 
@@ -92,7 +94,7 @@ def more_runs(
     answer = unseal(challenge)
     if "force" not in answer:
         raise FlatplankError(
-            "does not say which force was hidden", str(challenge), "make the challenge again"
+            "does not state which force was hidden", str(challenge), "make the challenge again"
         )
     seed = int(answer["seed"])
     machine = _machine(seed, answer["force"], np.random.default_rng(seed))
@@ -117,7 +119,7 @@ def _measure(
     tables = []
     for done, (kappa, start) in enumerate(runs, start=1):
         index = first + done - 1
-        known = {
+        known: dict[str, Any] = {
             "kappa": kappa, "fz": LOAD, "pressure": PRESSURE, "run_index": index,
             "effective_rolling_radius": radius, "step_position": step,
         }  # fmt: skip

@@ -129,7 +129,7 @@ def _covers(diagnosis: Entry, outside: Entry) -> bool:
     rest = diagnosis.get("unexplained") or {}
     period, found = outside.get("period"), rest.get("period")
     if period:
-        return bool(found) and abs(float(found) / float(period) - 1.0) < 0.05
+        return bool(found and abs(float(found) / float(period) - 1.0) < 0.05)
     low, high = (float(v) for v in outside["range"])
     return any(
         place["coordinate"] == outside.get("coordinate")

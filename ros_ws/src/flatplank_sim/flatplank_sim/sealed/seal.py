@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import Any
 
 from flatplank_data.errors import FlatplankError
-from flatplank_sim.plant.yamlconfig import pack, unpack
+from flatplank_sim.plant.yamlconfig import decode_word, encode_as_word
 
 FORMAT = "flatplank-sealed/1"
 NAME = "answer.sealed"
@@ -35,7 +35,7 @@ PLANT = "plant.yaml"
 def seal(answer: Mapping[str, Any], folder: str | Path) -> Path:
     """Write an answer, encoded so that it is not read by accident."""
     path = Path(folder) / NAME
-    path.write_text(json.dumps({"format": FORMAT, "answer": pack(answer)}) + "\n")
+    path.write_text(json.dumps({"format": FORMAT, "answer": encode_as_word(answer)}) + "\n")
     return path
 
 
@@ -43,7 +43,7 @@ def seal_plant(overlay: Mapping[str, Any], folder: str | Path) -> Path:
     """Write the overrides of the plant for `--plant`, encoded so that they are not read by
     accident."""
     path = Path(folder) / PLANT
-    path.write_text(f"sealed: {pack(overlay)}\n")
+    path.write_text(f"sealed: {encode_as_word(overlay)}\n")
     return path
 
 
@@ -54,7 +54,7 @@ def unseal(folder: str | Path) -> dict[str, Any]:
         raw = json.loads(path.read_text(encoding="utf-8"))
         if raw.get("format") != FORMAT:
             raise FlatplankError(f"is not of format {FORMAT}", str(path), "make it again")
-        return unpack(raw["answer"])
+        return decode_word(raw["answer"])
     except FileNotFoundError as error:
         raise FlatplankError(
             "nothing is sealed here", str(path), "`flatplank simulate --hidden SEED` seals"

@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from flatplank_analysis.parallel import worker_pool
-from flatplank_control.bench.results import list_kept, outcome_of, write_campaign
+from flatplank_control.bench.results import outcome_of, write_campaign, write_kept_runs
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.runner.campaign.conductor import Conductor, Job, Outcome
 from flatplank_control.runner.campaign.plan import CampaignPlan
@@ -27,7 +27,9 @@ SLIPS = (0.0, 0.01, -0.01, 0.02, -0.02, 0.05, -0.05, 0.1, -0.1)
 Progress = Callable[[int, int, str], None]
 
 
-def matrix(base: Measurement, slips: Sequence[float], starts: Sequence[int]) -> list[Measurement]:
+def slips_by_starts(
+    base: Measurement, slips: Sequence[float], starts: Sequence[int]
+) -> list[Measurement]:
     """Measurements with every slip from every start, in order."""
     pairs = [(kappa, start) for kappa in slips for start in starts]
     return [
@@ -113,7 +115,7 @@ def setup_for(plan: CampaignPlan, setup: BenchSetup) -> BenchSetup:
     )
 
 
-def make(job: Job, setup: BenchSetup, folder: Path, bags: bool, limits: Limits) -> Outcome:
+def make_run(job: Job, setup: BenchSetup, folder: Path, bags: bool, limits: Limits) -> Outcome:
     """Make one run on a new bench and check its quality."""
     bench = fresh_bench(setup, job.measurement.run_index, job.attempt, folder, bags)
     before, after = Standstill("before the run"), Standstill("after the run")
@@ -134,22 +136,22 @@ def run_on_twin(
     """Make all remaining runs of the plan; updates the journal and campaign.yaml after each."""
     folder.mkdir(parents=True, exist_ok=True)
     setup = setup_for(conductor.plan, setup)
-    list_kept(conductor, folder)
+    write_kept_runs(conductor, folder)
     arguments = (setup, folder, bags, conductor.plan.quality)
 
     def take_in(job: Job, outcome: Outcome) -> None:
         outcome = conductor.finish(job, outcome)
-        list_kept(conductor, folder)
+        write_kept_runs(conductor, folder)
         progress(conductor, job, outcome)
 
     if jobs == 1:
-        while job := conductor.take():
-            take_in(job, make(job, *arguments))
+        while job := conductor.next_job():
+            take_in(job, make_run(job, *arguments))
         return
     with worker_pool(jobs) as pool:
         under_way: dict[Future, Job] = {}
         while not conductor.over:
-            while len(under_way) < jobs and (job := conductor.take()):
-                under_way[pool.submit(make, job, *arguments)] = job
+            while len(under_way) < jobs and (job := conductor.next_job()):
+                under_way[pool.submit(make_run, job, *arguments)] = job
             for task in wait(under_way, return_when=FIRST_COMPLETED).done:
                 take_in(under_way.pop(task), task.result())

@@ -15,7 +15,7 @@ from flatplank_control.runner import steps as S
 from flatplank_control.runner.conditions import QUANTITIES, condition_of, prompt_of
 from flatplank_control.runner.moves import by_drive
 from flatplank_control.runner.plans import release_axes, safe_end
-from flatplank_control.runner.provenance import complete
+from flatplank_control.runner.provenance import complete_record
 from flatplank_control.runner.steps import CHUNK, StopDetector, WaitMonitor
 from flatplank_data.run_record import record_from_dict
 from flatplank_hw.drive import AxisDrive
@@ -94,7 +94,7 @@ class TwinBench:
         self._wait(S.Wait(f"done: {prompt_of(step)}", condition_of(step), timeout, 0.2))
 
     def _plank(self, step: S.Plank) -> None:
-        self._stops.asked(step)
+        self._stops.register_command(step)
         if "plank" not in self.twin.axes:
             self.twin.plant.operator.plank(step.direction, step.fast, step.stop_at)
             return
@@ -126,7 +126,7 @@ class TwinBench:
         s = self.snapshot()
         book = CalibrationBook(Path(self.twin.setup.calibration))
         record = record_from_dict(step.record)
-        record = complete(record, self.twin.in_force(), book, date.today())
+        record = complete_record(record, self.twin.in_force(), book, date.today())
         self._log.start(record, s.encoders.stamp_ns if s else 0, step.at_once)
         self._recording = True
 
@@ -169,7 +169,7 @@ class TwinBench:
         s = self.snapshot() or self._look_again()
         monitor = WaitMonitor(step, s.encoders.stamp_ns * 1e-9)
         while not monitor.over(s, s.encoders.stamp_ns * 1e-9):
-            self._stops.look(s.drive)
+            self._stops.check_sample(s.drive)
             s = self._look_again()
 
     def _look_again(self) -> S.Snapshot:

@@ -13,7 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from flatplank_analysis.discovery import screen
-from flatplank_analysis.discovery.fit import amplitude
+from flatplank_analysis.discovery.fit import effect_contribution
 from flatplank_analysis.discovery.report.text import amount, channel_of, unit_of
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.discovery.shortlist import negligible
@@ -133,7 +133,7 @@ def collapse(search: Search, number: int) -> Figure:
     runs, state = search.model.runs, last.state
     term = last.found[number].decision.term
     index = len(state.fit.terms) - len(last.found) + number
-    part = amplitude(state.fit, index)[0]
+    part = effect_contribution(state.fit, index)[0]
     without = state.residual[0] + part
     name = term.effect.coordinate
     if name not in runs.coordinates:

@@ -14,7 +14,7 @@ from flatplank_data.errors import FlatplankError
 from ...models.base import ContactGeometry
 from ...models.magic_formula import LATEST, Coefficients
 from ...models.tir import TirFile
-from ...models.tir_whole import whole
+from ...models.tir_complete import complete_tir
 from ..least_squares import Solution
 from ..results import Confusion, Estimate, Fit, relative_error
 from .information import describe_levels, levels_of
@@ -79,7 +79,7 @@ class MFFit:
     @property
     def file(self) -> TirFile:
         """The complete file for other programs."""
-        return whole(self.tir, self.ranges)
+        return complete_tir(self.tir, self.ranges)
 
     @property
     def estimates(self) -> dict[str, Estimate]:

@@ -11,8 +11,8 @@ import numpy as np
 from flatplank_data.errors import FlatplankError
 
 from ..carcass import CarcassFit
-from ..repeats import asymptotes, balanced
-from ..runs import StepRun, by_condition
+from ..repeats import asymptotes, with_equal_starts
+from ..runs import StepRun, by_operating_point
 
 AXES = ("fz", "kappa", "alpha", "gamma", "pressure")
 
@@ -77,10 +77,12 @@ def points_from_runs(runs: Sequence[StepRun]) -> SteadyPoints:
     """Steady Fx (asymptote fitted with the sigma of its repeats), Fy and Mz of slip-step runs."""
     if not runs:
         raise FlatplankError("no run to take steady forces from", "", "give slip-step runs")
-    runs = [run for members in by_condition(runs).values() for run in balanced(members)]
+    runs = [
+        run for members in by_operating_point(runs).values() for run in with_equal_starts(members)
+    ]
     fx = np.empty(len(runs))
     place = {id(run): i for i, run in enumerate(runs)}
-    for members in by_condition(runs).values():
+    for members in by_operating_point(runs).values():
         fx[[place[id(run)] for run in members]] = asymptotes(members)
     fy, mz = (np.array([_tail(run, name) for run in runs]) for name in ("fy", "mz"))
     return steady_points(
@@ -114,7 +116,7 @@ def stiffness_points(fits: Sequence[CarcassFit]) -> list[SteadyPoints]:
     ]
 
 
-def gathered(
+def merge_with_cx_source(
     parts: Sequence[SteadyPoints], fits: Sequence[CarcassFit]
 ) -> tuple[SteadyPoints, str]:
     """All points, and the source of their C_x: rolling tire, else standing tire, else ""."""

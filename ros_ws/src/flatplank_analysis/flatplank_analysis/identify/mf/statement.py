@@ -31,7 +31,7 @@ class FittedOutput:
     problem: OutputProblem
     x: np.ndarray
     runs: np.ndarray
-    brought: np.ndarray
+    run_contributions: np.ndarray
     """Error of the coefficients by run (runs, p); 0 for those on a bound."""
 
 
@@ -47,7 +47,7 @@ def _propagated(
         rows = _rows(moved, held.x, problem.points)
         if np.any(rows):
             runs.append(held.runs)
-            parts.append(held.brought @ rows.T)
+            parts.append(held.run_contributions @ rows.T)
     return PropagatedErrors(np.concatenate(runs), np.vstack(parts)) if parts else None
 
 
@@ -59,9 +59,9 @@ def report(
     held = solution.at_bound
     jac, residual = solution.jacobian[:n], solution.residual[:n]
     weak = np.diag(1.0 / (WEAK * problem.sizes) ** 2)
-    carried = _propagated(problem, solution.x, earlier)
+    propagated = _propagated(problem, solution.x, earlier)
     prior = problem.prior_information(held) + weak[np.ix_(~held, ~held)]
-    cover = run_covariance(jac[:, ~held], residual, problem.points.run, prior, carried)
+    cover = run_covariance(jac[:, ~held], residual, problem.points.run, prior, propagated)
 
     def offers() -> list:
         return proposals(problem.points, lambda p: _rows(problem, solution.x, p))
@@ -97,9 +97,9 @@ def report(
         runs=len(np.unique(problem.points.run)),
         converged=solution.converged,
     )
-    brought = np.zeros((len(cover.runs), len(names)))
-    brought[:, ~held] = cover.brought
-    return fit, FittedOutput(problem, solution.x, cover.runs, brought)
+    run_contributions = np.zeros((len(cover.runs), len(names)))
+    run_contributions[:, ~held] = cover.run_contributions
+    return fit, FittedOutput(problem, solution.x, cover.runs, run_contributions)
 
 
 def _estimates(

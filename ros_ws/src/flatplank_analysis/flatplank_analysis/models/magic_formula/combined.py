@@ -49,7 +49,7 @@ def side_force_by_kappa(
         * (c.RVY1 + c.RVY2 * o.dfz + c.RVY3 * o.gamma)
         * cos_atan(c.RVY4 * slip_angle(c, o))
     )
-    peak = 1.0 if spin is None else turn_slip.peak_y(c, o, spin)
+    peak = 1.0 if spin is None else turn_slip.zeta_2(c, o, spin)
     return d * np.sin(c.RVY5 * np.arctan(c.RVY6 * o.kappa)) * c.LVYKA * peak
 
 

@@ -57,7 +57,7 @@ def aligning(
         moment = _residual(c, tilted) * cos_atan(b_r * alpha_r)
     else:
         moment = _turning(c, o, spin, b_r * alpha_r, pure_y.mu_y, g_yk)
-        trail = trail * turn_slip.trail(c, o, spin)
+        trail = trail * turn_slip.zeta_5(c, o, spin)
     moment = moment - trail * fy_prime
     if np.any(c.SSZ1) or np.any(c.SSZ2) or np.any(c.SSZ3) or np.any(c.SSZ4):
         arm = c.SSZ1 + c.SSZ2 * fy / c.FNOMIN + (c.SSZ3 + c.SSZ4 * o.dfz) * o.gamma
@@ -100,10 +100,10 @@ def _turning(
     c: Coefficients, o: OperatingPoint, spin: Spin, slope: Value, mu_y: Value, g_yk: Value
 ) -> Value:
     """Residual moment [Nm] with turn slip, the spin by camber included (4.E44 to 4.E47)."""
-    shape, size = turn_slip.residual(c, o, spin, mu_y, g_yk)
-    rest = (c.QDZ6 + c.QDZ7 * o.dfz) * c.LRES * turn_slip.peak_y(c, o, spin)
+    shape, size = turn_slip.residual_moment(c, o, spin, mu_y, g_yk)
+    rest = (c.QDZ6 + c.QDZ7 * o.dfz) * c.LRES * turn_slip.zeta_2(c, o, spin)
     rest = o.fz * c.UNLOADED_RADIUS * rest * c.LMUY * sign(o.vx) * np.cos(o.alpha)
-    angle = np.arctan(slope * turn_slip.residual_slope(c, o, spin))
+    angle = np.arctan(slope * turn_slip.zeta_6(c, o, spin))
     return (rest + size) * np.cos(shape * angle)
 
 

@@ -56,7 +56,7 @@ def longitudinal(c: Coefficients, o: OperatingPoint, spin: Spin | None = None) -
     pressure = 1.0 + c.PPX3 * o.dpi + c.PPX4 * o.dpi * o.dpi
     gamma = o.gamma * c.LGAX
     camber = 1.0 - c.PDX3 * gamma * gamma
-    turned = 1.0 if spin is None else turn_slip.peak_x(c, o, spin)
+    turned = 1.0 if spin is None else turn_slip.zeta_1(c, o, spin)
     d_x = (c.PDX1 + c.PDX2 * o.dfz) * pressure * camber * c.LMUX * o.fz * turned
     c_x = c.PCX1 * c.LCX
     kxk = longitudinal_stiffness(c, o)
@@ -82,13 +82,13 @@ def lateral(c: Coefficients, o: OperatingPoint, spin: Spin | None = None) -> Pur
     """Fy at zero longitudinal slip (4.E19 to 4.E30)."""
     kya, peak = cornering_stiffness(c, o), 1.0
     if spin is not None:
-        kya, peak = kya * turn_slip.stiffness_y(c, o, spin), turn_slip.peak_y(c, o, spin)
+        kya, peak = kya * turn_slip.zeta_3(c, o, spin), turn_slip.zeta_2(c, o, spin)
     o, shifts = o._replace(gamma=o.gamma * c.LGAY), digressive(c, c.LMUY) * peak
     sv_gamma = o.fz * (c.PVY3 + c.PVY4 * o.dfz) * o.gamma * c.LKYC * shifts
     sh_y = (c.PHY1 + c.PHY2 * o.dfz) * c.LHY
     if spin is not None:
         upright = cornering_stiffness(c, o._replace(gamma=0.0))
-        upright = upright * turn_slip.stiffness_y(c, o, spin)
+        upright = upright * turn_slip.zeta_3(c, o, spin)
         share = sv_gamma / away_from_zero(kya)
         sh_y = sh_y + turn_slip.shift_y(c, o, spin, camber_stiffness(c, o), upright, share)
     elif c.law == OLD:

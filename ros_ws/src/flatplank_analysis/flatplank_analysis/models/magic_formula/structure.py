@@ -59,13 +59,13 @@ def deflection(c: Coefficients, o: OperatingPoint, omega: Value, fx: Value, fy: 
     return c.UNLOADED_RADIUS * 2.0 * load / (q_fz1 + np.sqrt(q_fz1**2 + 4.0 * c.Q_FZ2 * load))
 
 
-def contact_length(c: Coefficients, o: OperatingPoint) -> Value:
+def contact_half_length(c: Coefficients, o: OperatingPoint) -> Value:
     """Half contact length a [m] (7.20)."""
     rho = o.fz / (vertical_stiffness(c, o.dpi) * c.UNLOADED_RADIUS)
     return c.UNLOADED_RADIUS * (c.Q_RA2 * rho + c.Q_RA1 * np.sqrt(rho))
 
 
-def contact_width(c: Coefficients, o: OperatingPoint) -> Value:
+def contact_half_width(c: Coefficients, o: OperatingPoint) -> Value:
     """Half contact width b [m]."""
     rho = o.fz / (vertical_stiffness(c, o.dpi) * c.UNLOADED_RADIUS)
     return c.WIDTH * (c.Q_RB2 * rho + c.Q_RB1 * np.cbrt(rho))

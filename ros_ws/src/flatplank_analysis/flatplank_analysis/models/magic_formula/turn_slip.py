@@ -39,20 +39,20 @@ def spin_of(c: Coefficients, o: OperatingPoint, phi_t: Value, radius: Value) -> 
     return Spin(phi_t, phi_t + (1.0 - eps) * turns * np.sin(o.gamma), eps)
 
 
-def peak_x(c: Coefficients, o: OperatingPoint, s: Spin) -> Value:
+def zeta_1(c: Coefficients, o: OperatingPoint, s: Spin) -> Value:
     """zeta_1: factor of the peak of Fx (4.105, 4.106)."""
     b = c.PDXP1 * (1.0 + c.PDXP2 * o.dfz) * cos_atan(c.PDXP3 * o.kappa)
     return cos_atan(b * c.UNLOADED_RADIUS * s.phi)
 
 
-def peak_y(c: Coefficients, o: OperatingPoint, s: Spin) -> Value:
+def zeta_2(c: Coefficients, o: OperatingPoint, s: Spin) -> Value:
     """zeta_2: factor of the peak of Fy (4.77, 4.78)."""
     b = c.PDYP1 * (1.0 + c.PDYP2 * o.dfz) * cos_atan(c.PDYP3 * np.tan(o.alpha))
     turn = c.UNLOADED_RADIUS * np.abs(s.phi)
     return cos_atan(b * (turn + c.PDYP4 * np.sqrt(turn)))
 
 
-def stiffness_y(c: Coefficients, _o: OperatingPoint, s: Spin) -> Value:
+def zeta_3(c: Coefficients, _o: OperatingPoint, s: Spin) -> Value:
     """zeta_3: factor of the cornering stiffness (4.79)."""
     return cos_atan(c.PKYP1 * (c.UNLOADED_RADIUS * s.phi) ** 2)
 
@@ -71,17 +71,17 @@ def shift_y(
     return peak * np.sin(curve_angle(c.PHYP1, b, c.PHYP4, turn)) * sign(o.vx) - sv_share
 
 
-def trail(c: Coefficients, _o: OperatingPoint, s: Spin) -> Value:
+def zeta_5(c: Coefficients, _o: OperatingPoint, s: Spin) -> Value:
     """zeta_5: factor of the pneumatic trail (4.91)."""
     return cos_atan(c.QDTP1 * c.UNLOADED_RADIUS * s.phi)
 
 
-def residual_slope(c: Coefficients, _o: OperatingPoint, s: Spin) -> Value:
+def zeta_6(c: Coefficients, _o: OperatingPoint, s: Spin) -> Value:
     """zeta_6: factor of the slope of the residual moment (4.102)."""
     return cos_atan(c.QBRP1 * c.UNLOADED_RADIUS * s.phi)
 
 
-def residual(
+def residual_moment(
     c: Coefficients, o: OperatingPoint, s: Spin, mu_y: Value, g_yk: Value
 ) -> tuple[Value, Value]:
     """zeta_7, shape [-], and zeta_8 - 1, size [Nm], of the residual moment (4.92 to 4.104)."""

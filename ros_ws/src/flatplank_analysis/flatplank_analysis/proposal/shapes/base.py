@@ -14,6 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from flatplank_analysis.effects.gaps import play_distance
+
 PLACE, ANGLE, LEVEL, SIGNAL = "place", "angle", "level", "signal"
 
 
@@ -139,13 +141,11 @@ def play(u: np.ndarray, width: np.ndarray | float) -> np.ndarray:
     """
     half = 0.5 * np.asarray(width)
     u = np.broadcast_to(u, np.broadcast_shapes(np.shape(u), np.shape(half)))
-    half = np.broadcast_to(half, (*u.shape[:-1], 1))[..., 0]
-    out = np.empty(u.shape)
-    follower = u[..., 0].copy()
-    for n in range(u.shape[-1]):
-        follower = np.minimum(np.maximum(follower, u[..., n] - half), u[..., n] + half)
-        out[..., n] = u[..., n] - follower
-    return out / half[..., None]
+    half = np.broadcast_to(half, (*u.shape[:-1], 1))
+    rows = np.array(u, dtype=float).reshape(1, -1, u.shape[-1])
+    out = np.empty_like(rows)
+    play_distance(rows, half.reshape(1, -1), rows[..., 0].copy(), out)
+    return out.reshape(u.shape) / half
 
 
 def follow(u: np.ndarray, time: np.ndarray, lag: np.ndarray | float) -> np.ndarray:

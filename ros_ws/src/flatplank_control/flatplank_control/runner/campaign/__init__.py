@@ -5,9 +5,9 @@ from flatplank_control.runner.campaign.conductor import Conductor, Job, Outcome
 from flatplank_control.runner.campaign.journal import (
     SUFFIX,
     Journal,
-    note,
     pressure_after,
     read_lines,
+    write_note,
 )
 from flatplank_control.runner.campaign.order import PlannedRun
 from flatplank_control.runner.campaign.plan import (
@@ -18,10 +18,10 @@ from flatplank_control.runner.campaign.plan import (
     plan_from_text,
     shipped_plans,
 )
-from flatplank_control.runner.campaign.quality import Limits, Verdict, judge
+from flatplank_control.runner.campaign.quality import Limits, Verdict, judge_run
 
 __all__ = [
     "SUFFIX", "CampaignPlan", "Conductor", "Job", "Journal", "Limits", "Outcome", "PlanError",
-    "PlannedRun", "Verdict", "is_campaign", "judge", "load_plan", "note", "plan_from_text",
-    "pressure_after", "read_lines", "shipped_plans",
+    "PlannedRun", "Verdict", "is_campaign", "judge_run", "load_plan", "plan_from_text",
+    "pressure_after", "read_lines", "shipped_plans", "write_note",
 ]  # fmt: skip

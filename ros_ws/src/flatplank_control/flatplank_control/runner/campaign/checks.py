@@ -6,7 +6,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 from flatplank_control.runner.campaign.tires import TireEntry
 from flatplank_control.runner.measurement import DRAGGED, PROFILED, ROAD_LENGTH, Measurement
@@ -14,7 +13,7 @@ from flatplank_control.runner.plans import CLEAT_AT, PLANS, STANDS_AT
 from flatplank_control.sequencer.waveforms import LENGTH, WAVEFORMS
 from flatplank_control.steering_hold import PROFILES
 from flatplank_data.limits import LIMITS
-from flatplank_data.params import ParameterError, from_mapping, nearest
+from flatplank_data.params import ParameterError, from_mapping, nearest_hint
 
 STEER_LIMIT = LIMITS["steer_deg"].high
 """largest steering angle [deg]"""
@@ -38,10 +37,13 @@ LEAST_ROAD = 0.2
 """shortest road after the start of a slip waveform [m]"""
 
 
-def refuse(m: Measurement, tire: TireEntry, set_up: SetUp) -> Iterator[Problem]:
+def problems_of_run(m: Measurement, tire: TireEntry, set_up: SetUp) -> Iterator[Problem]:
     """All reasons against a run."""
     if m.measurement not in PLANS:
-        yield "measurement", f"measurement is '{m.measurement}'{nearest(m.measurement, PLANS)}"
+        yield (
+            "measurement",
+            f"measurement is '{m.measurement}'{nearest_hint(m.measurement, PLANS)}",
+        )
     yield from _of_the_tire(m, tire)
     yield from _of_the_road(m)
     yield from _of_the_angles(m, set_up)
@@ -56,8 +58,8 @@ def _of_the_tire(m: Measurement, tire: TireEntry) -> Iterator[Problem]:
         yield "fz", f"fz of {m.fz:g} N: the {tire.name} stands up to {tire.max_load:g} N"
     low, high = tire.pressure_range
     if not low <= m.pressure <= high:
-        said = f"pressure of {m.pressure:g} bar"
-        yield "pressure", f"{said}: the {tire.name} takes {low:g} .. {high:g} bar"
+        words = f"pressure of {m.pressure:g} bar"
+        yield "pressure", f"{words}: the {tire.name} takes {low:g} .. {high:g} bar"
 
 
 def _of_the_road(m: Measurement) -> Iterator[Problem]:
@@ -106,7 +108,7 @@ def _of_the_angles(m: Measurement, set_up: SetUp) -> Iterator[Problem]:
 
 def _of_the_profile(m: Measurement, set_up: SetUp) -> Iterator[Problem]:
     """Check that the profile stays within the range of its axis and fits into the run."""
-    profile: Any = from_mapping(PROFILES[m.profile], m.profile_parameters, "profile")  # type: ignore[type-var]
+    profile = from_mapping(PROFILES[m.profile], m.profile_parameters, "profile")
     limit = LIMITS["camber_deg"].high if m.measurement == "camber_sweep" else set_up.steer_limit
     most = math.degrees(profile.largest())
     if most > limit:

@@ -75,7 +75,7 @@ class Conductor:
     def over(self) -> bool:
         return not self._waiting
 
-    def take(self, key: str = "") -> Job | None:
+    def next_job(self, key: str = "") -> Job | None:
         """Job of the next run whose r_e is known, or of the run `key`; None when all remaining
         runs wait for a run in progress."""
         for run in self._waiting:
@@ -112,7 +112,7 @@ class Conductor:
         """Runs made with an r_e that has since been measured anew and changed."""
         return [run for run in self.plan.runs if self._outdated(run)]
 
-    def give_back(self, job: Job) -> None:
+    def return_job(self, job: Job) -> None:
         """Return the job of an interrupted run, which will be made again."""
         self._busy.discard(job.run.key)
 
@@ -154,8 +154,9 @@ class Conductor:
         )
         if not run.needs:
             return m
-        source = self.journal.done[run.needs]
-        return replace(m, effective_rolling_radius=self._radius(run), r_e_source=source.files[-1])
+        source, radius = self.journal.done[run.needs], self._radius(run)
+        assert radius is not None, f"{run.key} is not ready"
+        return replace(m, effective_rolling_radius=radius, r_e_source=source.files[-1])
 
     def _session(self, m: Measurement) -> dict[str, Any]:
         """Facts of the session, with the road that loaded tires have rolled on the paper so far

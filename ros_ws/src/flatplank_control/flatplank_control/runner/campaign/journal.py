@@ -77,7 +77,7 @@ class Journal:
     def skip(self, key: str, why: str) -> None:
         self._write({"event": "skip", "run": key, "why": why})
 
-    def again(self, key: str) -> None:
+    def schedule_again(self, key: str) -> None:
         """Schedule a run once more; the existing result stays valid until then."""
         self._write({"event": "again", "run": key})
 
@@ -117,7 +117,7 @@ class Journal:
             self.interrupted = ""
 
 
-def note(path: Path, text: str) -> None:
+def write_note(path: Path, text: str) -> None:
     """Enter a remark of the operator."""
     if text.strip():
         write_line(path, {"event": "note", "text": text.strip()})

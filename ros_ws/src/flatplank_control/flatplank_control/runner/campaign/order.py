@@ -39,7 +39,7 @@ class PlannedRun:
         return self.lines.get(key, self.line)
 
 
-def condition(m: Measurement) -> tuple:
+def radius_condition(m: Measurement) -> tuple:
     """Condition for which one effective rolling radius is valid."""
     return tuple(getattr(m, name) for name in _OF_THE_CONDITION)
 
@@ -64,7 +64,7 @@ def with_radius(runs: Iterable[PlannedRun]) -> Iterator[PlannedRun]:
         m = run.measurement
         # slip control needs the r_e of a driven wheel
         if m.measurement == "free_rolling" and m.flexplates and run.role == "run":
-            makers.setdefault(condition(m), run)
+            makers.setdefault(radius_condition(m), run)
     made: set[str] = set()
     for run in runs:
         if run.key in made:
@@ -73,7 +73,7 @@ def with_radius(runs: Iterable[PlannedRun]) -> Iterator[PlannedRun]:
             made.add(run.key)
             yield run
             continue
-        maker = makers.setdefault(condition(run.measurement), _radius_run(run))
+        maker = makers.setdefault(radius_condition(run.measurement), _radius_run(run))
         if maker.key not in made:
             made.add(maker.key)
             yield replace(maker, role="radius")

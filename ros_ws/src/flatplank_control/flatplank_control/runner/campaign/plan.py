@@ -11,10 +11,10 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from flatplank_control.runner.campaign.checks import STEER_LIMIT, SetUp, refuse
+from flatplank_control.runner.campaign.checks import STEER_LIMIT, SetUp, problems_of_run
 from flatplank_control.runner.campaign.order import RADIUS, PlannedRun, with_radius, with_reference
 from flatplank_control.runner.campaign.quality import Limits
-from flatplank_control.runner.campaign.reading import Located, PlanReader, load, plain
+from flatplank_control.runner.campaign.reading import Located, PlanReader, load_with_lines, plain
 from flatplank_control.runner.campaign.tires import TireEntry, known_tires
 from flatplank_control.runner.measurement import (
     ON_THE_ROAD,
@@ -25,7 +25,7 @@ from flatplank_control.runner.measurement import (
 from flatplank_data.errors import RecordingError
 from flatplank_data.files import read_text
 from flatplank_data.naming import check_name
-from flatplank_data.params import nearest
+from flatplank_data.params import nearest_hint
 from flatplank_hw.share import config_file
 
 FORMAT = "flatplank-plan/1"
@@ -108,7 +108,7 @@ def load_plan(path: str | Path) -> CampaignPlan:
 def plan_from_text(text: str, where: str) -> CampaignPlan:
     """Read the plan in a text; PlanError lists every wrong line."""
     try:
-        data = load(text, where)
+        data = load_with_lines(text, where)
     except ValueError as error:
         raise PlanError([str(error)]) from None
     return _Builder(data, where, hashlib.sha256(text.encode()).hexdigest()[:16]).build()
@@ -125,19 +125,19 @@ class _Builder:
 
     def build(self) -> CampaignPlan:
         data, read = self.data, self.read
-        read.keys(data, KEYS)
+        read.check_keys(data, KEYS)
         name, tire, limits, set_up = self._name(), self._tire(), self._limits(), self._set_up()
-        attempts = read.whole(data, "attempts", 2, least=1)
-        first = read.whole(data, "first_run", 0, least=0)
+        attempts = read.integer(data, "attempts", 2, least=1)
+        first = read.integer(data, "first_run", 0, least=0)
         common = read.section(data, "common", OF_A_BLOCK, NOT_OF_A_BLOCK)
         if tire is None:
             raise PlanError(read.problems)
         about = self._about(tire)
         runs = list(self._in_order(list(self._expand(about, common)), about, common))
         for run in runs:
-            for key, reason in refuse(run.measurement, tire, set_up):
+            for key, reason in problems_of_run(run.measurement, tire, set_up):
                 own = run.key.startswith(RADIUS) and key not in run.lines
-                read.say(run.line_of(key), f"{RADIUS_RUN if own else ''}{reason}")
+                read.add_problem(run.line_of(key), f"{RADIUS_RUN if own else ''}{reason}")
         if read.problems:
             raise PlanError(read.problems)
         return CampaignPlan(
@@ -150,14 +150,14 @@ class _Builder:
         try:
             return check_name(name)
         except RecordingError as error:
-            self.read.say(self.data.line_of("name"), f"name: {error}")
+            self.read.add_problem(self.data.line_of("name"), f"name: {error}")
             return name
 
     def _tire(self) -> TireEntry | None:
         name, known = str(self.data.get("tire", "")), known_tires()
         if name not in known:
             line = self.data.line_of("tire")
-            self.read.say(line, f"unknown tire '{name}'{nearest(name, known)}")
+            self.read.add_problem(line, f"unknown tire '{name}'{nearest_hint(name, known)}")
         return known.get(name)
 
     def _limits(self) -> Limits:
@@ -195,14 +195,16 @@ class _Builder:
         blocks = self.data.get("runs")
         if not isinstance(blocks, list) or not blocks:
             line = self.data.line_of("runs")
-            self.read.say(line, "runs: nothing to measure; give a list of blocks")
+            self.read.add_problem(line, "runs: nothing to measure; give a list of blocks")
             return
         for number, block in enumerate(blocks):
             if not isinstance(block, Located):
                 line = self.data.line_of("runs")
-                self.read.say(line, f"runs: block {number + 1} is {block!r}; give keys and values")
+                self.read.add_problem(
+                    line, f"runs: block {number + 1} is {block!r}; give keys and values"
+                )
                 continue
-            self.read.keys(block, OF_A_BLOCK, "", NOT_OF_A_BLOCK)
+            self.read.check_keys(block, OF_A_BLOCK, "", NOT_OF_A_BLOCK)
             lines = common.lines | block.lines
             yield from self._block(number, about, _known({**common, **block}), lines, block.line)
 
@@ -213,11 +215,13 @@ class _Builder:
         whole = isinstance(repeats, int) and not isinstance(repeats, bool)
         if not whole or not 1 <= repeats <= MOST_REPEATS:
             say = f"repeats is {plain(repeats)!r}; give a whole number of 1 .. {MOST_REPEATS}"
-            self.read.say(lines["repeats"], say)
+            self.read.add_problem(lines["repeats"], say)
             return
         varied = {k: v for k, v in values.items() if isinstance(v, list) and k not in _WHOLE}
         for key in (k for k, v in varied.items() if not v):
-            self.read.say(lines[key], f"{key} is an empty list; give values, or leave it out")
+            self.read.add_problem(
+                lines[key], f"{key} is an empty list; give values, or leave it out"
+            )
         combinations = itertools.product(*varied.values(), range(repeats))
         for k, combination in enumerate(combinations):
             own = {**values, **dict(zip(varied, combination, strict=False))}
@@ -231,11 +235,11 @@ class _Builder:
         try:
             m = from_mapping({k: plain(v) for k, v in values.items()}, self.where)
         except MeasurementError as error:
-            self.read.say(lines.get(error.key, line), error.reason)
+            self.read.add_problem(lines.get(error.key, line), error.reason)
             return None
         no_radius = m.measurement in ON_THE_ROAD and "effective_rolling_radius" not in values
         if no_radius and self.data.get("r_e") == "given":
-            self.read.say(line, "r_e is given: write effective_rolling_radius [m] here")
+            self.read.add_problem(line, "r_e is given: write effective_rolling_radius [m] here")
         return m
 
     # ordering
@@ -243,11 +247,11 @@ class _Builder:
         self, runs: list[PlannedRun], about: dict[str, Any], common: Located
     ) -> Iterable[PlannedRun]:
         data, read = self.data, self.read
-        seed = read.whole(data, "seed", 0, least=0)
+        seed = read.integer(data, "seed", 0, least=0)
         if read.choice(data, "order", ORDERS) == "random":
             random.Random(seed).shuffle(runs)
         spec = read.section(data, "reference", OF_A_RUN | {"every"}, NOT_OF_A_BLOCK)
-        every = read.whole(spec, "every", 20, least=1)
+        every = read.integer(spec, "every", 20, least=1)
         base = self._reference(spec, about, common) if spec else None
         all_runs = with_reference(runs, base, every) if base else runs
         measured = read.choice(data, "r_e", RADII) == "measured"

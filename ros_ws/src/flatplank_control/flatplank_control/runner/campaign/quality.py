@@ -102,7 +102,7 @@ def _mean(values: np.ndarray) -> float:
 
 
 class Judged(NamedTuple):
-    """What the samples of a run are judged against."""
+    """Measurement, end of the road and reference force by which samples are judged."""
 
     m: Measurement
     end: float
@@ -199,7 +199,7 @@ CRITERIA: dict[str, tuple[Criterion, ...]] = {
 """kind of measurement -> criteria; other kinds are not judged"""
 
 
-def profile(c: Columns) -> list[float]:
+def force_profile(c: Columns) -> list[float]:
     """Mean Fx around each point of `GRID` [N]; NaN where there is no sample."""
     x, fx = c["plank_position"], c["fx"]
     edges = np.append(GRID, GRID[-1] + 0.05) - 0.025
@@ -209,7 +209,7 @@ def profile(c: Columns) -> list[float]:
     return [round(float(v), 1) for v in means]
 
 
-def travel(c: Columns) -> float:
+def loaded_travel(c: Columns) -> float:
     """Road that the loaded tire has rolled [m]."""
     under_load = c["plank_position"][c["fz"] > LOADED]
     return float(np.ptp(under_load)) if under_load.size else 0.0
@@ -224,7 +224,7 @@ def repeatability(own: Sequence[float], earlier: Sequence[Sequence[float]]) -> f
     return float(np.sqrt(np.mean(seen**2))) if seen.size else 0.0
 
 
-def judge(
+def judge_run(
     columns: Columns,
     m: Measurement,
     limits: Limits,
@@ -247,7 +247,7 @@ def judge(
         if c.needs(m) <= end
     ]
     if earlier:
-        scatter = repeatability(profile(columns), earlier)
+        scatter = repeatability(force_profile(columns), earlier)
         findings.append(Finding("repeatability", scatter, limits.repeatability))
     return Verdict(tuple(findings), farthest, left_out)
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import yaml
 
-from flatplank_data.params import nearest
+from flatplank_data.params import nearest_hint
 from flatplank_data.values import is_number
 
 
@@ -44,7 +44,7 @@ class _Loader(yaml.SafeLoader):
 _Loader.add_constructor(yaml.resolver.BaseResolver.DEFAULT_MAPPING_TAG, _Loader._located)
 
 
-def load(text: str, where: str) -> Any:
+def load_with_lines(text: str, where: str) -> Any:
     """Plain YAML with `Located` mappings; ValueError names the line."""
     try:
         return yaml.load(text, _Loader)
@@ -70,21 +70,25 @@ class PlanReader:
         self.where = where
         self.problems: list[str] = []
 
-    def say(self, line: int, text: str) -> None:
+    def add_problem(self, line: int, text: str) -> None:
         """Add a problem; the same text is added once."""
         problem = f"{self.where}:{line}: {text}"
         if problem not in self.problems:
             self.problems.append(problem)
 
-    def keys(
+    def check_keys(
         self, data: Located, known: Collection[str], prefix: str = "", not_here: Hints = _NONE
     ) -> None:
         """Check the keys; `not_here`: key that belongs elsewhere -> remedy."""
         for key in data:
             if key in not_here:
-                self.say(data.line_of(key), f"{prefix}{key} does not belong here; {not_here[key]}")
+                self.add_problem(
+                    data.line_of(key), f"{prefix}{key} does not belong here; {not_here[key]}"
+                )
             elif key not in known:
-                self.say(data.line_of(key), f"{prefix}unknown key '{key}'{nearest(key, known)}")
+                self.add_problem(
+                    data.line_of(key), f"{prefix}unknown key '{key}'{nearest_hint(key, known)}"
+                )
 
     def section(
         self, data: Located, key: str, known: Collection[str], not_here: Hints = _NONE
@@ -92,7 +96,7 @@ class PlanReader:
         """A mapping with known keys; empty when the plan lacks it."""
         value = data.get(key)
         if isinstance(value, Located):
-            self.keys(value, known, f"{key}: ", not_here)
+            self.check_keys(value, known, f"{key}: ", not_here)
             return value
         if value is not None:
             self._refuse(data, key, "keys and values, as in {key: value}")
@@ -103,10 +107,12 @@ class PlanReader:
         value = data.get(key, allowed[0])
         if value in allowed:
             return str(value)
-        self.say(data.line_of(key), f"{key} is '{value}'{nearest(str(value), allowed)}")
+        self.add_problem(
+            data.line_of(key), f"{key} is '{value}'{nearest_hint(str(value), allowed)}"
+        )
         return allowed[0]
 
-    def whole(self, data: Located, key: str, default: int, least: int) -> int:
+    def integer(self, data: Located, key: str, default: int, least: int) -> int:
         value = data.get(key, default)
         if isinstance(value, int) and not isinstance(value, bool) and value >= least:
             return value
@@ -145,7 +151,7 @@ class PlanReader:
         return ()
 
     def _refuse(self, data: Located, key: str, wanted: str) -> None:
-        self.say(data.line_of(key), f"{key} is {plain(data[key])!r}; give {wanted}")
+        self.add_problem(data.line_of(key), f"{key} is {plain(data[key])!r}; give {wanted}")
 
 
 def _is_pair(value: Any) -> bool:

@@ -86,7 +86,7 @@ class TurnWatch:
         self._rows: list[tuple[float, float, float]] = []
 
     def watching(self, until: Callable[[S.Snapshot], bool]) -> Callable[[S.Snapshot], bool]:
-        """The same condition, which also collects every sample."""
+        """The condition `until`, wrapped so that it also collects every sample."""
 
         def check(s: S.Snapshot) -> bool:
             self.filter_on = s.hub.filter_on

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from flatplank_analysis.models.tire_record import TireRecord, read_record, shipped_record
-from flatplank_data.params import nearest
+from flatplank_data.params import nearest_hint
 from flatplank_data.yaml_text import load_yaml
 from flatplank_hw.share import config_file
 
@@ -59,7 +59,7 @@ def known_tires(more: Path | None = None) -> dict[str, TireEntry]:
     return found | _read(more) if more else found
 
 
-def tire_on(plant: str) -> TireEntry | None:
+def tire_of_plant(plant: str) -> TireEntry | None:
     """The tire with this name in the simulated plant."""
     return next((t for t in known_tires().values() if t.plant == plant), None)
 
@@ -73,7 +73,7 @@ def _entry(name: str, values: dict[str, Any], path: Path) -> TireEntry:
     known = {f.name for f in fields(TireEntry)} - {"name"}
     for key in values:
         if key not in known.union(OF_THE_RECORD):
-            raise ValueError(f"{path}: {name}: unknown key '{key}'{nearest(key, known)}")
+            raise ValueError(f"{path}: {name}: unknown key '{key}'{nearest_hint(key, known)}")
     needed = {"plant", "max_load", "pressure_range"}
     needed |= {"record"} if "record" in values else set(OF_THE_RECORD)
     missing = sorted(needed - set(values))
@@ -87,8 +87,8 @@ def _entry(name: str, values: dict[str, Any], path: Path) -> TireEntry:
 
 def _record(name: str, values: dict[str, Any], path: Path) -> TireRecord:
     if "record" not in values:
-        facts = {key: float(values[key]) for key in OF_THE_RECORD}
-        return TireRecord(name, **facts, origin=str(path))
+        radius, load, pressure = (float(values[key]) for key in OF_THE_RECORD)
+        return TireRecord(name, radius, load, pressure, origin=str(path))
     file = path.parent / str(values["record"])
     record = read_record(file) if file.is_file() else shipped_record(str(values["record"]))
     return dataclasses.replace(record, name=name)

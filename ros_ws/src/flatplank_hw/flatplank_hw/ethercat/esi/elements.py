@@ -58,7 +58,7 @@ class EsiDevice:
     write_mapping: bool = False
 
 
-def number(text: str | None, where: str) -> int:
+def parse_number(text: str | None, where: str) -> int:
     """Parse '#x1A00', '0x1A00' or a decimal number."""
     try:
         return int((text or "").strip().replace("#x", "0x"), 0)
@@ -66,9 +66,9 @@ def number(text: str | None, where: str) -> int:
         raise EsiError(f"{where}: '{text}' is not a number") from None
 
 
-def pdo(node: ElementTree.Element, where: str) -> Pdo:
+def read_pdo(node: ElementTree.Element, where: str) -> Pdo:
     return Pdo(
-        number(node.findtext("Index"), where),
+        parse_number(node.findtext("Index"), where),
         tuple(_entry(e, where) for e in node.iterfind("Entry")),
         (node.findtext("Name") or "").strip(),
         assigned="Sm" in node.attrib,
@@ -76,8 +76,8 @@ def pdo(node: ElementTree.Element, where: str) -> Pdo:
 
 
 def _entry(node: ElementTree.Element, where: str) -> Entry:
-    index = number(node.findtext("Index"), where)
-    bits = number(node.findtext("BitLen"), where)
+    index = parse_number(node.findtext("Index"), where)
+    bits = parse_number(node.findtext("BitLen"), where)
     if index == 0:
         return Entry(0, 0, "", bits, name="padding")
     raw = (node.findtext("DataType") or "").strip()
@@ -86,7 +86,7 @@ def _entry(node: ElementTree.Element, where: str) -> Entry:
     if not kind:
         raise EsiError(f"{where}: entry 0x{index:04X} has type '{raw}' of {bits} bits, not known")
     name = (node.findtext("Name") or "").strip()
-    return Entry(index, number(node.findtext("SubIndex") or "0", where), kind, bits, name)
+    return Entry(index, parse_number(node.findtext("SubIndex") or "0", where), kind, bits, name)
 
 
 def is_mapping(index: int) -> bool:
@@ -102,10 +102,10 @@ def start_commands(commands: Iterable[ElementTree.Element], where: str) -> tuple
             continue
         data = bytes.fromhex((command.findtext("Data") or "").strip())
         kind = _BY_BITS.get(len(data) * 8)
-        index = number(command.findtext("Index"), where)
+        index = parse_number(command.findtext("Index"), where)
         if kind is None or index in ASSIGNMENTS or is_mapping(index):
             continue
-        subindex = number(command.findtext("SubIndex") or "0", where)
+        subindex = parse_number(command.findtext("SubIndex") or "0", where)
         name = (command.findtext("Comment") or "").strip()
         values.append(SdoValue(index, subindex, kind, int.from_bytes(data, "little"), name))
     return tuple(values)

@@ -14,8 +14,8 @@ from flatplank_hw.ethercat.esi.elements import (
     EsiDevice,
     EsiError,
     is_mapping,
-    number,
-    pdo,
+    parse_number,
+    read_pdo,
     start_commands,
 )
 
@@ -35,13 +35,13 @@ def _device(node: ElementTree.Element, path: str) -> EsiDevice:
     data = node.find("ProcessData")
     data = ElementTree.Element("ProcessData") if data is None else data
     commands = list(node.iterfind("Mailbox/CoE/InitCmds/InitCmd"))
-    written = {number(c.findtext("Index"), where) for c in commands}
+    written = {parse_number(c.findtext("Index"), where) for c in commands}
     return EsiDevice(
         type_name=name,
         name=name,
-        vendor=number(node.findtext("Info/VendorId"), where),
-        product=number(node.findtext("Info/ProductCode"), where),
-        revision=number(node.findtext("Info/RevisionNo") or "0", where),
+        vendor=parse_number(node.findtext("Info/VendorId"), where),
+        product=parse_number(node.findtext("Info/ProductCode"), where),
+        revision=parse_number(node.findtext("Info/RevisionNo") or "0", where),
         mailbox=_mailbox(node, where),
         sync_managers=_sync_managers(data, where),
         outputs=tuple(_pdos(data, "RxPdo", where)),
@@ -57,7 +57,10 @@ def _mailbox(node: ElementTree.Element, where: str) -> Mailbox | None:
     if node.find("Mailbox/CoE") is None:
         return None
     places = ("Send/Start", "Send/Length", "Recv/Start", "Recv/Length")
-    return Mailbox(*(number(node.findtext(f"Mailbox/{place}"), where) for place in places))
+    out_start, out_size, in_start, in_size = (
+        parse_number(node.findtext(f"Mailbox/{place}"), where) for place in places
+    )
+    return Mailbox(out_start, out_size, in_start, in_size)
 
 
 def _managers(data: ElementTree.Element) -> Iterator[ElementTree.Element]:
@@ -68,8 +71,8 @@ def _managers(data: ElementTree.Element) -> Iterator[ElementTree.Element]:
 def _sync_managers(data: ElementTree.Element, where: str) -> SyncManagers | None:
     found = {
         (m.findtext("Type") or "").strip(): (
-            number(m.findtext("StartAddress"), where),
-            number(m.findtext("ControlByte") or "0", where),
+            parse_number(m.findtext("StartAddress"), where),
+            parse_number(m.findtext("ControlByte") or "0", where),
         )
         for m in _managers(data)
     }
@@ -80,7 +83,7 @@ def _sync_managers(data: ElementTree.Element, where: str) -> SyncManagers | None
 
 def _pdos(data: ElementTree.Element, kind: str, where: str) -> Iterator[Pdo]:
     """PDOs; assigned: those that a sync manager lists, or without lists those with an `Sm`."""
-    listed = {number(p.text, where) for m in _managers(data) for p in m.iterfind("Pdo")}
+    listed = {parse_number(p.text, where) for m in _managers(data) for p in m.iterfind("Pdo")}
     for node in data.iterfind(kind):
-        found = pdo(node, where)
+        found = read_pdo(node, where)
         yield replace(found, assigned=found.index in listed) if listed else found

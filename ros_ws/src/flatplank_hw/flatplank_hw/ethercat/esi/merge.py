@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from flatplank_data.params import nearest
+from flatplank_data.params import nearest_hint
 from flatplank_hw.ethercat.busfile import BusFile, Entry, Pdo, Slave
 from flatplank_hw.ethercat.esi.elements import EsiDevice, EsiError
 
@@ -60,7 +60,7 @@ def merge_device(
     objects. EsiError when a channel would be lost."""
     names = [s.name for s in bus.slaves]
     if name not in names:
-        raise EsiError(f"no slave '{name}' in the bus file{nearest(name, names)}")
+        raise EsiError(f"no slave '{name}' in the bus file{nearest_hint(name, names)}")
     old = bus.slave(name)
     new = slave_from_device(device, name, old.device, old.axis, rated_torque_nm)
     known = {

@@ -7,9 +7,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from xml.etree import ElementTree
 
-from flatplank_data.params import nearest
+from flatplank_data.params import nearest_hint
 from flatplank_hw.ethercat.busfile import Mailbox, SyncManagers
-from flatplank_hw.ethercat.esi.elements import EsiDevice, EsiError, number, pdo, start_commands
+from flatplank_hw.ethercat.esi.elements import (
+    EsiDevice,
+    EsiError,
+    parse_number,
+    read_pdo,
+    start_commands,
+)
 from flatplank_hw.ethercat.esi.eni import config_devices
 
 
@@ -33,7 +39,7 @@ def read_esi(path: str | Path) -> list[EsiDevice]:
 
 
 def _info_devices(root: ElementTree.Element, path: str) -> list[EsiDevice]:
-    vendor = number(root.findtext("Vendor/Id"), f"{path}: Vendor/Id")
+    vendor = parse_number(root.findtext("Vendor/Id"), f"{path}: Vendor/Id")
     return [_device(node, vendor, path) for node in root.iterfind(".//Devices/Device")]
 
 
@@ -57,7 +63,7 @@ def find_device(
     ]
     if not found:
         names = sorted({d.type_name for d in devices})
-        raise EsiError(f"no such device{nearest(type_name, names)}")
+        raise EsiError(f"no such device{nearest_hint(type_name, names)}")
     if len({d.product for d in found}) > 1:
         fitting = ", ".join(f"{d.type_name} (0x{d.product:08X})" for d in found)
         raise EsiError(f"several devices fit, give type or product: {fitting}")
@@ -75,12 +81,12 @@ def _device(node: ElementTree.Element, vendor: int, path: str) -> EsiDevice:
         type_name=type_name,
         name=(node.findtext("Name") or type_name).strip(),
         vendor=vendor,
-        product=number(kind.get("ProductCode"), where),
-        revision=number(kind.get("RevisionNo", "0"), where),
+        product=parse_number(kind.get("ProductCode"), where),
+        revision=parse_number(kind.get("RevisionNo", "0"), where),
         mailbox=_mailbox(node, coe, where),
         sync_managers=_sync_managers(node, where),
-        outputs=tuple(pdo(p, where) for p in node.iterfind("RxPdo")),
-        inputs=tuple(pdo(p, where) for p in node.iterfind("TxPdo")),
+        outputs=tuple(read_pdo(p, where) for p in node.iterfind("RxPdo")),
+        inputs=tuple(read_pdo(p, where) for p in node.iterfind("TxPdo")),
         fixed_assignment=coe is None or not _flag(coe, "PdoAssign"),
         dc=node.find("Dc") is not None,
         sdos=start_commands(coe.iterfind("InitCmd") if coe is not None else (), where),
@@ -95,10 +101,10 @@ def _mailbox(
         return None
     out, back = managers["MBoxOut"], managers["MBoxIn"]
     return Mailbox(
-        number(out.get("StartAddress"), where),
-        number(out.get("DefaultSize"), where),
-        number(back.get("StartAddress"), where),
-        number(back.get("DefaultSize"), where),
+        parse_number(out.get("StartAddress"), where),
+        parse_number(out.get("DefaultSize"), where),
+        parse_number(back.get("StartAddress"), where),
+        parse_number(back.get("DefaultSize"), where),
         complete_access=_flag(coe, "CompleteAccess"),
         sdo_info=_flag(coe, "SdoInfo"),
     )
@@ -109,8 +115,8 @@ def _sync_managers(node: ElementTree.Element, where: str) -> SyncManagers | None
     for sm in node.iterfind("Sm"):
         name = (sm.text or "").strip()
         if name in values:
-            start = number(sm.get("StartAddress"), where)
-            values[name] = (start, number(sm.get("ControlByte", "0"), where))
+            start = parse_number(sm.get("StartAddress"), where)
+            values[name] = (start, parse_number(sm.get("ControlByte", "0"), where))
     if values == {"Outputs": (0, 0), "Inputs": (0, 0)}:
         return None
     return SyncManagers(*values["Outputs"], *values["Inputs"])

@@ -18,7 +18,7 @@ from flatplank_hw.ethercat.master.interface import (
 from flatplank_hw.ethercat.master.link import ParentLink
 from flatplank_hw.ethercat.master.loop import BusLoop, Timing
 from flatplank_hw.ethercat.reader import read_bus_file
-from flatplank_hw.process import prepare
+from flatplank_hw.process import prepare_thread
 
 
 def parse(arguments: list[str] | None) -> argparse.Namespace:
@@ -37,7 +37,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     return parser.parse_args(arguments)
 
 
-def make(options: argparse.Namespace, link: ParentLink, lock: InterfaceLock) -> BusLoop:
+def make_loop(options: argparse.Namespace, link: ParentLink, lock: InterfaceLock) -> BusLoop:
     """Bring the bus to OP; BusError or BusFileError on failure."""
     bus = read_bus_file(options.bus)
     if options.rate:
@@ -53,7 +53,7 @@ def make(options: argparse.Namespace, link: ParentLink, lock: InterfaceLock) -> 
     soem.open()
     reply_timeout, node_timeout = options.reply_timeout_ms * 1e-3, options.node_timeout_ms * 1e-3
     timing = Timing(options.slip, reply_timeout, node_timeout, options.batch)
-    loop = BusLoop(bus, soem, link, prepare(options.fifo, priority=50), timing)
+    loop = BusLoop(bus, soem, link, prepare_thread(options.fifo, priority=50), timing)
     try:
         loop.start()
     except ValueError:
@@ -69,25 +69,25 @@ def main(arguments: list[str] | None = None) -> int:
     lock = InterfaceLock(options.interface)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
-        loop = make(options, link, lock)
+        loop = make_loop(options, link, lock)
     except ValueError as error:
-        link.tell({"event": "failed", "reason": str(error)})
+        link.send_message({"event": "failed", "reason": str(error)})
         return 2
     signal.signal(signal.SIGTERM, lambda *_: setattr(loop, "running", False))
     gc.collect()
     gc.freeze()
     gc.disable()
-    link.tell({"event": "ready", "pid": os.getpid(), "scheduling": loop.scheduling})
+    link.send_message({"event": "ready", "pid": os.getpid(), "scheduling": loop.scheduling})
     try:
         loop.run()
     except Exception as error:
         # the watchdogs stop the axes; report the reason to the parent
-        link.tell({"event": "crashed", "reason": f"{type(error).__name__}: {error}"})
+        link.send_message({"event": "crashed", "reason": f"{type(error).__name__}: {error}"})
         raise
     finally:
         loop.soem.close()
         lock.release()
-    link.tell({"event": "stopped", "diagnostics": loop.report()})
+    link.send_message({"event": "stopped", "diagnostics": loop.report()})
     return 0
 
 

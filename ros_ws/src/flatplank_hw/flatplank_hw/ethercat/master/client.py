@@ -24,7 +24,7 @@ from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs, Hea
 from flatplank_hw.ethercat.master import link
 from flatplank_hw.ethercat.master.interface import BusError
 from flatplank_hw.ethercat.reader import read_bus_file
-from flatplank_hw.process import environment
+from flatplank_hw.process import child_environment
 
 SILENCE_S = 0.05
 """after this time without an image the client makes its own, with health LOST [s]"""
@@ -99,7 +99,7 @@ class BusClient:
         self.process = subprocess.Popen(
             words,
             pass_fds=(data.fileno(), control.fileno()),
-            env=environment(),
+            env=child_environment(),
             stdin=subprocess.DEVNULL,
         )
         data.close()
@@ -112,7 +112,7 @@ class BusClient:
         """Stop the axes and the bus, and end the process."""
         if self.process is None:
             return
-        self._tell({"do": "stop", "id": 0})
+        self._send_request({"do": "stop", "id": 0})
         end = time.monotonic() + timeout
         while self.process.poll() is None and time.monotonic() < end:
             self._drain_events(0.02)
@@ -220,7 +220,7 @@ class BusClient:
     def _ask(self, timeout: float, **request: Any) -> dict[str, Any]:
         with self._lock:
             number = next(self._ids)
-            self._tell({"id": number, **request})
+            self._send_request({"id": number, **request})
             end = time.monotonic() + timeout
             while time.monotonic() < end and self.alive:
                 message = self._receive(max(end - time.monotonic(), 0.0))
@@ -234,7 +234,7 @@ class BusClient:
                     raise LookupError(message["reason"])
         raise LookupError("the bus process is gone" if not self.alive else "no answer in time")
 
-    def _tell(self, message: dict[str, Any]) -> None:
+    def _send_request(self, message: dict[str, Any]) -> None:
         try:
             self._control.send(json.dumps(message).encode())
         except OSError:

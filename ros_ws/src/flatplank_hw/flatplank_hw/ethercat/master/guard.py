@@ -29,7 +29,7 @@ BRAKING_S = 0.25
 
 
 class Cause(IntEnum):
-    """Why an axis is held; the value is an error code of CiA 402 or its manufacturer range."""
+    """Reason why an axis is held; the value is an error code of CiA 402 or of its maker range."""
 
     NONE = 0x0000
     BUS = 0x7500
@@ -94,7 +94,7 @@ class Guard:
                 out.append(command)
         return out
 
-    def overlay(self, inputs: BusInputs) -> BusInputs:
+    def with_held_axes_in_fault(self, inputs: BusInputs) -> BusInputs:
         """Inputs as the drive nodes see them: a held axis is in FAULT."""
         if not self.latched:
             return inputs

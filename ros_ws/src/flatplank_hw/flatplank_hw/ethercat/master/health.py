@@ -95,10 +95,10 @@ class HealthMonitor:
             if self.link and not seen.arrived:
                 self.reason += f"; {self.link}"
             if self.faulty:
-                self.reason += "; " + describe(self.faulty)
+                self.reason += "; " + describe_slaves(self.faulty)
             return Health.LOST
         if self.faulty:
-            self.reason = describe(self.faulty)
+            self.reason = describe_slaves(self.faulty)
             return Health.SLAVE_FAULT
         if self.in_a_row:
             return Health.DEGRADED
@@ -109,7 +109,7 @@ class HealthMonitor:
 _STATES = {0: "no answer", 1: "INIT", 2: "PREOP", 3: "BOOT", 4: "SAFEOP", 8: "OP"}
 
 
-def describe(states: tuple[SlaveState, ...]) -> str:
+def describe_slaves(states: tuple[SlaveState, ...]) -> str:
     """Text with slaves, their states and codes."""
     parts = []
     for s in states:

@@ -11,7 +11,7 @@ from flatplank_hw.cia402 import TORQUE_UNIT
 from flatplank_hw.encoders.counter import wrapped
 from flatplank_hw.ethercat import busfile
 from flatplank_hw.ethercat.busfile import BusFile, Entry
-from flatplank_hw.ethercat.layout import Layout, limits
+from flatplank_hw.ethercat.layout import Layout, range_of_type
 from flatplank_hw.ethercat.reader import BusFileError
 
 
@@ -29,13 +29,13 @@ class BitPlace:
     group: int = -1
     """number of the shared byte"""
 
-    def take(self, data: bytes) -> bytes:
+    def extract_bits(self, data: bytes) -> bytes:
         """The bits of this slave alone."""
         if not self.bits or not data:
             return data
         return bytes([data[0] >> self.shift & ((1 << self.bits) - 1)])
 
-    def put(self, data: bytes, shared: dict[int, int]) -> bytes:
+    def insert_bits(self, data: bytes, shared: dict[int, int]) -> bytes:
         """Return the whole byte; `shared` (group -> byte) collects the bits of all its slaves."""
         if not self.bits:
             return data
@@ -64,14 +64,14 @@ def place_bits(lengths: list[int]) -> list[BitPlace]:
     return places
 
 
-class Counter:
+class CounterExtension:
     """Extends an encoder counter that wraps at its own width; 32 bits pass through as int32."""
 
     def __init__(self, bits: int) -> None:
         self._bits = bits
         self._value: int | None = None
 
-    def see(self, raw: int) -> int:
+    def extend(self, raw: int) -> int:
         """Extended count for the next raw value; assumes a step of less than half the range."""
         if self._bits >= 32:
             return wrapped(raw)
@@ -121,9 +121,9 @@ class InputImage:
         """One cycle of inputs; data: input bytes per slave, in the order of the bus file."""
         flat: list[int] = [0]
         for row in self.rows:
-            flat += row.layout.unpack(row.place.take(data[row.slave]))
+            flat += row.layout.unpack(row.place.extract_bits(data[row.slave]))
         volts = [flat[at + 1] * scale for at, scale in self._volts]
-        counts = [counter.see(flat[at + 1]) for at, counter in self._counts]
+        counts = [counter.extend(flat[at + 1]) for at, counter in self._counts]
         digital = self._always
         for at, bit in self._bits:
             if flat[at + 1]:
@@ -161,7 +161,7 @@ class OutputImage:
             entries = slave.output_entries
             row = _Row(i, Layout([(e.kind, e.bits) for e in entries]), places[i])
             sources = [self._source(e) for e in entries]
-            ranges = [limits(e.kind) if e.kind else (0, (1 << e.bits) - 1) for e in entries]
+            ranges = [range_of_type(e.kind) if e.kind else (0, (1 << e.bits) - 1) for e in entries]
             self.rows.append((row, sources, ranges))
             self._find_echo(i, entries)
 
@@ -188,7 +188,7 @@ class OutputImage:
                 min(max(flat[s], low), high)
                 for s, (low, high) in zip(sources, ranges, strict=True)
             ]
-            out.append((row.slave, row.place.put(row.layout.pack(values), shared)))
+            out.append((row.slave, row.place.insert_bits(row.layout.pack(values), shared)))
         return out
 
     def _source(self, entry: Entry) -> int:
@@ -226,8 +226,12 @@ def _scaled(found: tuple[int, Entry] | None) -> tuple[int, float]:
     return position, entry.full_scale_volts / entry.full_scale_counts
 
 
-def _counter(found: tuple[int, Entry] | None) -> tuple[int, Counter]:
-    return (-1, Counter(32)) if found is None else (found[0], Counter(found[1].bits))
+def _counter(found: tuple[int, Entry] | None) -> tuple[int, CounterExtension]:
+    return (
+        (-1, CounterExtension(32))
+        if found is None
+        else (found[0], CounterExtension(found[1].bits))
+    )
 
 
 def _axis(found: dict[str, tuple[int, Entry]], name: str) -> tuple[tuple[int, ...], float]:

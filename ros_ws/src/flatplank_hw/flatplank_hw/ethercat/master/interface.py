@@ -39,7 +39,7 @@ def check_interface(name: str) -> None:
 
 
 def link_trouble(name: str) -> str:
-    """Why an interface cannot receive; empty when its link is up."""
+    """Reason why an interface cannot receive; empty when its link is up."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as control:
         raw = fcntl.ioctl(control, SIOCGIFFLAGS, name.encode().ljust(16, b"\0") + bytes(24))
     flags = int.from_bytes(raw[16:18], sys.byteorder)

@@ -65,7 +65,7 @@ class ParentLink:
         return [unpack_command(data) for data in self._drain(self._data)]
 
     def await_commands(self, seconds: float) -> list[AxisCommand]:
-        """Like `commands`, but waits for one, at most `seconds` [s]."""
+        """Commands since the last call, as `commands`; waits for one, at most `seconds` [s]."""
         if seconds > 0.0 and not self.parent_gone:
             select.select([self._data], [], [], seconds)
         return self.commands()
@@ -78,7 +78,7 @@ class ParentLink:
         """Send one image; it is dropped and counted when the parent does not read."""
         self._send(self._data, pack_inputs(inputs))
 
-    def tell(self, message: dict[str, Any]) -> None:
+    def send_message(self, message: dict[str, Any]) -> None:
         """Send an answer or an event."""
         self._send(self._control, json.dumps(message).encode())
 

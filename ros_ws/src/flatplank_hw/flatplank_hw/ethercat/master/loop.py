@@ -20,7 +20,7 @@ from flatplank_hw.ethercat.master.health import (
 from flatplank_hw.ethercat.master.image import InputImage, OutputImage
 from flatplank_hw.ethercat.master.interface import BusError, link_trouble
 from flatplank_hw.ethercat.master.link import ParentLink
-from flatplank_hw.ethercat.master.pacing import CycleClock, Inbox, Waiting
+from flatplank_hw.ethercat.master.pacing import AnswerWait, CommandInbox, CycleClock
 from flatplank_hw.ethercat.master.sdo import SdoQueue
 from flatplank_hw.ethercat.master.soem import SoemBus
 
@@ -78,13 +78,13 @@ class BusLoop:
         self.monitor = HealthMonitor(soem.expected)
         self.guard = Guard(bus.rate_hz, bus.command_timeout_ms)
         self.recovery = RecoveryPolicy()
-        self.sdos = SdoQueue(bus, link.tell)
+        self.sdos = SdoQueue(bus, link.send_message)
         self.cycle_times, self.round_trips = Histogram(), Histogram()
         self.emergencies: deque[Emergency] = deque(maxlen=EMERGENCIES)
         self.health = Health.LOST
         self.inputs: BusInputs | None = None
-        self.inbox = Inbox()
-        self.waiting = Waiting(timing.node_timeout_s, timing.batch)
+        self.inbox = CommandInbox()
+        self.waiting = AnswerWait(timing.node_timeout_s, timing.batch)
         self.timing = timing
         self.clock = CycleClock(bus.period_ns, time.perf_counter_ns(), timing.slip)
         self._reply_timeout_s = timing.reply_timeout_s or min(bus.period_ns * 0.6e-9, 0.002)
@@ -108,13 +108,13 @@ class BusLoop:
     def run(self) -> None:
         """Cycle until told to stop or the parent has ended; then stop the axes."""
         while self.running and not self.link.parent_gone:
-            self.turn()
+            self.run_cycle()
         self._stop_axes()
 
-    def turn(self) -> None:
+    def run_cycle(self) -> None:
         """One cycle, and housekeeping in the remaining time."""
         waited = self.waiting.waited_ns
-        commands = self.waiting.hold(
+        commands = self.waiting.wait_for_cycle(
             self.clock.cycle + 1,
             self._last_start,
             self.clock.due(),
@@ -127,12 +127,13 @@ class BusLoop:
             self.cycle_times.add(now - self._last_start)
         self._last_start = now
         cycle = self.clock.advance(now)
-        self.inbox.take(commands)
-        self._exchange(cycle)
-        self.link.publish(self.guard.overlay(self.inputs))
+        self.inbox.commands_in_force(commands)
+        self.inputs = self._exchange(cycle)
+        self.link.publish(self.guard.with_held_axes_in_fault(self.inputs))
         self._housekeeping(cycle)
 
-    def _exchange(self, cycle: int) -> None:
+    def _exchange(self, cycle: int) -> BusInputs:
+        """Exchange one frame with the slaves; returns the inputs of this cycle."""
         asked = self.guard.step(cycle, self.inbox.current, self.inputs, self.health)
         digital = 0
         for command in asked:
@@ -149,19 +150,16 @@ class BusLoop:
             CycleObservation(result.arrived, result.counter, echo_ok)
         )
         good = self.health in (Health.OK, Health.DEGRADED) and result.arrived
-        self._decode(cycle, self.soem.inputs() if good or self.inputs is None else None)
+        return self._decode(cycle, self.soem.inputs() if good or self.inputs is None else None)
 
-    def _decode(self, cycle: int, data: list[bytes] | None) -> None:
+    def _decode(self, cycle: int, data: list[bytes] | None) -> BusInputs:
         """New inputs, or the last good ones with the new cycle number and the present health."""
         stamp = cycle * self.bus.period_ns
         if data is not None and len(data) == len(self._blank):
-            self.inputs = self.decoder.decode(data, cycle, stamp, int(self.health))
-        elif self.inputs is None:
-            self.inputs = self.decoder.decode(self._blank, cycle, stamp, int(self.health))
-        else:
-            self.inputs = self.inputs._replace(
-                cycle=cycle, stamp_ns=stamp, health=int(self.health)
-            )
+            return self.decoder.decode(data, cycle, stamp, int(self.health))
+        if self.inputs is None:
+            return self.decoder.decode(self._blank, cycle, stamp, int(self.health))
+        return self.inputs._replace(cycle=cycle, stamp_ns=stamp, health=int(self.health))
 
     def _housekeeping(self, cycle: int) -> None:
         """One task per cycle: AL states when a fault is suspected, else states, mailboxes or SDOs
@@ -198,7 +196,9 @@ class BusLoop:
         step = self.recovery.step(time.monotonic(), self.health, states, not self._arrived)
         if step == RecoveryStep.NONE:
             return
-        self.link.tell({"event": "recovery", "step": step.name, "reason": self.monitor.reason})
+        self.link.send_message(
+            {"event": "recovery", "step": step.name, "reason": self.monitor.reason}
+        )
         try:
             _RECOVERY[step](self)
         except BusError as error:
@@ -223,11 +223,13 @@ class BusLoop:
         if word in ("sdo_read", "sdo_write"):
             self.sdos.put(request)
         elif word == "diagnostics":
-            self.link.tell({"id": request["id"], "ok": True, "diagnostics": self.report()})
+            self.link.send_message({"id": request["id"], "ok": True, "diagnostics": self.report()})
         elif word == "stop":
             self.running = False
         else:
-            self.link.tell({"id": request["id"], "ok": False, "reason": f"unknown '{word}'"})
+            self.link.send_message(
+                {"id": request["id"], "ok": False, "reason": f"unknown '{word}'"}
+            )
 
     def report(self) -> dict[str, Any]:
         """Data for the diagnostics."""
@@ -260,17 +262,19 @@ class BusLoop:
 
     def _emergency(self, slave: str, code: int, register: int) -> None:
         self.emergencies.append(Emergency(self.clock.cycle, slave, code, register))
-        self.link.tell({"event": "emergency", "slave": slave, "code": code, "register": register})
+        self.link.send_message(
+            {"event": "emergency", "slave": slave, "code": code, "register": register}
+        )
 
     def _stop_axes(self) -> None:
         """Quick stop, wait until no axis turns, then disable the voltage."""
         self.guard.hold_all(self.clock.cycle, Cause.STALE_COMMAND)
         until = self.clock.cycle + round(STOP_S * self.bus.rate_hz)
         while self.clock.cycle < until and self._turning():
-            self.turn()
+            self.run_cycle()
         self.guard.braking = 0
         for _ in range(5):
-            self.turn()
+            self.run_cycle()
 
     def _turning(self) -> bool:
         if self.inputs is None or not self.soem.mapped:

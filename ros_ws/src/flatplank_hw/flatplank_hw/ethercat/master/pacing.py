@@ -58,8 +58,8 @@ SHARE = 0.5
 """share of a cycle for the nodes' answers; a later answer makes the cycle longer [-]"""
 
 
-class Waiting:
-    """For an emulated bus: the next cycle waits until the nodes have answered the last one.
+class AnswerWait:
+    """Lets a cycle of an emulated bus wait until the nodes have answered the cycle before.
 
     An emulated bus shares its computer with the nodes. When the nodes stall, a real machine would
     stop; the emulated bus stalls with them instead. It stops waiting for a node that is silent for
@@ -79,16 +79,16 @@ class Waiting:
         self._limit_ns = self._longest_ns = round(node_timeout_s * 1e9)
         self._answered: dict[int, int] = {}
 
-    def note(self, commands: Iterable[AxisCommand]) -> None:
+    def register_commands(self, commands: Iterable[AxisCommand]) -> None:
         """Register commands that have arrived."""
         for command in commands:
             self._answered[command.axis] = command.cycle
 
-    def lacking(self, cycle: int) -> list[int]:
+    def axes_without_answer(self, cycle: int) -> list[int]:
         """Axes for whose answer `cycle`, the next one, must wait."""
         return [axis for axis, last in self._answered.items() if last < cycle - self.batch]
 
-    def hold(
+    def wait_for_cycle(
         self,
         cycle: int,
         begun_ns: int,
@@ -116,14 +116,14 @@ class Waiting:
         def hear(seconds: float) -> bool:
             """Receive commands for at most `seconds` [s]; true when some came."""
             more = take(seconds)
-            self.note(more)
+            self.register_commands(more)
             found.extend(more)
             return bool(more)
 
         _sleep_until(begun_ns + round(SHARE * (due_ns - begun_ns)))
         hear(0.0)
         start = due_ns
-        if self.lacking(cycle):
+        if self.axes_without_answer(cycle):
             start = max(due_ns, self._late(cycle, begun_ns, due_ns, hear, go_on))
         elif self._answered:
             self._limit_ns = self._longest_ns
@@ -143,13 +143,13 @@ class Waiting:
         """Wait until all axes have answered; returns when the cycle may start [ns]."""
         now = time.perf_counter_ns()
         end = max(now, due_ns) + self._limit_ns
-        while go_on() and self.lacking(cycle) and now < end:
+        while go_on() and self.axes_without_answer(cycle) and now < end:
             came = hear(min(LOOK_S, (end - now) * 1e-9))
             now = time.perf_counter_ns()
             if came:
                 # a node catches up: give it the full time
                 end = max(now, due_ns) + self._limit_ns
-        silent = self.lacking(cycle) if go_on() else []
+        silent = self.axes_without_answer(cycle) if go_on() else []
         self._conclude(silent)
         if silent or not go_on():
             return now
@@ -171,7 +171,7 @@ def _sleep_until(then_ns: int) -> None:
         time.sleep(pause * 1e-9)
 
 
-class Inbox:
+class CommandInbox:
     """Commands that arrived since the last cycle: the newest applies, but no fault reset is lost.
     A reset acts by its edge, which a newer command would overwrite before a drive sees it."""
 
@@ -180,7 +180,7 @@ class Inbox:
         """command in force per axis"""
         self._later: dict[int, AxisCommand] = {}
 
-    def take(self, commands: Iterable[AxisCommand]) -> dict[int, AxisCommand]:
+    def commands_in_force(self, commands: Iterable[AxisCommand]) -> dict[int, AxisCommand]:
         """Commands that apply in this cycle."""
         waiting, self._later = self._later, {}
         shown: set[int] = set()

@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from flatplank_data.params import nearest
+from flatplank_data.params import nearest_hint
 from flatplank_hw.ethercat.busfile import BusFile, Slave
 from flatplank_hw.ethercat.layout import encode_value
 
@@ -32,7 +32,7 @@ class SdoQueue:
     def put(self, request: dict[str, Any]) -> None:
         """Queue {id, do: sdo_read|sdo_write, slave, index, subindex[, data (hex)]}."""
         if request.get("slave") not in self._names:
-            hint = nearest(request.get("slave", ""), self._names)
+            hint = nearest_hint(request.get("slave", ""), self._names)
             self._refuse(request, f"no slave '{request.get('slave')}'{hint}")
         elif len(self._waiting) >= QUEUE:
             self._refuse(request, f"more than {QUEUE} SDO requests are waiting")

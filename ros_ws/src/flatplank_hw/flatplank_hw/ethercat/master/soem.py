@@ -12,7 +12,7 @@ from typing import NamedTuple
 import pysoem
 
 from flatplank_hw.ethercat.busfile import BusFile, Slave
-from flatplank_hw.ethercat.master.health import SlaveState, describe
+from flatplank_hw.ethercat.master.health import SlaveState, describe_slaves
 from flatplank_hw.ethercat.master.image import expected_counter
 from flatplank_hw.ethercat.master.interface import BusError, check_identities
 from flatplank_hw.ethercat.master.sdo import write_configuration
@@ -260,7 +260,7 @@ class SoemBus:
     def _need(self, state: str) -> None:
         wrong = tuple(s for s in self.states() if s.state != STATES[state])
         if wrong:
-            raise BusError(f"not all slaves reach {state}: {describe(wrong)}")
+            raise BusError(f"not all slaves reach {state}: {describe_slaves(wrong)}")
 
 
 def _sockets() -> set[int]:

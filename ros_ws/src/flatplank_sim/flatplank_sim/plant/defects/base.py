@@ -15,9 +15,9 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from flatplank_data.params import nearest
+from flatplank_data.params import nearest_hint
 from flatplank_sim.plant.layout import MAP_START, MAP_STEP
-from flatplank_sim.plant.yamlconfig import PlantConfigError, build
+from flatplank_sim.plant.yamlconfig import PlantConfigError, build_dataclass
 
 _DEFECTS: dict[str, type[Defect]] = {}
 
@@ -45,7 +45,7 @@ class Site(NamedTuple):
         self.machine["mapped"] = 1
 
 
-def size(
+def defect_param(
     default: Any,
     unit: str,
     note: str,
@@ -114,11 +114,13 @@ def build_defects(data: Mapping[str, Any], where: str) -> dict[str, Defect]:
     result: dict[str, Defect] = {}
     for name, values in data.items():
         if name not in known:
-            raise PlantConfigError(f"{where}: unknown defect '{name}'{nearest(name, known)}")
+            raise PlantConfigError(f"{where}: unknown defect '{name}'{nearest_hint(name, known)}")
         if values is None:
             continue
         place = f"{where}: {name}"
-        defect = values if isinstance(values, Defect) else build(known[name], values, place)
+        defect = (
+            values if isinstance(values, Defect) else build_dataclass(known[name], values, place)
+        )
         defect.check(place)
         result[name] = defect
     return result

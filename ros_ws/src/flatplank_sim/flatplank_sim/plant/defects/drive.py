@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from flatplank_sim.plant.defects.base import Defect, Site, size
+from flatplank_sim.plant.defects.base import Defect, Site, defect_param
 
 
 @dataclass(frozen=True)
@@ -15,12 +15,12 @@ class MeshRipple(Defect):
     It is a position error of the plank with the periods of a tooth and of a turn of the pinion.
     """
 
-    tooth: float = size(20e-6, "m", "amplitude once per tooth", (0.0, 0.005), "mesh_tooth")
-    turn: float = size(
+    tooth: float = defect_param(20e-6, "m", "amplitude once per tooth", (0.0, 0.005), "mesh_tooth")
+    turn: float = defect_param(
         30e-6, "m", "amplitude once per turn of the pinion", (0.0, 0.005), "mesh_turn"
     )
-    pitch: float = size(0.01571, "m", "travel of one tooth", (0.001, 0.2), "mesh_pitch")
-    phase: float = size(0.0, "rad", "at the start position", into="mesh_phase")
+    pitch: float = defect_param(0.01571, "m", "travel of one tooth", (0.001, 0.2), "mesh_pitch")
+    phase: float = defect_param(0.0, "rad", "at the start position", into="mesh_phase")
 
     source = "thesis 3.1, hardware issue 5"
     touches = frozenset({"fx"})
@@ -35,7 +35,9 @@ class SpeedDroop(Defect):
     Speed rises with fx.
     """
 
-    per_kn: float = size(0.0008, "1/kN", "relative speed per longitudinal force", (-0.1, 0.1))
+    per_kn: float = defect_param(
+        0.0008, "1/kN", "relative speed per longitudinal force", (-0.1, 0.1)
+    )
 
     source = "thesis table 6.3, figure 6.5"
     touches = frozenset({"fx", "plank_counts"})
@@ -52,7 +54,7 @@ class WheelBacklash(Defect):
     The dead zone of (5.16): after a torque reversal the motor turns and the wheel does not.
     """
 
-    half_angle: float = size(
+    half_angle: float = defect_param(
         0.5236, "rad", "half of the gap, at the motor", (0.0, 3.2), "backlash"
     )
 
@@ -68,7 +70,7 @@ class WheelEncoderPlay(Defect):
     The encoder follows the wheel with play.
     """
 
-    angle: float = size(0.002, "rad", "whole play", (0.0, 0.2), "wheel_encoder_play")
+    angle: float = defect_param(0.002, "rad", "whole play", (0.0, 0.2), "wheel_encoder_play")
 
     source = "thesis 3.1, hardware issue 4"
     touches = frozenset({"wheel_counts"})
@@ -82,7 +84,9 @@ class StartDelay(Defect):
     A resting wheel drive responds after a constant delay.
     """
 
-    time: float = size(0.15, "s", "from command to motion", (0.0, 5.0), "wheel_servo.start_delay")
+    time: float = defect_param(
+        0.15, "s", "from command to motion", (0.0, 5.0), "wheel_servo.start_delay"
+    )
 
     source = "thesis 4.3, 5.6"
     touches = frozenset({"fx", "motor_position"})

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from flatplank_sim.plant.defects.base import Defect, Site, size
+from flatplank_sim.plant.defects.base import Defect, Site, defect_param
 
 
 @dataclass(frozen=True)
@@ -15,11 +15,11 @@ class Crosstalk(Defect):
     The error is proportional to the other force, independent of slip.
     """
 
-    fz_to_fx: float = size(0.01, "-", "Fx per Fz", (-0.5, 0.5))
-    fx_to_fz: float = size(0.0, "-", "Fz per Fx", (-0.5, 0.5))
-    fx_to_fy: float = size(0.01, "-", "Fy per Fx", (-0.5, 0.5))
-    fy_to_fx: float = size(0.0, "-", "Fx per Fy", (-0.5, 0.5))
-    fz_to_fy: float = size(0.0, "-", "Fy per Fz", (-0.5, 0.5))
+    fz_to_fx: float = defect_param(0.01, "-", "Fx per Fz", (-0.5, 0.5))
+    fx_to_fz: float = defect_param(0.0, "-", "Fz per Fx", (-0.5, 0.5))
+    fx_to_fy: float = defect_param(0.01, "-", "Fy per Fx", (-0.5, 0.5))
+    fy_to_fx: float = defect_param(0.0, "-", "Fx per Fy", (-0.5, 0.5))
+    fz_to_fy: float = defect_param(0.0, "-", "Fy per Fz", (-0.5, 0.5))
 
     source = "thesis 3.1, hardware issue 19"
     touches = frozenset({"fx", "fy"})
@@ -41,11 +41,11 @@ class HubGain(Defect):
     The bridges scale the forces and moments at the wheel centre by wrong factors.
     """
 
-    fx: float = size(0.02, "-", "relative error of Fx", (-0.5, 0.5))
-    fy: float = size(0.0, "-", "of Fy", (-0.5, 0.5))
-    fz: float = size(0.01, "-", "of Fz", (-0.5, 0.5))
-    mx: float = size(0.0, "-", "of Mx", (-0.5, 0.5))
-    mz: float = size(0.0, "-", "of Mz", (-0.5, 0.5))
+    fx: float = defect_param(0.02, "-", "relative error of Fx", (-0.5, 0.5))
+    fy: float = defect_param(0.0, "-", "of Fy", (-0.5, 0.5))
+    fz: float = defect_param(0.01, "-", "of Fz", (-0.5, 0.5))
+    mx: float = defect_param(0.0, "-", "of Mx", (-0.5, 0.5))
+    mz: float = defect_param(0.0, "-", "of Mz", (-0.5, 0.5))
 
     source = "thesis 3.1, hardware issue 19"
     touches = frozenset({"fx", "fz"})
@@ -63,7 +63,7 @@ class ForceLag(Defect):
     The filter is a first-order low-pass in time on all bridges.
     """
 
-    time: float = size(0.03, "s", "constant", (0.0, 5.0), "lag")
+    time: float = defect_param(0.03, "s", "constant", (0.0, 5.0), "lag")
 
     source = "thesis 5.6: filtered by the measurement amplifier"
     touches = frozenset({"fx", "fz"})
@@ -77,8 +77,10 @@ class ZeroDrift(Defect):
     Each amplifier channel has an offset and a drift.
     """
 
-    offset: tuple[float, ...] = size((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), "V", "of C1..C6", (-5.0, 5.0))
-    rate: tuple[float, ...] = size(
+    offset: tuple[float, ...] = defect_param(
+        (0.0, 0.0, 0.0, 0.0, 0.0, 0.0), "V", "of C1..C6", (-5.0, 5.0)
+    )
+    rate: tuple[float, ...] = defect_param(
         (1e-5, 2e-5, 2e-5, 0.0, 1e-5, 1e-5), "V/s", "of C1..C6", (-1.0, 1.0)
     )
 
@@ -99,12 +101,12 @@ class SensorNoise(Defect):
     The noise is independent from sample to sample, and seeded.
     """
 
-    bridge: float = size(0.002, "V", "standard deviation at C1..C6", (0.0, 1.0))
-    lvdt: float = size(0.0005, "V", "standard deviation at the LVDT", (0.0, 1.0))
-    torque: float = size(
+    bridge: float = defect_param(0.002, "V", "standard deviation at C1..C6", (0.0, 1.0))
+    lvdt: float = defect_param(0.0005, "V", "standard deviation at the LVDT", (0.0, 1.0))
+    torque: float = defect_param(
         0.01, "N m", "standard deviation of the reported motor torque", (0.0, 1.0)
     )
-    adc_bits: int = size(18, "bit", "resolution over both signs; 0: ideal", (0, 32))
+    adc_bits: int = defect_param(18, "bit", "resolution over both signs; 0: ideal", (0, 32))
 
     source = "thesis 3.1, hardware issue 6"
     touches = frozenset({"fx", "fy", "fz", "c4", "lvdt_volts"})
@@ -123,8 +125,8 @@ class MainsHum(Defect):
     All bridges have the same sine; sampled at 250 Hz, 50 Hz is not aliased.
     """
 
-    amplitude: float = size(0.001, "V", "at C1..C6", (0.0, 1.0), "hum")
-    frequency: float = size(50.0, "Hz", "of the mains", (0.0, 1000.0), "hum_frequency")
+    amplitude: float = defect_param(0.001, "V", "at C1..C6", (0.0, 1.0), "hum")
+    frequency: float = defect_param(50.0, "Hz", "of the mains", (0.0, 1000.0), "hum_frequency")
 
     source = "thesis 3.1, hardware issue 6"
     touches = frozenset({"fx", "fy", "fz"})
@@ -138,7 +140,7 @@ class TimeSkew(Defect):
     All bridges are delayed by a constant time relative to encoders and drive.
     """
 
-    delay: float = size(0.05, "s", "of the bridges", (0.0, 0.9), "skew")
+    delay: float = defect_param(0.05, "s", "of the bridges", (0.0, 0.9), "skew")
 
     source = "thesis 3.2: two unsynchronised data sets"
     touches = frozenset({"fx", "fz"})
@@ -152,8 +154,8 @@ class LvdtError(Defect):
     The axle height signal has errors of offset and gain.
     """
 
-    offset: float = size(0.02, "V", "at the LVDT", (-5.0, 5.0))
-    gain: float = size(0.01, "-", "relative", (-0.5, 0.5))
+    offset: float = defect_param(0.02, "V", "at the LVDT", (-5.0, 5.0))
+    gain: float = defect_param(0.01, "-", "relative", (-0.5, 0.5))
 
     source = "thesis 3.1, hardware issue 18"
     touches = frozenset({"lvdt_volts"})

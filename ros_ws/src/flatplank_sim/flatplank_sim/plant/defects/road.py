@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatplank_sim.plant.defects.base import Defect, Site, size
+from flatplank_sim.plant.defects.base import Defect, Site, defect_param
 
 
 @dataclass(frozen=True)
@@ -19,8 +19,8 @@ class RoadPlay(Defect):
     dead travel * kappa = gap.
     """
 
-    gap: float = size(0.00115, "m", "whole play of the road", (0.0, 0.01), "road_gap")
-    friction: float = size(
+    gap: float = defect_param(0.00115, "m", "whole play of the road", (0.0, 0.01), "road_gap")
+    friction: float = defect_param(
         20.0, "N", "holds the road in its plank", (0.0, 2000.0), "road_friction"
     )
 
@@ -36,9 +36,9 @@ class PlankWander(Defect):
     The lateral motion is a sine over the plank position.
     """
 
-    amplitude: float = size(0.0005, "m", "lateral", (0.0, 0.01), "wander")
-    period: float = size(1.3, "m", "travel of one wave", (0.01, 20.0), "wander_period")
-    phase: float = size(0.0, "rad", "at the start position", into="wander_phase")
+    amplitude: float = defect_param(0.0005, "m", "lateral", (0.0, 0.01), "wander")
+    period: float = defect_param(1.3, "m", "travel of one wave", (0.01, 20.0), "wander_period")
+    phase: float = defect_param(0.0, "rad", "at the start position", into="wander_phase")
 
     source = "thesis 3.1, hardware issue 11"
     touches = frozenset({"fy"})
@@ -53,10 +53,10 @@ class RoadSpeedError(Defect):
     radius is wrong, which it does not.
     """
 
-    relative: float = size(
+    relative: float = defect_param(
         0.0013, "-", "speed over nominal speed, less one", (-0.2, 0.2), "speed_error"
     )
-    unseen: float = size(
+    unseen: float = defect_param(
         0.0, "-", "travel over what the encoder says, less one", (-0.2, 0.2), "scale_error"
     )
 
@@ -73,11 +73,11 @@ class WornPatches(Defect):
     effect grows with |slip|.
     """
 
-    positions: tuple[float, ...] = size(
+    positions: tuple[float, ...] = defect_param(
         (0.15, 2.35, 3.90), "m", "of road travel since the trigger"
     )
-    factor: float = size(0.85, "-", "friction there over elsewhere", (0.05, 2.0))
-    length: float = size(0.08, "m", "of a patch", (0.005, 2.0))
+    factor: float = defect_param(0.85, "-", "friction there over elsewhere", (0.05, 2.0))
+    length: float = defect_param(0.08, "m", "of a patch", (0.005, 2.0))
 
     source = "thesis 5.6"
     touches = frozenset({"fx"})
@@ -98,7 +98,7 @@ class SandpaperWear(Defect):
     Friction falls in proportion to the number of runs since the plant was made.
     """
 
-    per_run: float = size(0.0005, "1/run", "loss of friction", (0.0, 0.2), "wear")
+    per_run: float = defect_param(0.0005, "1/run", "loss of friction", (0.0, 0.2), "wear")
 
     source = "thesis 3.1, hardware issue 13"
     touches = frozenset({"fx"})

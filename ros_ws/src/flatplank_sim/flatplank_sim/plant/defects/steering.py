@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from flatplank_sim.plant.defects.base import Defect, Site, size
+from flatplank_sim.plant.defects.base import Defect, Site, defect_param
 
 
 @dataclass(frozen=True)
@@ -16,8 +16,8 @@ class RackBacklash(Defect):
     = gap.
     """
 
-    gap: float = size(0.00064, "m", "backlash at the rack", (0.0, 0.01), "rack_gap")
-    friction: float = size(
+    gap: float = defect_param(0.00064, "m", "backlash at the rack", (0.0, 0.01), "rack_gap")
+    friction: float = defect_param(
         60.0, "N", "of the plank in its bearings", (0.0, 2000.0), "rack_friction"
     )
 
@@ -34,9 +34,9 @@ class SteeringPlay(Defect):
     the screw.
     """
 
-    angle: float = size(0.0035, "rad", "whole play", (0.0, 0.1), "steer_play")
-    friction: float = size(3.0, "N m", "holds the hub", (0.0, 500.0), "steer_friction")
-    arm: float = size(0.03, "m", "of fx about the steering axis", (-0.3, 0.3), "steer_arm")
+    angle: float = defect_param(0.0035, "rad", "whole play", (0.0, 0.1), "steer_play")
+    friction: float = defect_param(3.0, "N m", "holds the hub", (0.0, 500.0), "steer_friction")
+    arm: float = defect_param(0.03, "m", "of fx about the steering axis", (-0.3, 0.3), "steer_arm")
 
     source = "thesis 3.1, hardware issue 10"
     touches = frozenset({"fy"})
@@ -50,7 +50,7 @@ class SteeringZeroError(Defect):
     alpha = steering angle + angle; neither encoder nor protractor shows it.
     """
 
-    angle: float = size(
+    angle: float = defect_param(
         -0.015, "rad", "true minus shown side slip angle", (-0.2, 0.2), "steer_error"
     )
 
@@ -67,11 +67,13 @@ class RotationSupportPlay(Defect):
     load rises from `load_from` to `load_to`.
     """
 
-    gap_y: float = size(0.003, "m", "lateral play", (0.0, 0.02))
-    gap_z: float = size(0.0013, "m", "vertical play", (0.0, 0.02))
-    load_from: float = size(1300.0, "N", "load where the road begins to sink", (0.0, 10000.0))
-    load_to: float = size(2900.0, "N", "load where it rests again", (1.0, 20000.0))
-    friction: float = size(40.0, "N", "holds the road sideways", (0.0, 2000.0))
+    gap_y: float = defect_param(0.003, "m", "lateral play", (0.0, 0.02))
+    gap_z: float = defect_param(0.0013, "m", "vertical play", (0.0, 0.02))
+    load_from: float = defect_param(
+        1300.0, "N", "load where the road begins to sink", (0.0, 10000.0)
+    )
+    load_to: float = defect_param(2900.0, "N", "load where it rests again", (1.0, 20000.0))
+    friction: float = defect_param(40.0, "N", "holds the road sideways", (0.0, 2000.0))
 
     source = "thesis 3.1, hardware issue 9; figure G.5"
     touches = frozenset({"fy", "fz"})

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatplank_sim.plant.defects.base import Defect, Site, size
+from flatplank_sim.plant.defects.base import Defect, Site, defect_param
 from flatplank_sim.plant.yamlconfig import PlantConfigError
 
 
@@ -19,11 +19,13 @@ class SupportBearings(Defect):
     thereby fx.
     """
 
-    positions: tuple[float, ...] = size((2.1, 2.9, 3.2), "m", "of road travel since the trigger")
-    heights: tuple[float, ...] = size(
+    positions: tuple[float, ...] = defect_param(
+        (2.1, 2.9, 3.2), "m", "of road travel since the trigger"
+    )
+    heights: tuple[float, ...] = defect_param(
         (1.2e-4, -1.5e-4, 2.0e-4), "m", "of each hump, one for all if single", (-0.01, 0.01)
     )
-    length: float = size(0.10, "m", "of a hump", (0.01, 2.0))
+    length: float = defect_param(0.10, "m", "of a hump", (0.01, 2.0))
 
     source = "thesis 6.3, figure 6.6"
     touches = frozenset({"fz", "fx"})
@@ -53,9 +55,13 @@ class ParasiticShaft(Defect):
     The forces vary once per turn of the wheel, independent of slip and load.
     """
 
-    fx: float = size(250.0, "N", "amplitude in Fx at the wheel centre", (0.0, 5000.0), "para_fx")
-    fz: float = size(250.0, "N", "amplitude in Fz at the wheel centre", (0.0, 5000.0), "para_fz")
-    phase: float = size(0.4, "rad", "at wheel angle zero", into="para_phase")
+    fx: float = defect_param(
+        250.0, "N", "amplitude in Fx at the wheel centre", (0.0, 5000.0), "para_fx"
+    )
+    fz: float = defect_param(
+        250.0, "N", "amplitude in Fz at the wheel centre", (0.0, 5000.0), "para_fz"
+    )
+    phase: float = defect_param(0.4, "rad", "at wheel angle zero", into="para_phase")
 
     source = "thesis appendix C, figure C.1"
     touches = frozenset({"fx", "fz"})
@@ -71,8 +77,8 @@ class LoadChange(Defect):
     fz grows with fx, with different factors for driving and braking.
     """
 
-    brake: float = size(0.0097, "1/kN", "relative load per braking force", (-0.2, 0.2))
-    drive: float = size(0.0040, "1/kN", "relative load per driving force", (-0.2, 0.2))
+    brake: float = defect_param(0.0097, "1/kN", "relative load per braking force", (-0.2, 0.2))
+    drive: float = defect_param(0.0040, "1/kN", "relative load per driving force", (-0.2, 0.2))
 
     source = "thesis table 6.3: -3.6 % at -10 %, +1.5 % at +10 %"
     touches = frozenset({"fz", "fx"})
@@ -90,9 +96,9 @@ class RunOut(Defect):
     Deflection and rolling radius vary with the first order of the wheel angle.
     """
 
-    amplitude: float = size(2e-4, "m", "radial", (0.0, 0.02))
-    phase: float = size(0.0, "rad", "wheel angle of the largest radius")
-    rolling_share: float = size(0.3, "-", "of it in the rolling radius", (0.0, 2.0))
+    amplitude: float = defect_param(2e-4, "m", "radial", (0.0, 0.02))
+    phase: float = defect_param(0.0, "rad", "wheel angle of the largest radius")
+    rolling_share: float = defect_param(0.3, "-", "of it in the rolling radius", (0.0, 2.0))
 
     source = "thesis 3.1, hardware issue 15"
     touches = frozenset({"fz", "fx"})

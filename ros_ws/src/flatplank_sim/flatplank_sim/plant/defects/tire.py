@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from flatplank_sim.plant.defects.base import Defect, Site, size
+from flatplank_sim.plant.defects.base import Defect, Site, defect_param
 
 
 @dataclass(frozen=True)
@@ -15,8 +15,12 @@ class CarcassCreep(Defect):
     A Kelvin element acts in series with the carcass.
     """
 
-    share: float = size(0.15, "-", "delayed over elastic deflection", (0.0, 2.0), "tire.creep")
-    time: float = size(5.0, "s", "constant of the creep", (0.01, 1000.0), "tire.creep_time")
+    share: float = defect_param(
+        0.15, "-", "delayed over elastic deflection", (0.0, 2.0), "tire.creep"
+    )
+    time: float = defect_param(
+        5.0, "s", "constant of the creep", (0.01, 1000.0), "tire.creep_time"
+    )
 
     source = "the tire itself, not the thesis's machine"
     touches = frozenset({"fx"})
@@ -30,7 +34,7 @@ class CarcassLoad(Defect):
     The exponent adds to that of the longitudinal carcass stiffness over load.
     """
 
-    exponent: float = size(0.2, "-", "added", (-2.0, 2.0))
+    exponent: float = defect_param(0.2, "-", "added", (-2.0, 2.0))
 
     source = "thesis 7.4"
     touches = frozenset({"fx"})
@@ -47,7 +51,7 @@ class CarcassPressure(Defect):
     The exponent adds to that of the longitudinal carcass stiffness over pressure.
     """
 
-    exponent: float = size(0.5, "-", "added", (-2.0, 2.0))
+    exponent: float = defect_param(0.5, "-", "added", (-2.0, 2.0))
 
     source = "thesis 7.4"
     touches = frozenset({"fx"})
@@ -64,7 +68,7 @@ class CarcassSoftening(Defect):
     Force = stiffness * u / (1 + softening |u|).
     """
 
-    per_metre: float = size(15.0, "1/m", "softening", (0.0, 200.0), "tire.softening")
+    per_metre: float = defect_param(15.0, "1/m", "softening", (0.0, 200.0), "tire.softening")
 
     source = "the tire itself, not the thesis's machine"
     touches = frozenset({"fx"})
@@ -78,7 +82,7 @@ class Conicity(Defect):
     It acts as a constant additional camber.
     """
 
-    camber: float = size(0.01, "rad", "own camber", (-0.2, 0.2), "tire.conicity")
+    camber: float = defect_param(0.01, "rad", "own camber", (-0.2, 0.2), "tire.conicity")
 
     source = "the tire itself, not the thesis's machine"
     touches = frozenset({"fy"})
@@ -92,7 +96,7 @@ class PlySteer(Defect):
     It acts as an additional side slip angle, independent of the mounting side.
     """
 
-    angle: float = size(0.003, "rad", "own side slip angle", (-0.1, 0.1), "tire.ply_steer")
+    angle: float = defect_param(0.003, "rad", "own side slip angle", (-0.1, 0.1), "tire.ply_steer")
 
     source = "the tire itself, not the thesis's machine"
     touches = frozenset({"fy"})
@@ -106,7 +110,7 @@ class DriveBrakeAsymmetry(Defect):
     It reduces the friction of bristles deflected backward.
     """
 
-    friction: float = size(
+    friction: float = defect_param(
         0.05, "-", "loss of friction when braking", (-0.5, 0.5), "tire.brake_friction"
     )
 
@@ -123,11 +127,11 @@ class TireNonuniformity(Defect):
     follows it.
     """
 
-    order1: float = size(25.0, "N", "amplitude once per turn", (0.0, 1000.0), "nu1")
-    order2: float = size(12.0, "N", "twice per turn", (0.0, 1000.0), "nu2")
-    order3: float = size(8.0, "N", "three times per turn", (0.0, 1000.0), "nu3")
-    phase: float = size(0.7, "rad", "wheel angle of the peaks", into="nu_phase")
-    rolling: float = size(
+    order1: float = defect_param(25.0, "N", "amplitude once per turn", (0.0, 1000.0), "nu1")
+    order2: float = defect_param(12.0, "N", "twice per turn", (0.0, 1000.0), "nu2")
+    order3: float = defect_param(8.0, "N", "three times per turn", (0.0, 1000.0), "nu3")
+    phase: float = defect_param(0.7, "rad", "wheel angle of the peaks", into="nu_phase")
+    rolling: float = defect_param(
         1e-6, "m/N", "rolling radius per radial force", (-1e-4, 1e-4), "nu_rolling"
     )
 

@@ -39,7 +39,7 @@ OWN = "FLATPLANK"
 them"""
 
 
-def whole(tir: TirFile, ranges: Mapping[str, tuple[float, float]] | None = None) -> TirFile:
+def complete_tir(tir: TirFile, ranges: Mapping[str, tuple[float, float]] | None = None) -> TirFile:
     """The same tire with every coefficient of its law written.
 
     ranges: quantity (fz, kappa, alpha, gamma, pressure) -> lowest and highest value [SI].

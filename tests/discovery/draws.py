@@ -1,0 +1,15 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Drawn numbers, and the groups of the runs of `shapes.measured`."""
+
+from __future__ import annotations
+
+import numpy as np
+from shapes import CONDITIONS, REPEATS
+
+RUNS = CONDITIONS * REPEATS
+GROUPS = [np.arange(REPEATS * c, REPEATS * (c + 1)) for c in range(CONDITIONS)]
+SPARE = CONDITIONS * (REPEATS - 1)
+
+
+def numbers(seed: int, *size: int) -> np.ndarray:
+    return np.random.default_rng(seed).standard_normal(size)

@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Screening and the tests of a decision, against the same numbers in plain linear algebra."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from draws import GROUPS, RUNS, numbers
+from scipy.stats import f as f_distribution
+from scipy.stats import norm
+from shapes import CONDITIONS, LONG, REPEATS, shape
+
+from flatplank_analysis.discovery import decide, screen
+from flatplank_analysis.discovery.fit import Term
+from flatplank_analysis.discovery.gram import Gram
+from flatplank_analysis.discovery.model import FormError
+from flatplank_analysis.discovery.nextrun import weight_of
+from flatplank_analysis.discovery.state import Candidate
+from flatplank_analysis.discovery.verdict import detectable_sizes
+
+PAIR = shape("pair", LONG.form, bound=0.04)
+
+
+def candidate(columns: np.ndarray, effect=LONG) -> Candidate:
+    return Candidate(effect, {}, columns)
+
+
+def screened(products: np.ndarray, *owned: list[int]) -> tuple[screen.Screen, list]:
+    """A screen of candidates that own some of these projected columns."""
+    items = []
+    for rows in owned:
+        mix = np.zeros(len(products))
+        mix[rows] = 1.0
+        info = products[np.ix_(rows, rows)]
+        items.append(screen.ScreenResult(candidate(np.zeros(0)), mix[rows], 1.0, 1.0, info, mix))
+    return SimpleNamespace(projected=products), items
+
+
+def test_likeness_is_the_cosine_between_columns():
+    a = np.array([[1.0, 0.0, 0.0], [0.6, 0.8, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 0.0]])
+    result, (one, other, third, plane, none) = screened(a @ a.T, [0], [1], [2], [1, 2], [3])
+    assert screen.likeness(result, one, other) == pytest.approx(0.6)
+    assert screen.likeness(result, other, third) == pytest.approx(0.8)
+    assert screen.likeness(result, one, third) == pytest.approx(0.0, abs=1e-7)
+    assert screen.likeness(result, one, plane) == pytest.approx(1.0)
+    assert screen.likeness(result, none, one) == 0.0
+    silent = replace(one, contribution=np.zeros(4))
+    assert screen.likeness(result, one, silent) == 0.0
+
+
+def test_screened_size_gain_and_visibility():
+    info, score, raw = np.array([[4.0]]), np.array([6.0]), np.array([[10.0]])
+    found = screen._judge(candidate(np.zeros(1)), info, score, raw, np.array([1]), 3)
+    assert found.visible == pytest.approx(0.4)
+    assert found.sizes == pytest.approx([1.5]) and found.gain == pytest.approx(9.0)
+    np.testing.assert_allclose(found.contribution, [0.0, 1.5, 0.0])
+    # the range is 0.04, two screening steps of 0.02
+    held = screen._judge(candidate(np.zeros(1), PAIR), info, 2.0 * score, raw, np.array([0]), 1)
+    assert held.sizes == pytest.approx([2.0])
+    assert held.gain == pytest.approx(2.0 * 2.0 * 12.0 - 4.0 * 4.0)
+    unseen = screen._judge(candidate(np.zeros(1)), 1e-7 * raw, score, raw, np.array([2]), 3)
+    assert not unseen.sizes and unseen.gain == 0.0
+    np.testing.assert_allclose(unseen.contribution, [0.0, 0.0, 1.0])
+
+
+def test_sums_along_a_combination_of_columns():
+    base, two, e = numbers(20, RUNS, 2, 30), numbers(21, RUNS, 3, 30), numbers(22, RUNS, 30)
+    gram = Gram.of(np.concatenate([base, two], axis=1), e)
+    item = screened(np.eye(3), [1, 2])[1][0]
+    item = replace(item, contribution=np.array([0.0, 2.0, -3.0]))
+    found = screen._along(gram, 2, item)
+    own = 2.0 * two[:, 1] - 3.0 * two[:, 2]
+    wanted = Gram.of(np.concatenate([base, own[:, None]], axis=1), e)
+    np.testing.assert_allclose(found.products, wanted.products)
+    np.testing.assert_allclose(found.scores, wanted.scores)
+
+
+def test_smallest_size_that_is_found():
+    """Both errors: half the family-wise level on either side, and one in five missed."""
+    info = np.array([[4.0]])
+    seen = screen.ScreenResult(candidate(np.zeros(0)), np.ones(1), 1.0, 0.5, info, np.ones(1))
+    step = SimpleNamespace(screen=SimpleNamespace(ranked=[seen]))
+    ((name, (size, unit)),) = detectable_sizes(step, {"long": 10}).items()
+    need = norm.isf(0.05 / 10 / 2) + norm.isf(0.2)
+    assert (name, unit) == ("long", "1") and size == pytest.approx(0.02 * need / 2.0)
+    hidden = SimpleNamespace(screen=SimpleNamespace(ranked=[replace(seen, visible=1e-4)]))
+    assert not detectable_sizes(hidden, {})
+
+
+@pytest.fixture
+def in_stretches():
+    """Sums of a base of two and of one effect, whole and in five stretches, and of a force."""
+    base, x, force = numbers(30, RUNS, 2, 50), numbers(31, RUNS, 1, 50), numbers(32, RUNS, 1, 50)
+    e = numbers(33, RUNS, 50)
+    place = np.arange(50) // 10
+    pieces = x * (place == np.arange(5)[:, None])
+    columns = np.concatenate([base, x, pieces, force], axis=1)
+    return Gram.of(columns, e), columns, e
+
+
+def chi2(columns: np.ndarray, e: np.ndarray) -> float:
+    """What least squares leaves; columns (runs, k, n)."""
+    flat = np.moveaxis(columns, 1, 0).reshape(columns.shape[1], -1).T
+    return float(np.linalg.lstsq(flat, e.ravel(), rcond=None)[1][0])
+
+
+def test_five_sizes_along_the_run_against_one(in_stretches):
+    _, columns, e = in_stretches
+    columns = columns[:, :8]
+    found, freedom = decide._stretch_test(Gram.of(columns, e), 2)
+    assert freedom == 4
+    wanted = chi2(columns[:, :3], e) - chi2(np.delete(columns, 2, axis=1), e)
+    assert found == pytest.approx(wanted)
+    columns[:, 3:5] = 0.0
+    assert decide._stretch_test(Gram.of(columns, e), 2)[1] == 2
+
+
+def test_one_size_in_every_condition(in_stretches):
+    score, info = numbers(34, RUNS), np.linspace(1.0, 3.0, RUNS)
+    info[:REPEATS] = 1e-6
+    state = SimpleNamespace(runs=SimpleNamespace(groups=GROUPS))
+    found, freedom = decide._condition_test(state, score, info)
+    parts = [score[g].sum() ** 2 / info[g].sum() for g in GROUPS[1:]]
+    assert found == pytest.approx(sum(parts)) and freedom == CONDITIONS - 2
+
+
+def test_what_an_error_of_the_law_does_to_a_score(in_stretches):
+    """One factor on the force per condition, half a hundredth, on what the base leaves of it."""
+    gram, columns, _ = in_stretches
+    flat = np.moveaxis(columns[:, :2], 1, 0).reshape(2, -1).T
+    x, force = columns[:, 2], columns[:, 8]
+    own = x - (flat @ np.linalg.lstsq(flat, x.ravel(), rcond=None)[0]).reshape(x.shape)
+    along = np.sum(own * force, axis=1)
+    wanted = 0.005**2 * sum(along[g].sum() ** 2 for g in GROUPS)
+    state = SimpleNamespace(runs=SimpleNamespace(groups=GROUPS))
+    assert decide._of_the_law(state, gram, 2) == pytest.approx(wanted)
+
+
+def test_share_of_an_effect_that_others_do_not_make(in_stretches):
+    gram, columns, _ = in_stretches
+    flat = np.moveaxis(columns, 1, 0).reshape(columns.shape[1], -1).T
+    own = flat[:, 2]
+    rest = own - flat[:, [0, 4]] @ np.linalg.lstsq(flat[:, [0, 4]], own, rcond=None)[0]
+    found = decide._visible(gram, [0, 4], 2)
+    assert found == pytest.approx((rest @ rest) / (own @ own)) and found < 0.95
+
+
+def test_p_value_of_a_drop():
+    assert decide._p_value(12.0, 2, 1.5, 9.0) == pytest.approx(f_distribution.sf(4.0, 2, 9.0))
+    # a dispersion below one is luck
+    assert decide._p_value(12.0, 2, 0.1, 9.0) == pytest.approx(f_distribution.sf(6.0, 2, 9.0))
+    assert decide._p_value(12.0, 2, 1.5, 0.1) == pytest.approx(f_distribution.sf(4.0, 2, 1.0))
+    assert decide._p_value(0.0, 2, 1.5, 9.0) == decide._p_value(-3.0, 2, 1.5, 9.0) == 1.0
+
+
+def test_stretches_hold_the_same_information_and_are_all_of_it():
+    """Half by information, half by length, so that a quiet beginning is cut off as well."""
+    runs = SimpleNamespace(samples=100)
+    direction = np.zeros((1, 2, 100))
+    direction[:, :, 50:] = 3.0
+    pieces = decide._stretches(SimpleNamespace(runs=runs), direction)
+    np.testing.assert_allclose(pieces.sum(axis=0), direction)
+    assert len(pieces) == 5
+    # node n of the second half stands at (n - 50)/50 of the information and n/99 of the length
+    n = np.arange(50, 100)
+    place = np.minimum((0.5 * ((n - 49) / 50 + n / 99) * 5).astype(int), 4)
+    for i, piece in enumerate(pieces):
+        np.testing.assert_allclose(piece[0, 0, 50:] != 0.0, place == i)
+
+
+@pytest.mark.parametrize(
+    ("low", "null", "high", "value", "edge"),
+    [
+        (-1.0, 0.0, 1.0, 1.0, True), (-1.0, 0.0, 1.0, -1.0, True), (-1.0, 0.0, 1.0, 0.9, False),
+        (0.0, 0.0, 1.0, 1.0, True), (0.0, 0.0, 1.0, 0.0, False), (-1.0, 0.0, 0.0, 0.0, False),
+        (-np.inf, 0.0, np.inf, 9.0, False), (-1.0, 0.0, np.inf, -1.0, False),
+    ],
+)  # fmt: skip
+def test_a_size_at_an_end_that_is_not_its_null(low, null, high, value, edge):
+    effect = shape("edge", LONG.form)
+    p = replace(effect.parameters()[0], lower=low, null=null, upper=high)
+    effect.main_parameter = classmethod(lambda cls: p)
+    assert decide.at_edge(Term(effect, np.array([value]))) is edge
+
+
+def test_a_channel_that_never_moves_asks_for_no_run():
+    """Fz of a table that was written by hand: no scatter, and nothing to divide by."""
+    model = SimpleNamespace(form=FormError(mean=0.001, side=0.002), runs=SimpleNamespace())
+    model.runs.largest = np.array([2000.0, 3700.0])
+    state = SimpleNamespace(model=model, floors=[SimpleNamespace(floor=f) for f in (4.0, 0.0)])
+    np.testing.assert_allclose(weight_of(state).ravel(), [1 / np.hypot(4.0, 2.0), 1 / 7.4])

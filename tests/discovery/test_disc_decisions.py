@@ -1,0 +1,201 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Rules by which the search accepts, refuses and ranks effects, each on numbers of its own."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from ball import Drag, Shake, Wind, throw
+from decisions import RUNS, decision, rival
+from shapes import CONDITIONS, LONG, OTHER, REPEATS, measured, shape
+
+from flatplank_analysis.discovery import decide, rivals, search
+from flatplank_analysis.discovery.decide import SHARE, UNEVEN, Judge
+from flatplank_analysis.discovery.fit import Fitter, Term
+from flatplank_analysis.discovery.screen import best_per_effect, screen
+from flatplank_analysis.discovery.state import channel_weights, make_state, start_base
+from flatplank_analysis.discovery.steps import AcceptedEffect
+
+
+@pytest.mark.parametrize(
+    ("changes", "reasons"),
+    [
+        ({}, ()),
+        ({"p_repeats": 0.011}, ("not beyond the scatter among repeats",)),
+        ({"p_conditions": 0.0051}, ("not beyond the scatter among conditions",)),
+        ({"drop": 0.0}, ("not beyond the scatter among repeats",
+                         "not beyond the scatter among conditions")),
+        ({"matters": 0.11}, ("present, negligible",)),
+        ({"stretch_q": 30.1}, UNEVEN[:1]), ({"condition_q": 30.1}, UNEVEN[1:]),
+        ({"interval": (-0.01, 0.2)}, ("its interval covers zero",)),
+        ({"term": Term(LONG, np.array([5.0]))}, ("at the end of its physical range",)),
+        ({"term": Term(LONG, np.array([-0.1])), "interval": (-0.2, -0.1)}, ()),
+    ],
+)  # fmt: skip
+def test_every_reason_has_its_bound(changes, reasons):
+    assert tuple(decide._reasons(decision(**changes), 0.005)) == reasons
+
+
+def test_a_free_form_may_have_no_sign():
+    free = shape("free", LONG.form, generic=True)
+    assert not list(decide._reasons(decision(free, interval=(-0.1, 0.3)), 0.005))
+
+
+def test_a_first_effect_that_is_sure_among_repeats_needs_less_among_conditions():
+    """A further one does not: errors of the form of the first differ between conditions, too."""
+    refused = ["not beyond the scatter among conditions"]
+    first, further = Judge(None, 0.0, None), Judge(None, 0.0, None, explained=10.0)
+    sure = decision(p_repeats=9e-6, p_conditions=0.0049)
+    assert not list(first._reasons(sure)) and list(further._reasons(sure)) == refused
+    assert list(first._reasons(replace(sure, p_repeats=1.1e-5))) == refused
+    assert list(first._reasons(replace(sure, p_conditions=0.0051))) == refused
+
+
+def test_what_is_explained_already_asks_for_more():
+    judge = Judge(None, 0.0, None, explained=1000.0 / SHARE * 1.01)
+    assert list(judge._reasons(decision())) == [
+        f"its drop is below {100 * SHARE:g} % of what is explained already"
+    ]
+    judge = Judge(None, 0.0, None, explained=1000.0 / SHARE * 0.99, residue=999.0)
+    assert not list(judge._reasons(decision()))
+    judge = replace(judge, residue=1001.0)
+    assert list(judge._reasons(decision())) == [
+        "its drop is below what the wrong form of another effect leaves"
+    ]
+    judge = replace(judge, residue=0.0, alike={LONG.identifier: 1001.0})
+    assert list(judge._reasons(decision())) == [
+        "its drop does not distinguish it from a found effect"
+    ]
+
+
+def test_a_fault_of_another_form_leaves_what_differs():
+    uneven = decision(reasons=UNEVEN[:1], stretch_q=390.0, condition_q=10.0)
+    assert uneven.unevenness == pytest.approx(0.39) and not uneven.accepted
+    assert uneven.misshapen and uneven.residue == pytest.approx(390.0)
+    assert replace(uneven, condition_q=399.0).residue == pytest.approx(399.0)
+    assert not replace(uneven, stretch_q=401.0).misshapen
+    assert replace(uneven, stretch_q=401.0).residue == 0.0
+    assert not replace(uneven, reasons=(*UNEVEN, "present, negligible")).misshapen
+    assert not decision().misshapen and decision().accepted
+    free = shape("free", LONG.form, generic=True)
+    assert not replace(uneven, term=Term(free, np.array([0.1]))).misshapen
+    assert decision(p_conditions=1e-3).p_value == 1e-3 and decision(p_repeats=0.2).p_value == 0.2
+
+
+def test_an_effect_stays_while_it_explains_something_beside_the_others():
+    strong, weak = (
+        AcceptedEffect(decision(drop=1e5)),
+        AcceptedEffect(decision(drop=1e5 * SHARE * 1.01)),
+    )
+    assert search._needed(weak, [strong, weak]) and search._needed(strong, [strong, weak])
+    weaker = AcceptedEffect(decision(drop=1e5 * SHARE * 0.99))
+    assert not search._needed(weaker, [strong, weaker])
+    unsure = AcceptedEffect(decision(drop=1e5, p_repeats=0.02))
+    assert not search._needed(unsure, [strong, unsure])
+    odd = AcceptedEffect(decision(drop=1e5, reasons=UNEVEN[:1], stretch_q=2e3))
+    assert not search._needed(AcceptedEffect(decision(drop=1.9e3)), [odd])
+    assert search._needed(AcceptedEffect(decision(drop=2.1e3)), [odd])
+
+
+def test_what_is_good_enough_for_a_full_refit():
+    assert search._nearly(decision(reasons=UNEVEN, p_repeats=0.019))
+    assert not search._nearly(decision(p_repeats=0.021))
+    assert not search._nearly(decision(reasons=("present, negligible",)))
+    assert not search._nearly(decision(reasons=("at the end of its physical range",)))
+
+
+def test_the_largest_gain_comes_first():
+    pairs = [(decision(drop=d), None) for d in (3.0, 9.0, 5.0)]
+    assert [d.drop for d, _ in search._by_drop(pairs)] == [9.0, 5.0, 3.0]
+
+
+def test_of_gains_that_cannot_be_told_apart_the_usual_effect_goes_first():
+    rare = shape("rare", LONG.form, rarity=1)
+    free = shape("free", LONG.form, generic=True)
+    preferred = search._Searcher.preferred
+    one, other = decision(rare, drop=1000.0), decision(LONG, drop=975.0)
+    generic = decision(free, drop=2000.0)
+    given = [(d, None) for d in (generic, one, other)]
+    assert [d for d, _ in preferred(None, given)] == [other, one, generic]
+    far = decision(LONG, drop=960.0)
+    assert [d for d, _ in preferred(None, [(one, None), (far, None)])] == [one, far]
+    assert not preferred(None, [(decision(p_repeats=0.5), None)])
+
+
+def test_difference_that_is_no_evidence():
+    """Twenty, times the scatter; three hundredths of the drop; what makes an effect at all."""
+    assert rivals.indecisive_difference(decision(drop=1.0, dispersion=0.2)) == 20.0
+    assert rivals.indecisive_difference(decision(drop=1.0, dispersion=3.0)) == 60.0
+    assert rivals.indecisive_difference(decision(drop=1e4)) == pytest.approx(300.0)
+    assert rivals.indecisive_difference(decision(drop=1e4), 1e6) == pytest.approx(3000.0)
+    uneven = decision(reasons=UNEVEN[:1], drop=1e4, stretch_q=3.9e3)
+    assert rivals.indecisive_difference(uneven) == pytest.approx(3.9e3)
+
+
+def test_what_is_looked_for_at_many_places_pays_for_it():
+    places = shape("places", LONG.form, scanned=classmethod(lambda cls, runs: runs.runs))
+    found = search.bonferroni_divisors([LONG, OTHER, places], measured(0))
+    assert found == {"long": 3, "other": 3, "places": 3 * RUNS}
+
+
+def test_first_weights_are_the_smaller_scatter():
+    """Second differences of white noise have six times its variance; a trend has none."""
+    ball = measured(3, noise=0.0)
+    rng = np.random.default_rng(4)
+    values = rng.standard_normal((RUNS, 120)) + 9.0 * np.arange(120)
+    ball.runs = replace(ball.runs, measured=values[None])
+    (level,) = search._rough_levels(ball)
+    assert level == pytest.approx(1.0, rel=0.05)
+    spread = values + np.tile([50.0, 0.0, -50.0], CONDITIONS)[:, None]
+    ball.runs = replace(ball.runs, measured=spread[None])
+    near = np.sqrt(np.mean(np.diff(spread, 2, axis=-1) ** 2) / 6.0)
+    assert search._rough_levels(ball) == pytest.approx([4.0 * near])
+    ball.runs = ball.runs.subset(np.arange(0, RUNS, REPEATS))
+    near = np.sqrt(np.mean(np.diff(ball.runs.measured, 2, axis=-1) ** 2) / 6.0)
+    assert search._rough_levels(ball) == pytest.approx([near])
+
+
+def test_the_class_of_an_effect():
+    others = [rival(f"r{i}", False, False) for i in range(5)]
+    found = AcceptedEffect(
+        decision(), rivals=(*others, rival("out", True, False), rival("near", True, True))
+    )
+    assert found.alike == tuple(f"r{i}" for i in range(5))
+    assert [r.name for r in found.reported] == ["r0", "r1", "r2", "r3"]
+    assert found.excluded_names == ("near",)
+
+
+def test_what_stands_in_for_an_effect_looks_like_it_or_promises_as_much():
+    model = throw(1, 0.02)
+    fitter = Fitter(model, channel_weights(model, [0.02]))
+    state = make_state(model, fitter, fitter.fit(start_base(model)), [Drag, Wind, Shake])
+    ranking = screen(state)
+    gains = {i.identifier: i.gain for i in best_per_effect(ranking)}
+    of = {}
+    for scale in (0.5, 2.0):
+        drop = gains["wind"] / 0.3 * scale
+        found = rivals.suspects(model, state, ranking, decision(Drag, 0.02, drop=drop))
+        of[scale] = {s.start.effect for s in found if not s.near}
+    assert Wind in of[0.5] and Wind not in of[2.0]
+    assert Drag not in of[0.5]
+
+
+def test_pieces_of_the_law_are_set_free_together():
+    bent = shape("bent", LONG.form, law=True)
+    flat = measured(2, (0.2, LONG.form))
+    fitter = Fitter(flat, channel_weights(flat, [0.05]))
+    state = make_state(flat, fitter, fitter.fit(start_base(flat)), [])
+    last = SimpleNamespace(state=state)
+    ended = SimpleNamespace(last=last, effects=[OTHER, bent], model=flat)
+    free = search.fit_with_law_effects(ended)
+    assert [t.effect for t in free.fit.terms] == [bent]
+    assert free.fit.terms[0].size == pytest.approx(0.2, rel=0.1)
+    assert (
+        search.fit_with_law_effects(SimpleNamespace(last=last, effects=[OTHER], model=flat))
+        is None
+    )
+    last.state = free
+    assert search.fit_with_law_effects(ended) is None

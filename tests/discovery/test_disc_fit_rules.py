@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a fit counts with: weights, units, priors, slopes; and what effects and runs tell it."""
+
+from __future__ import annotations
+
+from dataclasses import make_dataclass, replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from ball import Ball, Drag, Wind, throw
+from shapes import LONG, measured, shape
+
+from flatplank_analysis.discovery.effect import Effect, call_hook, variants_of
+from flatplank_analysis.discovery.fit import Fit, Fitter, Term, doubling_step, priors, scale_of
+from flatplank_analysis.discovery.parameters import Parameter, param
+from flatplank_analysis.discovery.state import channel_weights, scatter_columns, start_base
+from flatplank_data.errors import FlatplankError
+
+
+def test_weights_starts_and_stiff_directions_of_a_base():
+    ball = throw(1, 0.0)
+    assert channel_weights(ball, [0.02, 0.0])[:, 0, 0] == pytest.approx([50.0, 1e12])
+    assert start_base(ball).tolist() == [9.0, 0.0]
+    assert start_base(ball, {"late": 0.03}).tolist() == [9.0, 0.03]
+    fit = Fitter(ball, np.ones((1, 1, 1))).fit(start_base(ball))
+    (column,) = scatter_columns(ball, fit)
+    # of one unit of `late`, while the fit counts in screening steps of 0.01
+    np.testing.assert_allclose(column, fit.jacobian[1] * 100.0)
+
+
+def test_the_unit_in_which_a_number_is_fitted():
+    p = Parameter("p", "1", 3.0, -1.0, 4.0, -0.2)
+    assert scale_of(p) == 0.2
+    assert scale_of(replace(p, screen=0.0)) == pytest.approx(0.02 * 5.0)
+    assert scale_of(replace(p, screen=0.0, upper=np.inf)) == 3.0
+    assert scale_of(replace(p, screen=0.0, upper=np.inf, null=0.0)) == 1.0
+    entry = SimpleNamespace(parameter=replace(p, prior=0.5), scale=0.2)
+    centre, width = priors([entry])
+    assert (centre[0], width[0]) == pytest.approx((15.0, 2.5))
+
+
+class Straight(Ball):
+    """The same ball, with a number that is known beforehand to half a thousandth."""
+
+    parameters = (replace(Ball.parameters[0], prior=0.05), Ball.parameters[1])
+
+
+def test_what_is_known_beforehand_counts_like_a_tenth_of_the_samples():
+    ball = Straight(throw(1, 0.0).runs)
+    fitter = Fitter(ball, np.full((1, 1, 1), 4.0))
+    centre, strength = fitter.centres_and_weights(fitter.entries(()))
+    samples = ball.runs.measured[0].size
+    assert centre == pytest.approx([90.0, 0.0])
+    assert strength == pytest.approx([0.1 * samples * 16.0 / 0.5**2, 0.0])
+
+
+def test_derivatives_stay_inside_the_ranges():
+    ball = throw(2, 0.0)
+    fitter = Fitter(ball, np.ones((1, 1, 1)))
+    top = fitter.fit(np.array([15.0, 0.1]), iterations=0)
+    assert set(top.at_bound) == {"g", "late"}
+    asked = []
+    whole = ball.predict
+    ball.predict = lambda sets: asked.extend(one.base for one in sets) or whole(sets)
+    columns = fitter.derivative(top).jacobian
+    assert np.max(asked, axis=0).tolist() == [15.0, 0.1]
+    inner = fitter.fit(np.array([14.999, 0.0999]), iterations=0)
+    assert not inner.at_bound
+    np.testing.assert_allclose(columns, inner.jacobian, rtol=0.01, atol=1e-3)
+    # a tenth of 1 m/s2 more, after two seconds
+    assert inner.jacobian[0][0, 0, -1] == pytest.approx(-0.5 * 0.1 * 4.0, rel=0.15)
+
+
+def test_growth_of_an_effect_by_its_own_size():
+    ball = throw(1, 0.0)
+    fitter = Fitter(ball, np.ones((1, 1, 1)))
+    terms = [Term(Drag, np.array([0.03])), Term(Wind, np.array([-0.2]))]
+    fit = fitter.fit(start_base(ball), terms, iterations=0)
+    assert doubling_step(fit, 0).tolist() == pytest.approx([0.0, 0.0, 3.0, 0.0])
+    assert doubling_step(fit, 1).tolist() == pytest.approx([0.0, 0.0, 0.0, -4.0])
+
+
+def test_settings_that_an_effect_does_not_have_are_refused():
+    runs = measured(0).runs
+
+    def of(answer):
+        effect = shape("odd", LONG.form, variants=classmethod(lambda cls, r, e: answer))
+        return variants_of(effect, runs, runs.measured)
+
+    assert of([{"a": 1.0}]) == [{"a": 1.0}] and of([]) == []
+    for answer, words in (
+        (None, "no list of settings"), ([1.0], "no list of settings"),
+        ([{}, 1.0], "no list of settings"), ([{"a": 1.0}, {"b": 1.0}], "sets 'b'"),
+    ):  # fmt: skip
+        with pytest.raises(FlatplankError, match=words):
+            of(answer)
+    with pytest.raises(FlatplankError, match="raised ZeroDivisionError"):
+        call_hook(LONG, lambda: 1 / 0)
+
+
+def test_an_effect_says_what_it_is_fitted_by():
+    more = param(1.0, unit="m", bounds=(0.0, 3.0), matters=0.5, prior=0.1, note="x")
+    made = make_dataclass("Both", [("b", float, more)], bases=(LONG,), frozen=True)
+    made.main = "b"
+    a, b = made.parameters()
+    assert (b.null, b.lower, b.upper, b.screen, b.matters, b.prior) == (
+        1.0,
+        0.0,
+        3.0,
+        0.0,
+        0.5,
+        0.1,
+    )
+    assert made.main_parameter() == b and made.linear() == (a,)
+    assert made.null_values().tolist() == [0.0, 1.0] and made.vector({"a": 2.0}).tolist() == [2, 1]
+    sets = made.with_values(np.array([[1.0, 2.0], [3.0, 4.0]]), 2)
+    assert sets.b.shape == (2, 1, 1) and sets.b.ravel().tolist() == [2.0, 4.0]
+    assert made.size({"a": 7.0, "b": 8.0}) == 8.0 and Effect.scanned(None) == 1
+
+
+def test_runs_means_contrasts_and_some_of_them():
+    runs = measured(5).runs.subset(np.array([1, 2, 5, 4, 3, 9]))
+    assert runs.names == tuple(f"run {i}" for i in (1, 2, 5, 4, 3, 9))
+    assert runs.condition.tolist() == [0, 0, 1, 1, 1, 2] and len(runs.condition_names) == 3
+    values = np.arange(6.0)[:, None] * np.ones(runs.samples)
+    np.testing.assert_allclose(runs.mean(values)[:, 0], [0.5, 3.0, 5.0])
+    np.testing.assert_allclose(runs.contrast(values)[:, 0], [-0.5, 0.5, -1.0, 0.0, 1.0, 0.0])
+    assert runs.rmse(values) == pytest.approx(np.sqrt(55.0 / 6.0))
+    assert runs.facts["setting"][5] == measured(5).runs.facts["setting"][9]
+    assert runs.repeated and len(runs.comparable) == 3
+    once = runs.subset([0, 2, 5])
+    assert not once.repeated and [len(g) for g in once.comparable] == [3]
+    with pytest.raises(FlatplankError, match="channels, runs, samples"):
+        replace(runs, measured=runs.measured[0])
+
+
+def test_numbers_of_a_fit_belong_to_it():
+    fit = Fit(np.zeros(1), (), np.full((1, 2, 3), 4.0), 0.0, np.zeros((3, 1, 2, 3)),
+              free=((-1, "a"), (-1, "b"), (0, "c")), known=(1,))  # fmt: skip
+    assert fit.loose() == [0, 2]
+    np.testing.assert_allclose(fit.residual(np.full((1, 2, 3), 6.0)), 2.0)

@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The floor and its degrees of freedom, against the same numbers in plain linear algebra."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from draws import RUNS, SPARE, numbers
+from scipy.stats import f as f_distribution
+from shapes import CONDITIONS, measured
+
+from flatplank_analysis.discovery import floor
+
+
+def test_contrasts_lose_what_differs_between_repeats_and_is_known():
+    runs = measured(0).runs
+    form, noise = numbers(12, runs.samples), numbers(13, RUNS, runs.samples)
+    sizes = np.tile([1.0, 0.5, -2.0], CONDITIONS)
+    block = sizes[None, :, None] * form
+    shared = np.ones((1, RUNS, 1)) * form
+    assert len(floor.contrast_blocks(runs, [block, shared, 0.0 * block])) == 1
+    slight = shared + 0.4 * block / np.std(sizes)
+    assert not floor.contrast_blocks(runs, [slight])
+    found = floor.clean_contrasts(runs, noise + 3.0 * block[0] + 5.0 * shared[0], [block, shared])
+    flat = runs.contrast(block).ravel()
+    pure = runs.contrast(noise).ravel()
+    pure = pure - flat * (flat @ pure) / (flat @ flat)
+    np.testing.assert_allclose(found.ravel(), pure, atol=1e-5)
+    other = numbers(14, 1, RUNS, runs.samples)
+    both = floor.clean_contrasts(runs, noise + 3.0 * block[0] + other[0], [other, block])
+    assert np.std(both) == pytest.approx(np.std(runs.contrast(noise)), rel=0.01)
+    # contrasts without anything left are no reason to look on
+    assert not floor.clean_contrasts(runs, 0.0 * noise, [block]).any()
+    # noise is not explained by what happens to look a little like it
+    kept = floor.clean_contrasts(runs, noise, [block, other])
+    np.testing.assert_allclose(kept, runs.contrast(noise))
+    assert np.abs(floor.clean_contrasts(runs, shared[0], [block])).max() < 1e-12
+
+
+def test_independent_numbers_of_contrasts():
+    """One form in all runs has one number per run; white noise has many."""
+    runs = measured(0).runs
+    sizes = runs.contrast(numbers(15, RUNS, 1))
+    one = sizes * numbers(16, runs.samples)
+    assert floor.effective_freedom(runs, one) == pytest.approx(SPARE / (1.0 - 1.0 / SPARE))
+    two = np.zeros((RUNS, runs.samples))
+    first = runs.contrast(np.tile([1.0, -1.0, 0.0], CONDITIONS)[:, None])[:, 0]
+    second = np.tile([1.0, 1.0, -2.0], CONDITIONS) / 3.0**0.5
+    two[:, 3], two[:, 40] = first, second
+    assert floor.effective_freedom(runs, two) == pytest.approx(SPARE / (0.5 - 1.0 / SPARE))
+    white = np.zeros((RUNS, runs.samples))
+    assert floor.effective_freedom(runs, white) == pytest.approx(SPARE / (1.0 - 1.0 / SPARE))
+    spread = runs.contrast(numbers(17, RUNS, runs.samples))
+    assert 10.0 * SPARE < floor.effective_freedom(runs, spread) <= 200.0 * SPARE
+
+
+def test_few_conditions_with_most_of_the_scatter_are_few_numbers():
+    """One form in all runs, of no size but in some conditions: about two numbers in each."""
+    runs = measured(0).runs
+    one = runs.contrast(numbers(15, RUNS, 1)) * numbers(16, runs.samples)
+    freedom = [
+        floor.effective_freedom(runs, np.where(runs.condition < count, 1.0, 1e-3)[:, None] * one)
+        for count in (1, 2, CONDITIONS)
+    ]
+    assert 2.0 < freedom[0] < freedom[1] < freedom[2]
+    assert freedom[0] < 0.3 * freedom[2] and freedom[1] < 0.55 * freedom[2]
+
+
+def test_the_floor_and_what_is_beyond_it():
+    runs = measured(0).runs.subset(np.arange(1, RUNS))
+    counts = np.array([2.0] + [3.0] * (CONDITIONS - 1))
+    spare = float(np.sum(counts - 1.0))
+    contrast = 2.0 * runs.contrast(numbers(18, RUNS - 1, runs.samples))
+    mean = np.linspace(1.0, 4.0, CONDITIONS)
+    residual = contrast + mean[runs.condition][:, None]
+    cleaned = 0.8 * contrast
+    pure = np.sum(cleaned**2) / (spare * runs.samples)
+    found = floor.floor_of(runs, residual, cleaned, per_run=50.0)
+    assert found.floor == pytest.approx(np.sqrt(pure))
+    assert found.raw == pytest.approx(found.floor / 0.8)
+    assert found.varying == pytest.approx(0.75 * found.floor)
+    beyond = mean**2 - pure / counts
+    np.testing.assert_allclose(found.per_condition, np.sqrt(np.maximum(beyond, 0.0)))
+    assert found.unexplained == pytest.approx(np.sqrt(counts @ beyond / counts.sum()))
+    np.testing.assert_allclose(found.rmse_condition[0], np.sqrt(np.mean(residual[:2] ** 2)))
+    assert found.freedom == pytest.approx(
+        min(spare * 50.0, floor.effective_freedom(runs, cleaned))
+    )
+    ratio = np.mean(mean**2 * counts) / pure
+    wanted = f_distribution.sf(ratio, found.freedom * CONDITIONS / spare, found.freedom)
+    assert found.p_value == pytest.approx(wanted)
+    few = floor.floor_of(runs, 0.3 * residual, cleaned, per_run=0.5)
+    assert few.freedom == spare * 0.5 and 0.0 < few.p_value < 1.0
+    ratio *= 0.09
+    assert few.p_value == pytest.approx(
+        f_distribution.sf(ratio, few.freedom * CONDITIONS / spare, few.freedom)
+    )
+    # steps of the inputs repeat themselves; and a floor that is known is no smaller
+    stepped = floor.floor_of(replace(runs, input_noise=(0.5,)), residual, cleaned)
+    assert stepped.unexplained**2 == pytest.approx(found.unexplained**2 - 0.25)
+    assert floor.floor_of(runs, residual, cleaned, least=9.0).floor == pytest.approx(9.0)

@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What effects are looked for in, and the waves that are looked for in the residual."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from shapes import measured
+
+from flatplank_analysis.discovery.runs import Coordinate
+from flatplank_analysis.effects.plank_waves import periods, spectrum
+from flatplank_analysis.effects.registry import library
+from flatplank_analysis.effects.wheel_angle import wave
+
+LOOKED_FOR = {
+    # name: sizes from which a refit starts, price of looking, settings that no residual suggests
+    "road_play": (
+        (1.0, 2.5), 4, [{"kept": k, "at": at} for k in (0.0, 1.0) for at in (0.0, 50.0)],
+    ),
+    "drive_backlash": ((1.0, 2.5), 1, [{}]),
+    "rack_backlash": (
+        (1.0, 2.5), 3, [{"held_fast": 0.0}, {"held_fast": 1.0}, {"held_fast": 1.0, "at": 50.0}],
+    ),
+    "force_lag": ((1.0, 4.0), 1, [{}]),
+    "load_loss_braking": ((1.0,), 2, [{"seen": 0.0}]),
+    "carcass_creep": ((1.0,), 1, [{"time": 4.0}, {"time": 15.0}]),
+    "crosstalk_fz": ((1.0,), 1, [{"tared": 1.0}, {"tared": 0.0}]),
+    "crosstalk_mx": ((1.0,), 1, [{"tared": 1.0}]),
+    "crosstalk_mz": ((1.0,), 1, [{"tared": 1.0}]),
+}  # fmt: skip
+HELD = {
+    "road_play": ("kept",),
+    "rack_backlash": ("held_fast",),
+    "load_loss_braking": ("seen",),
+} | {f"crosstalk_{c}": ("tared",) for c in ("fy", "fz", "mx", "mz")}
+FROM_DATA = ("worn_patch", "mesh_ripple", "load_undulation", "measured_load", "crosstalk_fy")
+"""what they are looked for in depends on the runs"""
+
+
+@pytest.mark.parametrize("name", [n for n in library() if n not in FROM_DATA])
+def test_what_an_effect_is_looked_for_in(name):
+    """The price of looking is what the level is divided by: no less than the settings."""
+    effect, runs = library()[name], measured(0).runs
+    starts, price, settings = LOOKED_FOR.get(name, ((1.0,), 1, [{}]))
+    assert effect.starts() == starts and effect.scanned(runs) == price
+    assert effect.variants(runs, runs.measured) == settings
+    assert effect.held() == HELD.get(name, ())
+
+
+def placed(values: np.ndarray, channels=("fx", "fy", "fz"), **facts):
+    """Runs with a plank position of 4 m and these values in the first channel."""
+    runs = measured(0).runs
+    place = np.broadcast_to(np.linspace(0.0, 4.0, values.shape[1]), values.shape).copy()
+    whole = np.zeros((len(channels), *values.shape))
+    whole[0] = values
+    coordinates = {"plank position": Coordinate(place, "m", local=True),
+                   "load": Coordinate(place * 0.0 + 3e3, "N")}  # fmt: skip
+    return replace(runs, measured=whole, channels=channels, time=place, coordinates=coordinates,
+                   facts=facts)  # fmt: skip
+
+
+def test_settings_that_depend_on_the_runs():
+    known = library()
+    runs = placed(np.zeros((24, 400)))
+    assert known["worn_patch"].scanned(runs) == 30
+    # the periods that 4 m resolve between 1/80 and 1.2 m, and somewhat closer
+    assert known["mesh_ripple"].scanned(runs) == 530 > 4.0 * 79.0
+    assert known["load_undulation"].scanned(runs) == 100 > 4.0 * 12.5
+
+    patch = known["worn_patch"].variants
+
+    def places(**facts):
+        return [v["position"] for v in patch(placed(np.zeros((24, 400)), **facts), runs.measured)]
+
+    every = [0.2 + 0.16 * i for i in range(24)]
+    assert places() == pytest.approx(every)
+    assert {v["width"] for v in patch(runs, runs.measured)} == {0.2}
+    free = [p for p in every if p < 1.9 or p > 2.2]
+    assert places(step=np.full(24, 2.0)) == pytest.approx(free)
+    assert places(step=np.linspace(2.0, 2.1, 24)) == pytest.approx(every)
+    assert places(step=np.full(24, np.nan)) == pytest.approx(every)
+    # a ripple that all runs show at the same place
+    place = runs.coordinates["plank position"].values
+    rough = np.cumsum(np.random.default_rng(1).standard_normal(400)) * 0.01
+    hum = np.cos(2.0 * np.pi * place / 0.2)[None] + rough + 0.0 * runs.measured
+    assert known["mesh_ripple"].variants(runs, hum)[0]["period"] == pytest.approx(0.2, rel=0.02)
+    found = [v["period"] for v in known["load_undulation"].variants(runs, hum)]
+    assert found[0] == pytest.approx(0.2, rel=0.02) and found[-3:] == [0.35, 0.7, 1.4]
+    fy = known["crosstalk_fy"].variants
+    assert fy(replace(runs, measured=runs.measured + 101.0), None) == [{"tared": 1.0}]
+    assert fy(replace(runs, measured=runs.measured + 99.0), None) == []
+    assert fy(placed(np.zeros((24, 400)), ("fx",)), None) == []
+    assert known["load_loss_braking"].variants(runs, None) == [{"seen": 1.0}, {"seen": 0.0}]
+
+
+def test_sizes_of_two_parts_are_amplitudes():
+    for name in ("mesh_ripple", "load_undulation", "runout_2"):
+        assert library()[name].size({"cos": 3e-3, "sin": -4e-3}) == pytest.approx(5e-3), name
+
+
+def test_waves():
+    angle = np.linspace(0.0, 7.0, 50)
+    np.testing.assert_allclose(wave(angle, 3, 2.0 * np.cos(0.4), 2.0 * np.sin(0.4)),
+                               2.0 * np.cos(3.0 * angle - 0.4))  # fmt: skip
+
+
+def test_the_spectrum_of_what_all_runs_show():
+    values = 3.0 * np.cos(2.0 * np.pi * np.linspace(0.0, 4.0, 900) / 0.25 + 0.3) + 7.0
+    runs = placed(np.tile(values, (24, 1)))
+    frequencies, level = spectrum(runs, runs.measured[0], "plank position")
+    assert frequencies[1] == pytest.approx(1.0 / (4.0 * 4.0), rel=0.01)
+    best = int(np.argmax(level))
+    assert frequencies[best] == pytest.approx(4.0, abs=0.04)
+    assert level[best] == pytest.approx(3.0, rel=0.02)
+    assert level[0] < 0.01
+    signs = np.where(np.arange(24) % 2, 1.0, -1.0)[:, None]
+    assert spectrum(runs, (values - 7.0) * signs, "plank position")[1].max() < 1e-6
+    # runs that begin later share what they have in common
+    later = runs.coordinates["plank position"].values + np.linspace(0.0, 0.5, 24)[:, None]
+    cut = replace(runs, coordinates={"plank position": Coordinate(later, "m")})
+    same = 3.0 * np.cos(2.0 * np.pi * later / 0.25)
+    frequencies, level = spectrum(cut, same, "plank position")
+    assert level.max() == pytest.approx(3.0, rel=0.02)
+    assert frequencies[np.argmax(level)] == pytest.approx(4.0, abs=0.05)
+
+
+def test_periods_stand_out_of_their_neighbourhood():
+    """The residual is red: a slow wave ten times as large is none of them."""
+    x = np.linspace(0.0, 4.0, 900)
+    rng = np.random.default_rng(3)
+    red = np.cumsum(rng.standard_normal(900)) * 0.3
+    values = red + 2.0 * np.cos(2.0 * np.pi * x / 0.11) + 1.5 * np.sin(2.0 * np.pi * x / 0.05)
+    runs = placed(np.tile(values, (24, 1)))
+    found = periods(runs, runs.measured, 0.03, 1.2)
+    assert len(found) == 4 and len(periods(runs, runs.measured, 0.03, 1.2, 2)) == 2
+    assert sorted(found[:2]) == pytest.approx([0.05, 0.11], rel=0.02)
+    # each peak once, and only within what was asked for
+    near = np.abs(1.0 / np.array(found)[:, None] - 1.0 / np.array(found)) + np.eye(4)
+    assert near.min() > 6.0 / 16.2
+    assert all(0.06 <= p <= 1.2 for p in periods(runs, runs.measured, 0.06, 1.2))
+    assert all(0.03 <= p <= 0.08 for p in periods(runs, runs.measured, 0.03, 0.08))

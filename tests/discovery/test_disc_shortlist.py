@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The shortlist of screened effects, and the sizes from which their refits start."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from ball import Drag, throw
+from decisions import screened
+from scipy.stats import chi2
+from shapes import LONG, OTHER, shape
+
+from flatplank_analysis.discovery import shortlist
+from flatplank_analysis.discovery.fit import Fitter
+from flatplank_analysis.discovery.screen import best_per_effect, screen
+from flatplank_analysis.discovery.state import (
+    channel_weights,
+    make_state,
+    measured_term,
+    start_base,
+    term_of,
+)
+
+
+def test_what_the_tire_can_feign_is_told_when_the_residual_asks_for_it():
+    """Beyond the level and within its range; what is visible, is on the shortlist."""
+    looked, typical = {"long": 3, "other": 3}, SimpleNamespace(dispersion=2.0)
+    least = 2.0 * 0.8 * chi2.isf(0.05 / 3, 1)
+
+    def told(*items):
+        return shortlist.unidentifiable(
+            SimpleNamespace(ranked=list(items), typical=typical), looked
+        )
+
+    faint = screened(LONG, 1.0, gain=1.01 * least, visible=0.004)
+    assert told(faint) == ["long"]
+    assert told(screened(OTHER, 1.0, gain=2.0 * least, visible=0.004), faint) == ["other", "long"]
+    assert told(screened(LONG, 1.0, gain=0.99 * least, visible=0.004)) == []
+    assert told(screened(LONG, 1.0, gain=1.01 * least, visible=0.006)) == []
+    far = LONG.main_parameter().upper / LONG.main_parameter().screen
+    assert told(screened(LONG, far, gain=2.0 * least, visible=0.004)) == []
+
+
+def test_the_shortlist_has_what_may_be_an_effect():
+    looked = {"long": 3, "other": 3}
+    least = 0.8 * chi2.isf(0.05 / 3, 1)
+    assert shortlist._least_gain(screened(LONG, 1.0), looked) == pytest.approx(least)
+    one, other = screened(LONG, 1.0), screened(OTHER, 1.0, gain=900.0)
+    other = replace(other, contribution=np.eye(9)[1])
+
+    def listed(*items, most=5, like=0.0):
+        projected = np.eye(9) + like * (np.ones((9, 9)) - np.eye(9))
+        result = SimpleNamespace(ranked=list(items), projected=projected)
+        return [i.identifier for i in shortlist.shortlist(result, looked, most)]
+
+    assert listed(one, other) == ["long", "other"]
+    assert listed(one, other, most=1) == ["long"]
+    assert listed(replace(one, gain=0.99 * least), other) == ["other"]
+    assert listed(replace(one, visible=0.0049), other) == ["other"]
+    # twins take one place: the surer one, or the alphabet
+    assert listed(one, other, like=0.999) == ["long"]
+    assert listed(replace(other, gain=1010.0), one, like=0.999) == ["long"]
+    assert listed(replace(other, gain=1021.0), one, like=0.999) == ["other"]
+    assert listed(one, other, like=0.99) == ["long", "other"]
+    usual = screened(shape("zzz", LONG.form), 1.0, gain=500.0)
+    rare = screened(shape("aaa", LONG.form, rarity=2), 1.0)
+    assert shortlist._goes_before(usual, rare) and not shortlist._goes_before(rare, usual)
+
+
+def test_a_screened_size_far_below_what_matters_is_none():
+    """Half of it: the screening is rough. The step is 0.02."""
+    least = shape("least", LONG.form, matters=0.1)
+    assert shortlist.negligible(screened(least, 2.4))
+    assert not shortlist.negligible(screened(least, -2.6))
+
+
+def test_a_term_starts_at_its_screened_size_within_its_range():
+    bounded = shape("bounded", LONG.form, bound=0.05)
+    item = screened(bounded, 2.0)
+    assert term_of(item.candidate, np.array([2.0])).values == pytest.approx([0.04])
+    assert term_of(item.candidate, np.array([-9.0])).values == pytest.approx([-0.05])
+    term = term_of(item.candidate, np.array([2.0]))
+    assert measured_term(term, {"a": 0.01}).values == pytest.approx([0.01])
+    assert measured_term(term, {"a": 0.9}).values == pytest.approx([0.05])
+    assert measured_term(term, {}).values == pytest.approx([0.04])
+
+
+def test_the_best_of_several_sizes_with_the_base_moved_along():
+    """Drag of two screening steps: of 0.5, 1, 1.5, 2.2 ... the fourth is the nearest."""
+    model = throw(1, 0.02)
+    fitter = Fitter(model, channel_weights(model, [0.02]))
+    state = make_state(model, fitter, fitter.fit(start_base(model)), [Drag])
+    (item,) = best_per_effect(screen(state))
+    for sizes in (np.zeros(1), np.ones(1)):
+        term, gain = shortlist.line_search_with_drop(model, state, replace(item, sizes=sizes))
+        assert term.values == pytest.approx([0.022])
+        found = state.fit_whitened(fitter.with_term(state.whitened.fit, term))
+        assert gain == pytest.approx(state.whitened.chi2 - found.chi2, rel=0.05)
+    half, _ = shortlist.line_search_with_drop(model, state, replace(item, sizes=np.full(1, 0.4)))
+    assert half.values == pytest.approx([0.02])
+    assert shortlist.line_search(model, state, item).values == pytest.approx(
+        shortlist.line_search_with_drop(model, state, item)[0].values
+    )

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What counts as a residual, and the verdict that follows from what was found and what is left."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from ball import Drag, throw
+from decisions import decision, rival
+from shapes import LONG, measured, shape
+
+from flatplank_analysis.discovery import invariants, verdict
+from flatplank_analysis.discovery.fit import Fitter, Term
+from flatplank_analysis.discovery.model import FormError
+from flatplank_analysis.discovery.state import start_base
+from flatplank_analysis.discovery.steps import AcceptedEffect
+
+
+def test_limits_of_what_counts():
+    """Of the floor and of the form of the model; channels of one unit share the largest force."""
+    runs = measured(0, noise=0.0).runs
+    values = np.stack([runs.measured[0], -10.0 + 0.0 * runs.measured[0]])
+    runs = replace(runs, measured=values, channels=("fx", "fy"), units=("N", "N"))
+    form = FormError(0.01, 0.02, 0.03, 0.04, side=0.05)
+    floors = [SimpleNamespace(floor=2.0), SimpleNamespace(floor=0.1)]
+    state = SimpleNamespace(runs=runs, floors=floors, model=SimpleNamespace(form=form))
+    assert state.runs.largest == pytest.approx([10.0, 10.0])
+    found = invariants.limits(state)
+    assert found.rest == pytest.approx(0.6)
+    assert found.stretch == pytest.approx(np.hypot(4.0, 0.2))
+    assert found.error == pytest.approx(1.1 * np.hypot(2.0, 0.1))
+    assert found.bump == pytest.approx(np.hypot(2.0, 0.3))
+    assert found.wave == pytest.approx(np.hypot(0.6 * 2.0**0.5, 0.4))
+    assert invariants.limits(state, 1).rest == pytest.approx(0.5)
+    state.runs = replace(runs, units=("N", "Nm"), input_noise=(1.5, 0.0))
+    assert state.runs.largest == pytest.approx([1.0 + 0.1 * 4.0, 10.0])
+    error = invariants.limits(state).error
+    assert error == pytest.approx(1.1 * np.sqrt(4.0 + 0.014**2 + 1.5**2))
+
+
+def state_left(varying: float = 0.0, error: float = 0.0, bump: float = 0.0):
+    """A state in which nothing is left but this."""
+    runs = replace(measured(0).runs, coordinates={})
+    level = SimpleNamespace(floor=1.0, unexplained=0.0, p_value=1.0, varying=varying)
+    found = SimpleNamespace(size=bump, words=lambda: "a bump")
+    return SimpleNamespace(
+        runs=runs, floors=[level], model=SimpleNamespace(form=FormError()),
+        residual=np.full(runs.measured.shape, error),
+        patterns=SimpleNamespace(strongest=lambda *_: found if bump else None),
+    )  # fmt: skip
+
+
+def test_what_is_left_is_said_in_words():
+    rest = invariants.residual_of_consequence
+    assert rest(state_left(), False) == rest(state_left(), True) == ""
+    assert rest(state_left(bump=-2.0), False) == "2.0 is left in z: a bump"
+    # ordered differences count where nothing is named, the error where something is
+    assert "differs between repeats" in rest(state_left(varying=0.6), False)
+    assert rest(state_left(varying=0.59), False) == rest(state_left(varying=0.6), True) == ""
+    assert "more than 1.1 floors" in rest(state_left(error=1.11), True)
+    assert rest(state_left(error=1.09), True) == rest(state_left(error=1.11), False) == ""
+
+
+def test_a_base_is_far_off_when_it_is_so_everywhere():
+    runs = measured(0).runs
+    force = np.where(runs.condition == 0, 1.0, 100.0)[:, None] * np.ones(runs.samples)
+    runs = replace(runs, measured=np.stack([force, 0.0 * force]), channels=("a", "b"))
+    floors = [SimpleNamespace(floor=1.2), SimpleNamespace(floor=1.6)]
+
+    def told(error: float, quiet: float | None = None) -> str:
+        residual = np.zeros(runs.measured.shape)
+        residual[0] = error
+        residual[1, runs.condition == 3] = 2.0 * error
+        if quiet is not None:
+            residual[:, runs.condition == 5] = quiet
+        return invariants.far_off(SimpleNamespace(runs=runs, floors=floors, residual=residual))
+
+    assert told(10.1).endswith(f"of 100 in {runs.condition_names[3]}")
+    assert told(10.1).startswith("23 of")
+    assert told(9.9) == told(10.1, quiet=3.0) == ""
+    # the one that hardly has a force is not asked; five floors of 2 are asked for as well
+    floors[0].floor = 3.0
+    assert told(10.1) == "" and told(18.0) != ""
+
+
+def test_a_fit_must_not_raise_the_error():
+    ball = throw(1, 0.02)
+    fitter = Fitter(ball, np.ones((1, 1, 1)))
+    old = fitter.fit(start_base(ball))
+    assert invariants.error_of(fitter, old) == pytest.approx(
+        np.sqrt(np.mean((ball.runs.measured[0] - old.predicted[0]) ** 2))
+    )
+    good = fitter.fit(old.base, [Term(Drag, np.array([0.01]))])
+    bad = fitter.fit(np.array([12.0, 0.0]), [Term(Drag, np.array([0.3]))], iterations=0)
+    assert invariants.not_raising_error(fitter, old, [bad, good]) is good
+    (term,) = invariants.not_raising_error(fitter, old, [bad]).terms
+    assert term.values[0] == pytest.approx(good.terms[0].values[0], rel=0.02)
+    null = invariants.at_null(good.terms[0])
+    assert invariants.is_active(good.terms[0]) and not invariants.is_active(null)
+
+
+def judged(found, left="", lawful=None, unseen=(), monkeypatch=None):
+    """The verdict where these effects were found and this is left, before and after polishing."""
+    state, polished = SimpleNamespace(floors=[SimpleNamespace(floor=1.0)]), object()
+    what = {id(state): left, id(polished): lawful}
+    monkeypatch.setattr(invariants, "residual_of_consequence", lambda s, _found: what[id(s)])
+    monkeypatch.setattr(verdict, "unidentifiable", lambda _screen, _looked_at: list(unseen))
+    steps = SimpleNamespace(state=state, found=found, screen=None)
+    search = SimpleNamespace(with_law_effects=None if lawful is None else polished, looked_at={})
+    return verdict._verdict(search, steps)
+
+
+def test_verdicts(monkeypatch):
+    def told(*given, **more):
+        return judged([*given], monkeypatch=monkeypatch, **more)
+
+    one = AcceptedEffect(decision())
+    free = AcceptedEffect(decision(shape("free", LONG.form, generic=True)))
+    group = replace(one, rivals=tuple(rival(f"r{i}", False, True) for i in range(3)))
+    crowd = replace(one, rivals=tuple(rival(f"r{i}", False, True) for i in range(4)))
+    assert told()[0] == verdict.AT_FLOOR
+    assert told(left="5 N")[0] == verdict.NONE and "5 N" in told(left="5 N")[1]
+    assert told(left="5 N", lawful="4 N")[0] == verdict.NONE
+    assert told(left="5 N", lawful="")[0] == verdict.LAW
+    assert "machine is in order" in told(left="5 N", lawful="")[1]
+    assert "machine is in order" not in told(left="5 N", lawful="", unseen=["slow"])[1]
+    assert told(free)[0] == told(free, left="5 N", lawful="")[0] == verdict.LAW
+    assert told(free, left="5 N")[0] == verdict.PARTLY
+    assert told(one, left="5 N") == (verdict.PARTLY, "5 N")
+    assert "another form" in told(one, left="5 N", lawful="")[1]
+    assert told(one)[0] == told(one, free)[0] == verdict.FOUND
+    assert told(one, group)[0] == verdict.GROUP and "cannot be told apart" in told(group)[1]
+    assert "more than four" in told(crowd)[1] and "more than four" not in told(group)[1]
