@@ -34,7 +34,7 @@ def _made(seed: int, name: str, size: float, minutes: float, folder: Path) -> tu
 
 
 def test_something_hidden_is_found_and_confirmed(tmp_path):
-    told, text = _made(41, "drive_brake_asymmetry", 0.12, 100.0, tmp_path)
+    told, text = _made(41, "drive_brake_asymmetry", 0.2, 100.0, tmp_path)
     assert told["verdict"]["verdict"].startswith("found"), text
     named = [e["name"] for e in told["verdict"]["effects"]]
     assert named == ["drive_brake_asymmetry"]

@@ -14,7 +14,7 @@ from flatplank_analysis.investigation.loop import Loop
 from flatplank_analysis.investigation.notebook import summary, text_of
 from flatplank_analysis.investigation.report import write_notebook
 from flatplank_control.investigate.opening import DiskLog, propose_effect
-from flatplank_panel.analysis.investigating import investigation
+from flatplank_panel.analysis.investigating import investigation_state
 from flatplank_sim.sealed.menu import MENU, OUTSIDE
 from flatplank_validation.investigate.fast import FastBench
 
@@ -36,7 +36,7 @@ def test_what_no_effect_explains_is_proposed_at_the_end(tmp_path):
     (effect,) = load_file(found["file"])
     assert check_effect(effect) == []
     page = write_notebook(log.events, tmp_path / "investigation", "a made bench").read_text()
-    shown = investigation(lambda _text, _share: None, str(tmp_path))
+    shown = investigation_state(lambda _text, _share: None, str(tmp_path))
     kept = json.loads((tmp_path / "investigation" / "investigation.json").read_text())
     assert kept["proposal"] == found
     for words in (text, page, shown["proposal"]):
