@@ -276,7 +276,7 @@ class _Searcher:
             decision = self.newest(fair, best)
             if not passes(decision, misshapen):
                 continue
-            if not self.stands_beside_law(fair, best, decision, tried, misshapen):
+            if not self.stands_beside_law(fair, decision, tried, misshapen):
                 continue
             # from both bases, because one of them may end at limits of the force law
             fits = [self.fitter.fit(b, best.fit.terms) for b in (state.fit.base, best.fit.base)]
@@ -300,15 +300,15 @@ class _Searcher:
     def stands_beside_law(
         self,
         judge: Judge,
-        found: Whitened,
         decision: Decision,
         tried: list[tuple[Decision, Whitened]],
         misshapen: bool,
     ) -> bool:
-        """False when a free form of the force law explains more than the last effect of a fit, and
-        the effect fails the tests beside it: then the tire has another law, and no fault.
+        """False when a free form of the force law explains more than an effect, and the effect
+        fails the tests beside it: then the tire has another law, and no fault.
 
-        Both are compared by their drop minus the price of their parameters (BIC).
+        Both are compared by their drop minus the price of their parameters (BIC); a difference of
+        `ALIKE` does not decide.
         """
         if decision.term.effect.generic:
             return True
