@@ -57,13 +57,17 @@ PARTS = _files(
     "mf_stages mf_statement mf_twins noise quality repeats results runs search zero",
 )
 AREAS = (
-    Area("effects", "effects", _files("discovery/test_disc", "effect_parts sizes effects")),
+    Area(
+        "effects", "effects",
+        _files("discovery/test_disc", "effect_parts looked_for contract sizes effects"),
+    ),
     Area(
         "discovery", "discovery",
         _files(
             "discovery/test_disc",
-            "rules sums pieces where noise descent heldout whitened engine safeguards patterns "
-            "determined sizes floors loop rivals invariants",
+            "decisions decision_sums shortlist fit_rules verdicts sums floor_sums pieces where "
+            "noise descent heldout whitened engine safeguards patterns determined sizes floors "
+            "loop rivals invariants",
         ),
         ("report", "modelfile.py", "score.py", "nextrun.py"),
     ),
