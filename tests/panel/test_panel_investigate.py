@@ -24,7 +24,7 @@ from flatplank_panel.service import AnalysisService
 
 pytestmark = pytest.mark.timeout(1800)  # whole searches: a busy machine takes minutes
 FITS = "document.documentElement.scrollWidth == innerWidth"
-PLANT = "defects: {drive_brake_asymmetry: {friction: 0.12}}\n"
+PLANT = "defects: {drive_brake_asymmetry: {friction: 0.2}}\n"
 WISH = {
     "folder": "looked_for", "minutes": 60.0, "place": "twin", "tire": "", "preset": "",
     "plant": "", "seed": 1,
