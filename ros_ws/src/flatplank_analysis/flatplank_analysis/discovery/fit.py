@@ -200,8 +200,7 @@ class Fitter:
         """Strength (k,) of the priors of some rows of a fit's Jacobian in the whitened sum of
         squares, and their scores (k,) at the fit."""
         task = self.task(fit)
-        centre, width = priors(task.entries)
-        strength = width**-2.0
+        centre, strength = whitened_priors(task.entries)
         return strength[rows], (strength * (centre - task.pack(fit.base, fit.terms)))[rows]
 
     def columns(
@@ -225,6 +224,12 @@ def priors(entries: Sequence[_Entry]) -> tuple[np.ndarray, np.ndarray]:
     """Centres and widths of the priors, in the scale of the parameters."""
     centre = np.array([e.parameter.null / e.scale for e in entries])
     return centre, np.array([e.parameter.prior / e.scale for e in entries])
+
+
+def whitened_priors(entries: Sequence[_Entry]) -> tuple[np.ndarray, np.ndarray]:
+    """Centres of the priors and their weights in the whitened sum of squares."""
+    centre, width = priors(entries)
+    return centre, width**-2.0
 
 
 class Task:
@@ -291,14 +296,14 @@ def fit_whitened(
         out[loose] = z
         return out
 
-    centre, width = priors(task.entries)
+    centre, strength = whitened_priors(task.entries)
     problem = Problem(
         fitter.model.runs.measured,
         lambda points: fitter.model.predict([task.parameter_set(full_vector(z)) for z in points]),
         lambda z, predicted: fitter.columns(full_vector(z), predicted, task, loose),
         metric,
         lambda _chi2: ENOUGH,
-        task.lower[loose], task.upper[loose], centre[loose], width[loose] ** -2.0,
+        task.lower[loose], task.upper[loose], centre[loose], strength[loose],
     )  # fmt: skip
     end = descend(problem, begin[loose], fit.jacobian[loose], jacobians=most - 1)
     base, terms = task.unpack(full_vector(end.point.z))

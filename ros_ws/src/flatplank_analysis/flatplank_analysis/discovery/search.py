@@ -312,11 +312,10 @@ class _Searcher:
         """
         if decision.term.effect.generic:
             return True
-        price = math.log(judge.state.independent)
-        own = decision.drop - price * decision.parameters
-        for law, fit in tried:
-            if not law.term.effect.generic or law.p_repeats > law.level:
-                continue
+        laws = [p for p in tried if p[0].term.effect.generic and p[0].p_repeats <= p[0].level]
+        for law, fit in laws:
+            price = math.log(judge.state.independent)
+            own = decision.drop - price * decision.parameters
             if law.drop - price * law.parameters < (1.0 + ALIKE) * own:
                 continue
             both = judge.state.fit_whitened(self.fitter.with_term(fit.fit, decision.term))

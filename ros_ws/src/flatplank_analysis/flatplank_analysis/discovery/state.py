@@ -65,7 +65,7 @@ class State:
         """Whitened sums of a fit: of its residual, of `rows` of its Jacobian with their priors,
         and of further columns (n, channels, runs, samples)."""
         parts = np.concatenate([fit.jacobian[list(rows)], *columns])
-        gram = self.metric.gram(fit.residual(self.runs.measured), parts)
+        gram = self.gram(fit.residual(self.runs.measured), parts)
         return gram.with_priors(*self.fitter.prior_terms(fit, rows))
 
     @cached_property
