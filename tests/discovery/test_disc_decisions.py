@@ -12,9 +12,10 @@ from ball import Drag, Shake, Wind, throw
 from decisions import RUNS, decision, rival
 from shapes import CONDITIONS, LONG, OTHER, REPEATS, measured, shape
 
-from flatplank_analysis.discovery import decide, rivals, search
+from flatplank_analysis.discovery import decide, refits, rivals, search
 from flatplank_analysis.discovery.decide import SHARE, UNEVEN, Judge
 from flatplank_analysis.discovery.fit import Fitter, Term
+from flatplank_analysis.discovery.rivals import AlternativeEffect
 from flatplank_analysis.discovery.screen import best_per_effect, screen
 from flatplank_analysis.discovery.state import channel_weights, make_state, start_base
 from flatplank_analysis.discovery.steps import AcceptedEffect
@@ -59,13 +60,9 @@ def test_what_is_explained_already_asks_for_more():
     assert list(judge._reasons(decision())) == [
         f"its drop is below {100 * SHARE:g} % of what is explained already"
     ]
-    judge = Judge(None, 0.0, None, explained=1000.0 / SHARE * 0.99, residue=999.0)
+    judge = Judge(None, 0.0, None, explained=1000.0 / SHARE * 0.99)
     assert not list(judge._reasons(decision()))
-    judge = replace(judge, residue=1001.0)
-    assert list(judge._reasons(decision())) == [
-        "its drop is below what the wrong form of another effect leaves"
-    ]
-    judge = replace(judge, residue=0.0, alike={LONG.identifier: 1001.0})
+    judge = replace(judge, alike={LONG.identifier: 1001.0})
     assert list(judge._reasons(decision())) == [
         "its drop does not distinguish it from a found effect"
     ]
@@ -95,34 +92,57 @@ def test_an_effect_stays_while_it_explains_something_beside_the_others():
     assert not search._needed(weaker, [strong, weaker])
     unsure = AcceptedEffect(decision(drop=1e5, p_repeats=0.02))
     assert not search._needed(unsure, [strong, unsure])
-    odd = AcceptedEffect(decision(drop=1e5, reasons=UNEVEN[:1], stretch_q=2e3))
-    assert not search._needed(AcceptedEffect(decision(drop=1.9e3)), [odd])
-    assert search._needed(AcceptedEffect(decision(drop=2.1e3)), [odd])
+    # sure enough as the first effect, and not as a further one
+    faint = AcceptedEffect(decision(drop=1e4, p_conditions=0.001))
+    assert not search._needed(faint, [strong, faint])
+    assert search._needed(faint, [faint, AcceptedEffect(decision(drop=9e3))])
 
 
 def test_what_is_good_enough_for_a_full_refit():
-    assert search._nearly(decision(reasons=UNEVEN, p_repeats=0.019))
-    assert not search._nearly(decision(p_repeats=0.021))
-    assert not search._nearly(decision(reasons=("present, negligible",)))
-    assert not search._nearly(decision(reasons=("at the end of its physical range",)))
+    assert refits.nearly(decision(reasons=UNEVEN, p_repeats=0.019))
+    assert not refits.nearly(decision(p_repeats=0.021))
+    assert not refits.nearly(decision(reasons=("present, negligible",)))
+    assert not refits.nearly(decision(reasons=("at the end of its physical range",)))
 
 
 def test_the_largest_gain_comes_first():
     pairs = [(decision(drop=d), None) for d in (3.0, 9.0, 5.0)]
-    assert [d.drop for d, _ in search._by_drop(pairs)] == [9.0, 5.0, 3.0]
+    assert [d.drop for d, _ in refits.by_drop(pairs)] == [9.0, 5.0, 3.0]
 
 
 def test_of_gains_that_cannot_be_told_apart_the_usual_effect_goes_first():
     rare = shape("rare", LONG.form, rarity=1)
     free = shape("free", LONG.form, generic=True)
-    preferred = search._Searcher.preferred
     one, other = decision(rare, drop=1000.0), decision(LONG, drop=975.0)
     generic = decision(free, drop=2000.0)
     given = [(d, None) for d in (generic, one, other)]
-    assert [d for d, _ in preferred(None, given)] == [other, one, generic]
+    assert [d for d, _ in refits.preferred(given)] == [other, one, generic]
     far = decision(LONG, drop=960.0)
-    assert [d for d, _ in preferred(None, [(one, None), (far, None)])] == [one, far]
-    assert not preferred(None, [(decision(p_repeats=0.5), None)])
+    assert [d for d, _ in refits.preferred([(one, None), (far, None)])] == [one, far]
+    assert not refits.preferred([(decision(p_repeats=0.5), None)])
+    more = decision(OTHER, drop=1003.0, parameters=3)
+    assert [d for d, _ in refits.preferred([(more, None), (other, None)])] == [other, more]
+
+
+def test_which_wrong_form_is_completed():
+    """The one that explains most, unless an effect of a form that is wronger still explains more,
+    or it could stand in for a found one of a wrong form."""
+    odd = decision(LONG, reasons=UNEVEN[:1], stretch_q=300.0)
+    weaker = decision(OTHER, drop=500.0, reasons=UNEVEN[:1], stretch_q=100.0)
+    wronger = decision(shape("wronger", LONG.form), drop=1100.0, reasons=UNEVEN, stretch_q=900.0)
+    free = decision(shape("free", LONG.form, generic=True), drop=5000.0, reasons=UNEVEN)
+
+    def completed(*tried, found=()):
+        pairs = search.completable([(d, None) for d in tried], found)
+        return [d for d, _ in refits.preferred(pairs)][:1]
+
+    assert completed(weaker, odd) == [odd] and completed(free, odd) == [odd]
+    assert not completed(wronger, odd)
+    assert completed(replace(wronger, p_repeats=0.5), odd) == [odd]
+    assert completed(replace(wronger, drop=900.0), odd) == [odd]
+    alike = (AlternativeEffect(odd.term, False),)
+    assert completed(odd, weaker, found=[AcceptedEffect(weaker, alike)]) == [weaker]
+    assert completed(odd, weaker, found=[AcceptedEffect(decision(), alike)]) == [odd]
 
 
 def test_difference_that_is_no_evidence():

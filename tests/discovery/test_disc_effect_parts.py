@@ -168,6 +168,10 @@ def test_load_and_friction():
         for side in (-1.0, 1.0):
             worn = tire("worn_patch", depth=0.2, position=1.0 + side * away, width=0.3, blur=0.1)
             assert worn.friction[0, 0, 3] == pytest.approx(1.0 - 0.2 * cover)
+    # of a patch shorter than the contact, the depth is what the contact sees
+    for width in (0.03, 0.1, 0.2):
+        worn = tire("worn_patch", depth=0.2, position=1.0, width=width, blur=0.1).friction
+        np.testing.assert_allclose(worn[0, 0], [1.0, 1.0, 1.0, 0.8])
 
 
 def test_signals():

@@ -24,7 +24,7 @@ from flatplank_analysis.discovery.dispersion import (
 )
 from flatplank_analysis.discovery.fit import Fit, Term, Whitened, effect_contribution
 from flatplank_analysis.discovery.gram import Gram, solve
-from flatplank_analysis.discovery.state import State
+from flatplank_analysis.discovery.state import State, Uneven
 
 FAMILY = 0.05
 """family-wise error rate of the tests of all effects together"""
@@ -117,7 +117,7 @@ class Decision:
 
     @property
     def residue(self) -> float:
-        """Part of the drop that its wrong form leaves for other effects to imitate."""
+        """Part of the drop that its wrong form leaves."""
         return self.unevenness * self.drop if self.misshapen else 0.0
 
     @property
@@ -135,8 +135,8 @@ class Judge:
     typical: TypicalDispersion
     explained: float = 0.0
     """drop of the effects that were accepted before"""
-    residue: float = 0.0
-    """part of it that the wrong form of these effects leaves for others to imitate"""
+    uneven: tuple[tuple[int, float], ...] = ()
+    """accepted effects of a wrong form: index of the term, and `Decision.unevenness`"""
     bare: Fit | None = None
     """whitened fit without the effect, where it is not that of the state"""
     alike: Mapping[str, float] = field(default_factory=dict)
@@ -157,8 +157,9 @@ class Judge:
         linear = {(index, p.name) for p in term.effect.linear()}
         own = [i for i in fit.loose() if fit.free[i] not in linear]
         pieces = _stretches(state, direction)
-        gram = state.sums(fit, own, direction[None], pieces, fit.predicted[None])
-        base = len(own)
+        uneven = self._uneven_beside(fit, index)
+        gram = state.sums(fit, own, direction[None], pieces, fit.predicted[None], uneven=uneven)
+        base = len(own) + (0 if uneven is None else len(uneven.strength))
         k = len([1 for owner, _ in fit.free if owner == index])
         local, info = scores_of(gram, base)
         kappa, freedom = self.typical.shrink(*among_repeats(runs.comparable, local, info))
@@ -188,9 +189,10 @@ class Judge:
             # a fault of another form has a different size in every stretch and condition
             variance += max(stretch_q, condition_q) / max(drop, 1e-30) / (STRETCHES - 1)
         spread = abs(term.size) * float(student.ppf(0.95, freedom)) * np.sqrt(variance)
-        p_repeats = _p_value(drop, k, kappa, freedom)
+        firm = drop if uneven is None else min(drop, _drop_beside(gram, base))
+        p_repeats = _p_value(firm, k, kappa, freedom)
         # without repeats only conditions remain, which must then meet the family-wise level
-        p_conditions = _p_value(drop, k, shrunk, freedom_c + prior_freedom)
+        p_conditions = _p_value(firm, k, shrunk, freedom_c + prior_freedom)
         decision = Decision(
             term=term,
             drop=drop,
@@ -211,6 +213,20 @@ class Judge:
         )
         return replace(decision, reasons=tuple(self._reasons(decision)))
 
+    def _uneven_beside(self, fit: Fit, index: int) -> Uneven | None:
+        """What the other effects of a fit may leave by their wrong form; None when nothing."""
+        columns, strength = [], []
+        for other, share in self.uneven:
+            if other == index:
+                continue
+            direction = effect_contribution(fit, other)
+            single = [direction * in_condition for in_condition in _conditions(self.state)]
+            columns += [_stretches(self.state, direction), np.stack(single)]
+            strength.append(np.full(STRETCHES + len(single), 1.0 / share))
+        if not columns:
+            return None
+        return Uneven(np.concatenate(columns), np.concatenate(strength))
+
     def _visible_beside_the_bare(self, direction: np.ndarray) -> float:
         """Share of an effect that the model without it cannot imitate. Where only the effect makes
         a force (Fy by camber), the tire's parameters act on that force only in its presence."""
@@ -223,8 +239,6 @@ class Judge:
         yield from _reasons(d, CONDITIONS_OF_SURE if sure else CONDITIONS)
         if d.drop < SHARE * self.explained:
             yield f"its drop is below {100 * SHARE:g} % of what is explained already"
-        if d.drop < self.residue:
-            yield "its drop is below what the wrong form of another effect leaves"
         if d.drop < self.alike.get(d.term.effect.identifier, 0.0):
             yield "its drop does not distinguish it from a found effect"
 
@@ -274,6 +288,12 @@ def _stretches(state: State, direction: np.ndarray) -> np.ndarray:
     return np.stack([direction * (place == i) for i in range(STRETCHES)])
 
 
+def _conditions(state: State) -> list[np.ndarray]:
+    """Per condition a mask (runs, 1) of its runs."""
+    runs = np.arange(state.runs.runs)
+    return [np.isin(runs, rows)[:, None] for rows in state.runs.groups]
+
+
 def _of_the_law(state: State, gram: Gram, base: int) -> float:
     """Variance of the score by a relative error of the force law, independent in each condition.
 
@@ -292,6 +312,16 @@ def _p_value(drop: float, k: int, kappa: float, freedom: float) -> float:
     # a dispersion below one is chance: the noise is not smaller than the noise model says
     value = drop / k / max(kappa, 1.0)
     return float(f_distribution.sf(value, k, max(freedom, 1.0)))
+
+
+def _drop_beside(gram: Gram, base: int) -> float:
+    """Rise of chi2 without the effect, when all that stands before it in the sums adapts."""
+    products, scores, _ = gram.total()
+    step, inverse = solve(products[:base, :base], scores[:base])
+    cross = products[:base, base]
+    info = float(products[base, base] - cross @ inverse @ cross)
+    score = float(scores[base] - cross @ step)
+    return info * (1.0 + score / max(info, 1e-30)) ** 2
 
 
 def _stretch_test(gram: Gram, base: int) -> tuple[float, int]:

@@ -12,27 +12,23 @@ import numpy as np
 
 from flatplank_analysis.discovery import heldout, invariants
 from flatplank_analysis.discovery import screen as screens
-from flatplank_analysis.discovery.decide import NEARLY, SHARE, Decision, Judge
+from flatplank_analysis.discovery.decide import CONDITIONS, NEARLY, SHARE, UNEVEN, Decision, Judge
 from flatplank_analysis.discovery.effect import Effect, variants_of
-from flatplank_analysis.discovery.fit import Fit, Fitter, Term, Whitened
+from flatplank_analysis.discovery.fit import Fit, Fitter, Term
 from flatplank_analysis.discovery.model import Model, starts_of
+from flatplank_analysis.discovery.refits import Refit, Refits, by_drop, preferred
 from flatplank_analysis.discovery.rivals import ALIKE, indecisive_difference, rivals, suspects
-from flatplank_analysis.discovery.screen import VISIBLE, ScreenResult, best_per_effect
-from flatplank_analysis.discovery.shortlist import EVIDENCE, line_search, shortlist
+from flatplank_analysis.discovery.shortlist import EVIDENCE, shortlist
 from flatplank_analysis.discovery.sources import UNDECIDED, cut_where_needed, source_of
 from flatplank_analysis.discovery.state import (
     State,
     channel_weights,
     make_state,
-    measured_term,
     start_base,
-    term_of,
 )
 from flatplank_analysis.discovery.steps import AcceptedEffect, Progress, Search, Step
 from flatplank_data.errors import FlatplankError
 
-COLD = 2
-"""most refits per step that are repeated from the base's start values: the largest drops"""
 IDLE = "not needed beside what was found"
 """reason for an effect that was added and then removed by backward elimination"""
 FIRST_STEPS = 6
@@ -107,6 +103,12 @@ class _Searcher:
         """fitted error of the first channel without found effects"""
         self.known: set[frozenset[str]] = set()
         """effects of the steps so far"""
+
+    @property
+    def refits(self) -> Refits:
+        """Refits with the channel weights of now."""
+        options = self.options
+        return Refits(self.model, self.fitter, options.start, options.measured, self.looked_at)
 
     def say(self, text: str, share: float) -> None:
         if self.options.progress is not None:
@@ -200,63 +202,47 @@ class _Searcher:
         """Refit the best candidates and add the best one that passes all tests."""
         state = step.state
         before = sum(f.decision.drop for f in step.found)
-        residue = sum(f.decision.residue for f in step.found)
         near = [(s.start.effect.identifier, f) for f in step.found for s in f.suspects if s.near]
         alike = {name: indecisive_difference(f.decision) for name, f in near}
         judge = Judge(
-            state, state.whitened.chi2, step.screen.typical, before, residue, alike=alike
+            state,
+            state.whitened.chi2,
+            step.screen.typical,
+            before,
+            uneven=self.uneven(step),
+            alike=alike,
         )
         items = shortlist(step.screen, self.looked_at, self.options.refits)
-        warm = [self.refit(state, item) for item in items]
-        tried = self.from_cold(judge, [(self.newest(judge, found), found) for found in warm])
+        tried = self.refits.of(judge, items)
         step.refits = [d for d, _ in tried]
         taken = self.take(step, judge, tried)
         if taken is None and invariants.residual_of_consequence(state, bool(step.found)):
-            more = self.refits_with_start_sizes(step, judge, [*items])
+            more = self.refits.with_start_sizes(judge, step.screen, items)
             step.refits += [d for d, _ in more]
             taken = self.take(step, judge, more)
-            tried = _by_drop([*tried, *more])
+            tried = by_drop([*tried, *more])
         return taken or self.complete(step, judge, tried)
 
-    def complete(
-        self, step: Step, judge: Judge, tried: list[tuple[Decision, Whitened]]
-    ) -> Step | None:
+    def uneven(self, step: Step) -> tuple[tuple[int, float], ...]:
+        """Found effects of a wrong form: index of the term, and how much the size differs."""
+        found = enumerate((f.decision for f in step.found), len(self.options.terms))
+        return tuple((i, d.unevenness) for i, d in found if d.misshapen)
+
+    def complete(self, step: Step, judge: Judge, tried: list[Refit]) -> Step | None:
         """Add an effect refused for its form, when the form is nearly right (`NEARLY`) or no
         residual of consequence remains beside it.
         """
-        odd = [pair for pair in tried if pair[0].misshapen]
-        taken = self.take(step, judge, odd[:1], misshapen=True) if odd else None
+        best = preferred(completable(tried, step.found))[:1]
+        taken = self.take(step, judge, best, misshapen=True) if best else None
         if taken is None or taken.found[-1].decision.unevenness < NEARLY:
             return taken
         return None if invariants.residual_of_consequence(taken.state, True) else taken
-
-    def refits_with_start_sizes(
-        self, step: Step, judge: Judge, items: list[ScreenResult]
-    ) -> list[tuple[Decision, Whitened]]:
-        """Refits of promising effects with several start sizes, from the start values of the base.
-
-        Such an effect is mostly a gap of the machine. Without it the base may have ended at
-        parameters that imitate it, where the screening does not show it.
-        """
-        state, cold = step.state, start_base(self.model, self.options.start)
-        known = {i.identifier for i in items}
-        found = []
-        for item in best_per_effect(step.screen):
-            effect = item.candidate.effect
-            if len(effect.starts()) < 2 or item.visible < VISIBLE or item.identifier in known:
-                continue
-            start = term_of(item.candidate, np.full(len(item.sizes), max(effect.starts())))
-            fit = self.fitter.fit(cold, [*state.fit.terms, start])
-            found.append(state.fit_whitened(fit))
-            if len(found) == COLD:
-                break
-        return _by_drop([(self.newest(judge, f), f) for f in found])
 
     def take(
         self,
         step: Step,
         judge: Judge,
-        tried: list[tuple[Decision, Whitened]],
+        tried: list[Refit],
         misshapen: bool = False,
     ) -> Step | None:
         """The step with the first refit that passes all tests, after backward elimination.
@@ -265,15 +251,15 @@ class _Searcher:
         to the effects of an earlier step, is refused. None when no refit passes.
         """
         state = step.state
-        for _, near in self.preferred(tried):
+        for _, near in preferred(tried):
             index = len(near.fit.terms) - 1
             best = state.fit_whitened(near.fit)
             if best.fit.at_bound and not step.found:  # later steps start from this base
-                best = self.restarted(state, best)
+                best = self.refits.restarted(state, best)
             # the base found with the effect may also fit better without it
             less = state.fit_whitened(self.fitter.without_term(best.fit, index))
             fair = replace(judge, without=min(judge.without, less.chi2))
-            decision = self.newest(fair, best)
+            decision = self.refits.newest(fair, best)
             if not passes(decision, misshapen):
                 continue
             if not self.stands_beside_law(fair, decision, tried, misshapen):
@@ -301,7 +287,7 @@ class _Searcher:
         self,
         judge: Judge,
         decision: Decision,
-        tried: list[tuple[Decision, Whitened]],
+        tried: list[Refit],
         misshapen: bool,
     ) -> bool:
         """False when a free form of the force law explains more than an effect, and the effect
@@ -319,69 +305,10 @@ class _Searcher:
             if law.drop - price * law.parameters < (1.0 + ALIKE) * own:
                 continue
             both = judge.state.fit_whitened(self.fitter.with_term(fit.fit, decision.term))
-            beside = self.newest(replace(judge, without=fit.chi2), both)
+            beside = self.refits.newest(replace(judge, without=fit.chi2), both)
             if not passes(beside, misshapen):
                 return False
         return True
-
-    def newest(self, judge: Judge, found: Whitened) -> Decision:
-        """Test the last effect of a fit."""
-        terms = found.fit.terms
-        return judge.decide(found, len(terms) - 1, self.looked_at[terms[-1].effect.identifier])
-
-    def refit(self, state: State, item: ScreenResult) -> Whitened:
-        """Whitened refit from the best of several sizes, the base as it is."""
-        start = term_of(item.candidate, item.sizes)
-        if len(item.candidate.effect.starts()) > 1:
-            start = line_search(self.model, state, item)
-        measured = self.options.measured.get(item.identifier)
-        if measured:
-            start = measured_term(start, measured)
-        return state.with_term(start, most=2)
-
-    def from_cold(
-        self, judge: Judge, tried: list[tuple[Decision, Whitened]]
-    ) -> list[tuple[Decision, Whitened]]:
-        """Refits by gain, some of them repeated from the start values of the base.
-
-        A refit is repeated when it is among the `COLD` best ones, exceeds the scatter, was refused
-        for another reason, and has a larger drop than any accepted one.
-        """
-        accepted = max((d.drop for d, _ in tried if d.accepted), default=0.0)
-        out = _by_drop(tried)
-        for i, (d, warm) in enumerate(out[:COLD]):
-            if d.accepted or d.drop < accepted or d.p_repeats > d.level:
-                continue
-            found = self.restarted(judge.state, warm)
-            if found is not warm:
-                out[i] = (self.newest(judge, found), found)
-        return _by_drop(out)
-
-    def restarted(self, state: State, found: Whitened) -> Whitened:
-        """The same effects with the base from its start values, when that is better.
-
-        Without the effect the base may have ended at limits where it imitates the effect, which a
-        refit from there does not leave. Free forms of the law are not restarted.
-        """
-        if found.fit.terms[-1].effect.generic:
-            return found
-        cold = start_base(self.model, self.options.start)
-        other = state.fit_whitened(self.fitter.fit(cold, found.fit.terms))
-        return other if other.chi2 < found.chi2 - EVIDENCE else found
-
-    def preferred(self, tried: list[tuple[Decision, Whitened]]) -> list[tuple[Decision, Whitened]]:
-        """At most three acceptable refits, by gain; free forms of the law come last.
-
-        Where the data do not distinguish the gains, the more common effect (`rarity`) comes first.
-        """
-        good = [pair for pair in tried if _nearly(pair[0])]
-        named = [p for p in good if not p[0].term.effect.generic]
-        if named:
-            best = named[0][0]
-            near = best.drop - indecisive_difference(best)
-            named.sort(key=lambda p: (p[0].drop < near, p[0].term.effect.rarity, -p[0].drop))
-        free = [p for p in good if p[0].term.effect.generic]
-        return (named + free)[:3]
 
     def with_rivals(self, step: Step) -> list[AcceptedEffect]:
         """The effects of a step, each with its rivals."""
@@ -422,11 +349,35 @@ class _Searcher:
         out = []
         for index, found in enumerate(step.found, offset):
             less = state.fit_whitened(self.fitter.without_term(state.whitened.fit, index))
-            judge = Judge(state, less.chi2, step.screen.typical, bare=less.fit)
+            judge = Judge(
+                state, less.chi2, step.screen.typical, uneven=self.uneven(step), bare=less.fit
+            )
             looked = self.looked_at[found.decision.term.effect.identifier]
             decision = judge.decide(state.whitened, index, looked, plain=state.fit)
             out.append(replace(found, decision=decision))
         return out
+
+
+def completable(tried: Sequence[Refit], found: Sequence[AcceptedEffect]) -> list[Refit]:
+    """Refits of a wrong form that may be added.
+
+    They must explain more than every effect whose size differs even more, and must not be able to
+    stand in for a found effect of a wrong form: they may be what that form leaves.
+    """
+    worse = [
+        d.drop
+        for d, _ in tried
+        if d.p_repeats <= d.level
+        and set(UNEVEN) & set(d.reasons)
+        and not (d.misshapen or d.term.effect.generic)
+    ]
+    wrong = [f for f in found if f.decision.misshapen]
+    same = {s.start.effect for f in wrong for s in f.suspects}
+    return [
+        (d, fit)
+        for d, fit in tried
+        if d.misshapen and d.drop > max(worse, default=0.0) and d.term.effect not in same
+    ]
 
 
 def passes(decision: Decision, misshapen: bool) -> bool:
@@ -438,21 +389,15 @@ def _names(step: Step) -> frozenset[str]:
     return frozenset(f.decision.term.effect.identifier for f in step.found)
 
 
-def _by_drop(tried: list[tuple[Decision, Whitened]]) -> list[tuple[Decision, Whitened]]:
-    return sorted(tried, key=lambda pair: -pair[0].drop)
-
-
 def _needed(one: AcceptedEffect, found: Sequence[AcceptedEffect]) -> bool:
-    """True when an effect still explains something beside the others."""
-    own, others = one.decision, [f.decision for f in found if f is not one]
-    least = max(SHARE * sum(d.drop for d in others), sum(d.residue for d in others))
-    return own.drop > least and own.p_repeats < own.level and not own.covers_zero
+    """True when an effect still explains something beside the others.
 
-
-def _nearly(decision: Decision) -> bool:
-    """True when the first refit is good enough for the full one."""
-    hard = {"present, negligible", "at the end of its physical range"}
-    return not hard & set(decision.reasons) and decision.p_repeats < 0.02
+    One that explains less than another is a further effect, whichever was found first.
+    """
+    own, others = one.decision, [f.decision.drop for f in found if f is not one]
+    further = own.drop < max(others) and own.p_conditions > CONDITIONS
+    beyond = own.p_repeats < own.level and not further
+    return own.drop > SHARE * sum(others) and beyond and not own.covers_zero
 
 
 def _rough_levels(model: Model) -> list[float]:

@@ -32,6 +32,18 @@ class Candidate:
     """(k, channels, runs, samples), change of the prediction by one screening step of each"""
 
 
+@dataclass(frozen=True)
+class Uneven:
+    """What accepted effects of a wrong form may leave for others to imitate: their columns in
+    parts of the run and in single conditions, by the share by which their size was seen to
+    differ."""
+
+    columns: np.ndarray
+    """(k, channels, runs, samples)"""
+    strength: np.ndarray
+    """(k,) inverse variance of the relative difference"""
+
+
 @dataclass
 class State:
     """A fitted model with everything that decisions need."""
@@ -61,12 +73,19 @@ class State:
         """Whitened sums of products of any columns and residual."""
         return self.metric.gram(residual, columns)
 
-    def sums(self, fit: Fit, rows: Sequence[int], *columns: np.ndarray) -> grams.Gram:
-        """Whitened sums of a fit: of its residual, of `rows` of its Jacobian with their priors,
-        and of further columns (n, channels, runs, samples)."""
-        parts = np.concatenate([fit.jacobian[list(rows)], *columns])
-        gram = self.gram(fit.residual(self.runs.measured), parts)
-        return gram.with_priors(*self.fitter.prior_terms(fit, rows))
+    def sums(
+        self, fit: Fit, rows: Sequence[int], *columns: np.ndarray, uneven: Uneven | None = None
+    ) -> grams.Gram:
+        """Whitened sums of a fit: of its residual, of `rows` of its Jacobian and of `uneven` with
+        their priors, and of further columns (n, channels, runs, samples)."""
+        own = [fit.jacobian[list(rows)]]
+        strength, pull = self.fitter.prior_terms(fit, rows)
+        if uneven is not None:
+            own.append(uneven.columns)
+            strength = np.concatenate([strength, uneven.strength])
+            pull = np.concatenate([pull, np.zeros(len(uneven.strength))])
+        gram = self.gram(fit.residual(self.runs.measured), np.concatenate([*own, *columns]))
+        return gram.with_priors(strength, pull)
 
     @cached_property
     def patterns(self) -> Patterns:

@@ -101,7 +101,8 @@ class WornPatch(TireEffect):
 
     depth: float = param(
         0.0, unit="1", bounds=(-0.3, 0.7), screen=0.05, matters=0.01,
-        note="relative loss of friction",
+        note="largest relative loss of friction; of a patch shorter than the contact only this "
+             "is seen, not the loss of the paper itself",
     )  # fmt: skip
     position: float = param(2.0, unit="m", bounds=(0.0, 4.2))
     width: float = param(0.2, unit="m", bounds=(0.03, 0.8))
@@ -128,9 +129,10 @@ class WornPatch(TireEffect):
 
     def tire(self, tire: Tire) -> None:
         away = tire.data.position - self.position
-        cover = _edge((away + 0.5 * self.width) / self.blur)
-        cover = cover - _edge((away - 0.5 * self.width) / self.blur)
-        tire.friction *= 1.0 - self.depth * cover
+        half = 0.5 * self.width
+        cover = _edge((away + half) / self.blur) - _edge((away - half) / self.blur)
+        most = _edge(half / self.blur) - _edge(-half / self.blur)
+        tire.friction *= 1.0 - self.depth * cover / most
 
 
 def _edge(u: np.ndarray) -> np.ndarray:
