@@ -120,8 +120,13 @@ def test_of_gains_that_cannot_be_told_apart_the_usual_effect_goes_first():
     far = decision(LONG, drop=960.0)
     assert [d for d, _ in refits.preferred([(one, None), (far, None)])] == [one, far]
     assert not refits.preferred([(decision(p_repeats=0.5), None)])
-    more = decision(OTHER, drop=1003.0, parameters=3)
-    assert [d for d, _ in refits.preferred([(more, None), (other, None)])] == [other, more]
+    more, same = decision(OTHER, drop=1003.0, parameters=3), decision(LONG, drop=984.0)
+    assert [d for d, _ in refits.preferred([(more, None), (same, None)])] == [same, more]
+    less = decision(LONG, drop=982.0)
+    assert [d for d, _ in refits.preferred([(more, None), (less, None)])] == [more, less]
+    # a wrong form makes rarer effects indistinguishable, not simpler ones better
+    odd = replace(more, reasons=UNEVEN[:1], stretch_q=300.0)
+    assert [d for d, _ in refits.preferred([(odd, None), (less, None)])] == [odd, less]
 
 
 def test_which_wrong_form_is_completed():

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -119,19 +120,22 @@ class Refits:
 def preferred(tried: list[Refit]) -> list[Refit]:
     """At most three acceptable refits, by gain; free forms of the law come last.
 
-    Where the data do not distinguish the gains, the more common effect (`rarity`) comes first,
-    then that with fewer parameters.
+    Where the data do not distinguish the gains, the more common effect (`rarity`) comes first. Of
+    equally common ones with nearly the same gain it is the one with fewer parameters.
     """
     good = [pair for pair in tried if nearly(pair[0])]
     named = [p for p in good if not p[0].term.effect.generic]
     if named:
         best = named[0][0]
         near = best.drop - indecisive_difference(best)
-        named.sort(
-            key=lambda p: (
-                p[0].drop < near, p[0].term.effect.rarity, p[0].parameters, -p[0].drop
-            )
-        )  # fmt: skip
+        same = best.drop - EVIDENCE * max(best.dispersion, 1.0)
+
+        def order(refit: Refit) -> tuple[float, ...]:
+            d = refit[0]
+            price = d.parameters if d.drop >= same else math.inf
+            return d.drop < near, d.term.effect.rarity, price, -d.drop
+
+        named.sort(key=order)
     free = [p for p in good if p[0].term.effect.generic]
     return (named + free)[:3]
 
