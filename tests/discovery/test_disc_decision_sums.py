@@ -127,6 +127,35 @@ def test_one_size_in_every_condition(in_stretches):
     assert found == pytest.approx(sum(parts)) and freedom == CONDITIONS - 2
 
 
+def test_what_the_error_rises_by_without_an_effect(in_stretches):
+    """The effect is in the prediction: without it the residual holds its column once more."""
+    gram, columns, e = in_stretches
+    base, x = columns[:, :2], columns[:, 2]
+    wanted = chi2(base, e + x) - chi2(columns[:, :3], e)
+    assert decide._drop_beside(gram, 2) == pytest.approx(wanted)
+
+
+def test_what_a_wrong_form_may_leave(monkeypatch):
+    """Its column in fifths of its information and in every condition. The share of chi2 by which
+    the size differs is the variance of the relative size. The tested effect itself stands aside."""
+    direction = numbers(35, 1, RUNS, 50)
+    monkeypatch.setattr(decide, "effect_contribution", lambda fit, i: (i + 1.0) * direction)
+    runs = SimpleNamespace(groups=GROUPS, runs=RUNS, samples=50)
+    judge = decide.Judge(SimpleNamespace(runs=runs), 0.0, None, uneven=((1, 0.25), (2, 0.04)))
+    found = judge._uneven_beside(None, 2)
+    assert found.columns.shape == (5 + CONDITIONS, 1, RUNS, 50)
+    np.testing.assert_allclose(found.strength, 4.0)
+    np.testing.assert_allclose(found.columns[:5].sum(axis=0), 2.0 * direction)
+    np.testing.assert_allclose(found.columns[5:].sum(axis=0), 2.0 * direction)
+    energy = np.sum(found.columns[:5] ** 2, axis=(1, 2, 3))
+    assert energy == pytest.approx(np.full(5, energy.mean()), rel=0.15)
+    for rows, column in zip(GROUPS, found.columns[5:], strict=True):
+        assert np.flatnonzero(np.any(column[0], axis=1)).tolist() == rows.tolist()
+    both = judge._uneven_beside(None, 0)
+    assert set(both.strength) == {4.0, 25.0} and len(both.columns) == 2 * len(found.columns)
+    assert replace(judge, uneven=((2, 0.04),))._uneven_beside(None, 2) is None
+
+
 def test_what_an_error_of_the_law_does_to_a_score(in_stretches):
     """One factor on the force per condition, half a hundredth, on what the base leaves of it."""
     gram, columns, _ = in_stretches
