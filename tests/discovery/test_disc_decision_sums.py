@@ -137,7 +137,7 @@ def test_what_the_error_rises_by_without_an_effect(in_stretches):
 
 def test_what_a_wrong_form_may_leave(monkeypatch):
     """Its column in fifths of its information and in every condition. The share of chi2 by which
-    the size differs is the variance of the relative size. The tested effect itself stands aside."""
+    the size differs is the variance of the relative size. The tested one stands aside."""
     direction = numbers(35, 1, RUNS, 50)
     monkeypatch.setattr(decide, "effect_contribution", lambda fit, i: (i + 1.0) * direction)
     runs = SimpleNamespace(groups=GROUPS, runs=RUNS, samples=50)
