@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from ball import Drag, throw
 from decisions import decision, rival
-from shapes import LONG, measured, shape
+from shapes import LONG, TIME, Sum, measured, shape, wave
 
 from flatplank_analysis.discovery import invariants, verdict
 from flatplank_analysis.discovery.fit import Fitter, Term
@@ -100,6 +100,34 @@ def test_a_fit_must_not_raise_the_error():
     assert term.values[0] == pytest.approx(good.terms[0].values[0], rel=0.02)
     null = invariants.at_null(good.terms[0])
     assert invariants.is_active(good.terms[0]) and not invariants.is_active(null)
+
+
+class Two(Sum):
+    """A level that both channels share; only the second one feels the effect, beyond 0.05."""
+
+    def predict(self, sets):
+        out = np.empty((len(sets), *self.runs.measured.shape))
+        for row, one in zip(out, sets, strict=True):
+            row[:] = one.base[0] + one.base[1] * TIME
+            for _, (size,) in one.effects:
+                row[1] += max(size - 0.05, 0.0) * (1.0 + wave(1.5))
+        return out
+
+
+def test_a_gap_of_another_channel_is_not_lost_at_its_null():
+    """The level of the first channel is right before, and between both channels afterwards. A fit
+    from the null does not find the effect: there it does nothing."""
+    runs = measured(24).runs
+    x = 1.0 + 0.1 * TIME + 0.0 * runs.measured
+    y = 0.9 + 0.1 * TIME + 0.1 * (1.0 + wave(1.5)) + 0.0 * runs.measured
+    two = Two(replace(runs, channels=("x", "y"), measured=np.concatenate([x, y])))
+    fitter = Fitter(two, np.ones((2, 1, 1)))
+    old = fitter.fit(np.array([1.0, 0.1]), iterations=0)
+    best = fitter.fit(old.base, [Term(LONG, np.array([0.1]))])
+    assert invariants.error_of(fitter, best) > invariants.error_of(fitter, old) + 0.01
+    fit = invariants.not_raising_error(fitter, old, [best])
+    assert fit.terms[0].values[0] > 0.07
+    assert invariants.error_of(fitter, fit) <= invariants.error_of(fitter, old)
 
 
 def judged(found, left="", lawful=None, unseen=(), monkeypatch=None):

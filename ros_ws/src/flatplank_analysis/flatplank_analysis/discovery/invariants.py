@@ -123,9 +123,10 @@ def far_off(state: State) -> str:
 def not_raising_error(fitter: Fitter, old: Fit, fits: Sequence[Fit]) -> Fit:
     """The best of some fits with one more term than `old` that does not raise the first channel.
 
-    When all raise it, fits from the old one with the term at its null follow, with decreasing
-    weights of the other channels; then a fit of only those parameters that do not affect the first
-    channel; and last the old fit itself with the term at its null.
+    When all raise it, fits with decreasing weights of the other channels follow, from the old one
+    with the term at its null and from the best one (a gap does nothing near its null); then a fit
+    of only those parameters that do not affect the first channel; and last the old fit itself with
+    the term at its null.
     """
     best = min(fits, key=lambda f: f.chi2)
     limit = error_of(fitter, old)
@@ -135,12 +136,15 @@ def not_raising_error(fitter: Fitter, old: Fit, fits: Sequence[Fit]) -> Fit:
     for tilt in TILTS:
         weight = fitter.weight * tilt
         weight[0] = fitter.weight[0]
-        fit = Fitter(fitter.model, weight).fit(old.base, terms)
-        if error_of(fitter, fit) <= limit:
+        tilted = Fitter(fitter.model, weight)
+        for base, start in ((old.base, terms), (best.base, best.terms)):
+            fit = tilted.fit(base, start)
+            if is_active(fit.terms[-1]) and error_of(fitter, fit) <= limit:
+                return fit
+    for start in (terms, [*old.terms, best.terms[-1]]):
+        fit = _fit_only_last(fitter, old, start)
+        if is_active(fit.terms[-1]) and error_of(fitter, fit) <= limit:
             return fit
-    fit = _fit_only_last(fitter, old, terms)
-    if error_of(fitter, fit) <= limit:
-        return fit
     return fitter.fit(old.base, terms, iterations=0)
 
 
