@@ -333,7 +333,7 @@ def test_a_promising_refit_is_carried_to_its_end():
     model = measured(23, (0.1, lambda c: np.sin(2.0 * np.pi * 0.95 * TIME)))
     searcher = _Searcher(Hummed(model.runs), [Hum], Options())
     fit = searcher.fitter.fit(start_base(model), ())
-    step = searcher.step_of(fit, [], update=True)
+    step = searcher.with_weights_of_floors(searcher.step_of(fit, []))
     judge = Judge(step.state, step.state.whitened.chi2, step.screen.typical)
     early = step.state.with_term(Term(Hum, np.array([0.02, 0.85])), most=2)
     first = searcher.refits.newest(judge, early)
@@ -358,6 +358,19 @@ def test_a_fault_of_another_form_goes_before_what_imitates_it():
     by_name = {d.term.effect.identifier: d for d in search.steps[0].refits}
     assert by_name["like"].accepted and by_name["swift"].misshapen
     assert names(search.last.found) == {"swift"}
+
+
+def test_what_imitates_a_fault_of_another_form_goes_once_the_fault_is_found():
+    """Both together explain more than the fault alone, by what its form leaves."""
+    swift = shape("swift", lambda c: (1.0 + 0.5 * c) * wave(10.0))
+    like = shape("like", lambda c: bent(c, 10.0, 0.5) * (TIME > 2.0))
+    hidden = (0.05, lambda c: bent(c, 10.0, 0.5))
+    search = searched(measured(19, hidden), swift, like, OTHER)
+    by_name = {d.term.effect.identifier: d for d in search.steps[0].refits}
+    assert by_name["like"].accepted and by_name["swift"].misshapen
+    assert names(search.steps[1].found) == {"like"} and names(search.last.found) == {"swift"}
+    both = searched(measured(19, hidden, (0.05, OTHER.form)), swift, like, OTHER)
+    assert names(both.last.found) == {"swift", "other"}
 
 
 class Tone(Sum):
@@ -394,3 +407,48 @@ def test_a_base_in_a_corner_is_fitted_from_elsewhere():
     freed = searcher.refits.restarted(state, stuck)
     assert freed.chi2 < 0.5 * stuck.chi2
     assert searcher.refits.restarted(state, freed) is freed
+
+
+class Late(Sum):
+    """An effect that does nothing below 0.05: from there no fit finds it."""
+
+    def predict(self, sets):
+        out = np.empty((len(sets), *self.runs.measured.shape))
+        for row, one in zip(out, sets, strict=True):
+            row[0] = one.base[0] + one.base[1] * TIME
+            for effect, values in one.effects:
+                row[0] += max(values[0] - 0.05, 0.0) * effect.form(self.setting)
+        return out
+
+
+def test_a_gap_that_ended_at_its_null_is_started_from_its_start_size():
+    starts = classmethod(lambda cls: (1.0, 7.5))
+    gap = shape("gap", LONG.form, starts=starts)
+    for effect, size in ((gap, 0.25), (LONG, 0.0)):
+        model = Late(measured(25, (0.2, LONG.form)).runs)
+        searcher = _Searcher(model, [effect], Options())
+        dead = Term(effect, np.array([0.0]))
+        step = searcher.step_of(searcher.fitter.fit(start_base(model)), [])
+        stuck = step.state.with_term(dead, most=12)
+        freed = searcher.refits.restarted(step.state, stuck)
+        assert stuck.fit.terms[-1].size == 0.0
+        assert freed.fit.terms[-1].size == pytest.approx(size, rel=0.05)
+
+
+class Pair(Sum):
+    """Two channels with one level."""
+
+    def predict(self, sets):
+        return np.repeat(super().predict(sets)[:, :1], 2, axis=1)
+
+
+def test_the_base_is_fitted_with_the_weights_that_later_fits_use():
+    """One channel scatters from run to run, but hardly along a run: the first weights trust it."""
+    runs = measured(26, noise=0.01).runs
+    offsets = 0.5 * np.random.default_rng(26).standard_normal((runs.runs, 1))
+    x, y = runs.measured[0] + offsets, runs.measured[0] - 0.3
+    model = Pair(replace(runs, channels=("x", "y"), measured=np.stack([x, y])))
+    state = searched(model, LONG).steps[0].state
+    again = state.fitter.fit(state.fit.base)
+    assert state.fitter.error(again) > 0.99 * state.fitter.error(state.fit)
+    assert state.fit.base[0] == pytest.approx(0.7, abs=0.005)

@@ -158,6 +158,10 @@ class Fitter:
         )
         return Fit(*task.unpack(z), predicted, chi2, columns, task.free, bound, task.known)
 
+    def error(self, fit: Fit) -> float:
+        """Weighted root of the sum of squares of a fit's residual, without priors."""
+        return float(np.linalg.norm(fit.residual(self.model.runs.measured) * self.weight))
+
     def derivative(self, fit: Fit) -> Fit:
         """The same fit with a newly computed Jacobian."""
         task = self.task(fit)

@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from flatplank_analysis.discovery.decide import Decision, Judge
-from flatplank_analysis.discovery.fit import Fitter, Whitened
+from flatplank_analysis.discovery.fit import Fitter, Term, Whitened
 from flatplank_analysis.discovery.model import Model
 from flatplank_analysis.discovery.rivals import indecisive_difference
 from flatplank_analysis.discovery.screen import VISIBLE, Screen, ScreenResult, best_per_effect
@@ -85,13 +85,17 @@ class Refits:
         """The same effects with the base from its start values, when that is better.
 
         Without the effect the base may have ended at limits where it imitates the effect, which a
-        refit from there does not leave. Free forms of the law are not restarted.
+        refit from there does not leave. A gap, which may have ended near its null then, is also
+        started from its own start size. Free forms of the law are not restarted.
         """
-        if found.fit.terms[-1].effect.generic:
+        *others, last = found.fit.terms
+        if last.effect.generic:
             return found
         cold = start_base(self.model, self.start)
-        other = state.fit_whitened(self.fitter.fit(cold, found.fit.terms))
-        return other if other.chi2 < found.chi2 - EVIDENCE else found
+        sizes = [last, *([_at_start_size(last)] if len(last.effect.starts()) > 1 else [])]
+        fits = [state.fit_whitened(self.fitter.fit(cold, [*others, size])) for size in sizes]
+        best = min(fits, key=lambda w: w.chi2)
+        return best if best.chi2 < found.chi2 - EVIDENCE else found
 
     def with_start_sizes(
         self, judge: Judge, screen: Screen, items: Sequence[ScreenResult]
@@ -115,6 +119,16 @@ class Refits:
             if len(found) == COLD:
                 break
         return by_drop([(self.newest(judge, f), f) for f in found])
+
+
+def _at_start_size(term: Term) -> Term:
+    """The term at the largest start size of its effect; its other parameters stay."""
+    most = max(term.effect.starts())
+    sizes = {
+        p.name: float(np.clip(p.null + p.screen * most, p.lower, p.upper))
+        for p in term.effect.linear()
+    }
+    return replace(term, values=term.effect.vector(term.named() | sizes))
 
 
 def preferred(tried: list[Refit]) -> list[Refit]:

@@ -103,6 +103,8 @@ class _Searcher:
         """fitted error of the first channel without found effects"""
         self.known: set[frozenset[str]] = set()
         """effects of the steps so far"""
+        self.refused: dict[str, float] = {}
+        """effect that was refused for its form alone -> its `Decision.unevenness` then"""
 
     @property
     def refits(self) -> Refits:
@@ -119,7 +121,7 @@ class _Searcher:
         base = start_base(self.model, self.options.start)
         fit = self.fitter.fit(base, self.options.terms)
         fitted = time.perf_counter() - self.began
-        step = self.from_other_starts(self.step_of(fit, [], update=True))
+        step = self.from_other_starts(self.with_weights_of_floors(self.step_of(fit, [])))
         self.bare = invariants.error_of(self.fitter, step.state.fit)
         first = time.perf_counter() - self.began
         steps = self.continued([step])
@@ -173,7 +175,10 @@ class _Searcher:
         set of start values select the one that is fitted to the end.
         """
         state, others = step.state, starts_of(self.model)
-        if state.floors[0].unexplained <= invariants.limits(state).rest or not others:
+        far = [
+            f.unexplained > invariants.limits(state, c).rest for c, f in enumerate(state.floors)
+        ]
+        if not any(far) or not others:
             return step
         self.say("other starts of the base", 0.17)
         self.starts = 1 + len(others)
@@ -181,21 +186,28 @@ class _Searcher:
         tries = [self.fitter.fit(b, self.options.terms, iterations=FIRST_STEPS) for b in bases]
         best = min(tries, key=lambda f: f.chi2)
         fit = self.fitter.fit(best.base, best.terms, known=best)
-        own = invariants.error_of(self.fitter, step.state.fit)
-        return self.step_of(fit, []) if invariants.error_of(self.fitter, fit) < own else step
+        better = self.fitter.error(fit) < self.fitter.error(state.fit)
+        return self.step_of(fit, []) if better else step
 
-    def step_of(
-        self, fit: Fit, found: list[AcceptedEffect], update: bool = False, near: Fit | None = None
-    ) -> Step:
-        """State and ranking; `update` sets the channel weights from the floors.
+    def with_weights_of_floors(self, step: Step) -> Step:
+        """The step with the channel weights of its floors, and the base fitted with them.
 
-        near: a whitened fit of the same terms.
+        The first weights come from the scatter alone. A base that is not at the optimum of the
+        weights that all later fits use would itself change when an effect is added. With one
+        channel the weights are a common factor.
         """
+        state = step.state
+        weight = channel_weights(self.model, [f.floor for f in state.floors])
+        self.fitter = Fitter(self.model, weight)
+        if len(state.floors) == 1:
+            return step
+        fits = [self.fitter.fit(f.base, f.terms, known=f) for f in (state.fit, state.whitened.fit)]
+        return self.step_of(min(fits, key=lambda f: f.chi2), [])
+
+    def step_of(self, fit: Fit, found: list[AcceptedEffect], near: Fit | None = None) -> Step:
+        """State and ranking; near: a whitened fit of the same terms."""
         self.say("screening", 0.15)
         state = make_state(self.model, self.fitter, fit, self.effects, near)
-        if update:
-            levels = [f.floor for f in state.floors]
-            self.fitter = Fitter(self.model, channel_weights(self.model, levels))
         return Step(state, screens.screen(state), found)
 
     def forward(self, step: Step) -> Step | None:
@@ -215,6 +227,8 @@ class _Searcher:
         items = shortlist(step.screen, self.looked_at, self.options.refits)
         tried = self.refits.of(judge, items)
         step.refits = [d for d, _ in tried]
+        odd = [d for d in step.refits if d.misshapen]
+        self.refused |= {d.term.effect.identifier: d.unevenness for d in odd}
         taken = self.take(step, judge, tried)
         if taken is None and invariants.residual_of_consequence(state, bool(step.found)):
             more = self.refits.with_start_sizes(judge, step.screen, items)
@@ -223,10 +237,18 @@ class _Searcher:
             tried = by_drop([*tried, *more])
         return taken or self.complete(step, judge, tried)
 
-    def uneven(self, step: Step) -> tuple[tuple[int, float], ...]:
-        """Found effects of a wrong form: index of the term, and how much the size differs."""
+    def uneven(self, step: Step, alone: bool = False) -> tuple[tuple[int, float], ...]:
+        """Found effects of a wrong form: index of the term, and how much the size differs.
+
+        alone: also those whose form was wrong before others were added.
+        """
         found = enumerate((f.decision for f in step.found), len(self.options.terms))
-        return tuple((i, d.unevenness) for i, d in found if d.misshapen)
+        refused = self.refused if alone else {}
+        odd = [
+            (i, d.unevenness if d.misshapen else refused.get(d.term.effect.identifier, 0.0))
+            for i, d in found
+        ]
+        return tuple((i, share) for i, share in odd if share > 0.0)
 
     def complete(self, step: Step, judge: Judge, tried: list[Refit]) -> Step | None:
         """Add an effect refused for its form, when the form is nearly right (`NEARLY`) or no
@@ -349,9 +371,8 @@ class _Searcher:
         out = []
         for index, found in enumerate(step.found, offset):
             less = state.fit_whitened(self.fitter.without_term(state.whitened.fit, index))
-            judge = Judge(
-                state, less.chi2, step.screen.typical, uneven=self.uneven(step), bare=less.fit
-            )
+            uneven = self.uneven(step, alone=True)
+            judge = Judge(state, less.chi2, step.screen.typical, uneven=uneven, bare=less.fit)
             looked = self.looked_at[found.decision.term.effect.identifier]
             decision = judge.decide(state.whitened, index, looked, plain=state.fit)
             out.append(replace(found, decision=decision))
