@@ -43,7 +43,7 @@ mean over all runs and for its peak, and above these shares of the largest force
 (docs/discovery.md); grid points of a peak"""
 NO_PART = (
     "page.py", "tables.py", "points.py", "journal.py", "rivals.py", "rival_scores.py",
-    "markdown.py", "nulls.py", "fingerprint.py",
+    "markdown.py", "nulls.py", "fingerprint.py", "plain_size.py",
 )  # fmt: skip
 """files of the kit that do not affect the campaigns"""
 SHARED = tuple(Path(str(m.__file__)) for m in (conditions, menu))
@@ -61,7 +61,7 @@ def _blocks(runs: list[Columns]) -> np.ndarray:
     return np.array(out)
 
 
-class _NoiseFree:
+class NoiseFree:
     """Noise-free campaign of a world and a design, with the changes that a fit of its tire can
     imitate."""
 
@@ -120,16 +120,16 @@ class _NoiseFree:
 
 
 @lru_cache(maxsize=16)
-def _noise_free(world: str, design: str) -> _NoiseFree:
-    return _NoiseFree(world, design)
+def noise_free(world: str, design: str) -> NoiseFree:
+    return NoiseFree(world, design)
 
 
 @lru_cache(maxsize=64)
-def _factors(world: str, design: str, noise: str, scatter: float) -> list[list]:
+def factors_of(world: str, design: str, noise: str, scatter: float) -> list[list]:
     """Cholesky factors of the covariance, per run and channel."""
     spacing = float(PLACES[1] - PLACES[0]) / 0.0309
     noises = covariance(NOISES[noise], PLACES / 0.0309, spacing)
-    loose = _noise_free(world, design).scattered() * scatter / 0.01
+    loose = noise_free(world, design).scattered() * scatter / 0.01
     return [
         [
             cho_factor(RELATIVE[name] ** 2 * noises + np.outer(g, g))
@@ -141,6 +141,23 @@ def _factors(world: str, design: str, noise: str, scatter: float) -> list[list]:
 
 def strength(change: np.ndarray, base: np.ndarray, factors: list[list]) -> float:
     """Noncentrality of a change, without the part that the fit of the tire takes."""
+    work, scale = _products(change, base, factors)
+    # a constant offset is free; of the rest, a part must remain beside the fit of the tire
+    rest = _left(work[-SHIFTS - 1 :, -SHIFTS - 1 :])
+    left = _left(work)
+    return left * scale**2 if left > VISIBLE * rest else 0.0
+
+
+def distance(change: np.ndarray, base: np.ndarray, factors: list[list]) -> float:
+    """Squared length of a change in units of the noise, beside the fit of the tire."""
+    work, scale = _products(change, base, factors)
+    return _left(work) * scale**2
+
+
+def _products(
+    change: np.ndarray, base: np.ndarray, factors: list[list]
+) -> tuple[np.ndarray, float]:
+    """Normalised products of the columns of the base and of a change, and the latter's length."""
     columns = np.concatenate([base, change[None]])
     m = len(columns)
     products = np.zeros((m, m))
@@ -149,11 +166,7 @@ def strength(change: np.ndarray, base: np.ndarray, factors: list[list]) -> float
             s = columns[:, r, c]
             products += s @ cho_solve(factor, s.T)
     scale = np.sqrt(np.maximum(np.diag(products), 1e-30))
-    work = products / np.outer(scale, scale)
-    # a constant offset is free; of the rest, a part must remain beside the fit of the tire
-    rest = _left(work[-SHIFTS - 1 :, -SHIFTS - 1 :])
-    left = _left(work)
-    return left * scale[-1] ** 2 if left > VISIBLE * rest else 0.0
+    return products / np.outer(scale, scale), float(scale[-1])
 
 
 def _left(products: np.ndarray) -> float:
@@ -167,17 +180,17 @@ def strength_of(
     world: str, name: str, size: float, noise: str, scatter: float, design: str
 ) -> float:
     """Noncentrality of an effect with this size."""
-    clean = _noise_free(world, design)
+    clean = noise_free(world, design)
     change = clean.change(name, size)
-    return strength(change, clean.base, _factors(world, design, noise, scatter))
+    return strength(change, clean.base, factors_of(world, design, noise, scatter))
 
 
 def detectable_force(
     world: str, force: Force, noise: str, scatter: float, design: str = "plain"
 ) -> float:
     """Factor by which a force of any form must be scaled to be detectable."""
-    clean = _noise_free(world, design)
-    found = strength(clean.pushed(force), clean.base, _factors(world, design, noise, scatter))
+    clean = noise_free(world, design)
+    found = strength(clean.pushed(force), clean.base, factors_of(world, design, noise, scatter))
     return math.sqrt(NEEDED / found) if found > 0.0 else math.inf
 
 
@@ -185,7 +198,7 @@ def consequence_of_force(
     world: str, force: Force, noise: str, scatter: float, design: str = "plain"
 ) -> float:
     """Factor above which a force is of consequence, relative to the floor of noise and scatter."""
-    clean = _noise_free(world, design)
+    clean = noise_free(world, design)
     pushed, own = clean.pushed(force)[:, 0], clean.plain[:, 0]
     slips = np.array([run.setting.kappa for run in clean.runs])
     level = covariance(NOISES[noise], PLACES[:1], float(PLACES[1] - PLACES[0]) / 0.0309)[0, 0]

@@ -51,6 +51,7 @@ def page(entries: Sequence[Mapping[str, Any]], header: Mapping[str, Any]) -> str
         tables.ways(points),
         tables.missed(points),
         "## Sizes and held-out error",
+        _SIZES,
         tables.sizes(points),
         "## Power",
         _POWER,
@@ -122,6 +123,14 @@ detectable size of the generator, which fits its own tire with the few parameter
 has. *Size / detectable by the search*: the smallest size that `diagnose --json` states for these
 runs (80 % power with its own base, noise and scatter). Where it is below 1, the search states
 itself that it cannot find the effect: its base must fit any tire, and so imitates more of it."""
+
+_SIZES = """On the machine with other forms the hidden number is a coefficient of another law than
+that of the effect: the crosstalk of a small force, where the crosstalk saturates; the final value
+of a drift that fades. An interval states the size of the effect's own, plain law. *Size in the
+plain law*: the size of the machine `second`, whose laws are plain, whose change of the forces is
+closest to that of the hidden fault, beside all that a fit of the tire takes. The generator
+computes it; on the other machines it is the hidden number. Both are counted, with nothing left
+out."""
 
 _POWER = """Strictly right over the ratio of the hidden size to the detectable size. The third
 column says how many detectable sizes the size of no consequence is: where it is large the

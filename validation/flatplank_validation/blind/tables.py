@@ -12,6 +12,7 @@ import numpy as np
 
 from flatplank_sim.sealed.score import NOTHING_VERDICTS, UNEXPLAINED_VERDICTS
 from flatplank_validation.blind.markdown import table
+from flatplank_validation.blind.plain_size import by_plain_sizes
 from flatplank_validation.blind.points import Share, confusion, points_of, share
 
 Points = Sequence[Mapping[str, Any]]
@@ -36,6 +37,8 @@ def scored(entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
         p |= {"rung": e["case"]["rung"], "ratio": math.nan, "clear": True}
         p |= {"noise": f"{e['case']['noise']}, {e['case']['scatter']:.0%}", "said": _said(e)}
         p["own_ratio"] = _own_ratio(one, e["diagnosis"].get("detectable") or {})
+        plain = points_of(by_plain_sizes(e))["sizes"]
+        p["sizes"] = [m | {"plain": b["covered"]} for m, b in zip(p["sizes"], plain, strict=True)]
         p["error"] = e["diagnosis"]["rmse_before"] / max(e["diagnosis"]["floor_rmse"], 1e-9)
         for h in one:
             p["ratio"] = h["size"] / h["detectable"]
@@ -155,8 +158,8 @@ def sizes(points: Points) -> str:
     """Table of interval coverage over all campaigns, size errors and held-out error."""
     worlds = sorted({p["world"] for p in points})
 
-    def row(text: str, pick: Callable[[Mapping], bool]) -> list[str]:
-        own = [(p["world"], m["covered"]) for p in points for m in p["sizes"] if pick(m)]
+    def row(text: str, pick: Callable[[Mapping], bool], by: str = "covered") -> list[str]:
+        own = [(p["world"], m[by]) for p in points for m in p["sizes"] if pick(m)]
         cells = [str(share(c for w, c in own if w == world)) for world in worlds]
         return [text, str(share(c for _, c in own)), *cells]
 
@@ -166,6 +169,7 @@ def sizes(points: Points) -> str:
         row("... as another of its group, same unit", lambda m: not m["own"] and m["comparable"]),
         row("... as another of its group, other unit: counted as not covering",
             lambda m: not m["comparable"]),
+        row("90 % intervals that cover the size in the plain law, all", lambda m: True, "plain"),
     ]  # fmt: skip
     lines = [table(["what", "all", *worlds], rows), "", table(["what", "value"], _errors(points))]
     return "\n".join(lines)

@@ -16,6 +16,7 @@ from flatplank_validation.blind import journal
 from flatplank_validation.blind.detectable import cache
 from flatplank_validation.blind.lists import full
 from flatplank_validation.blind.page import page, summary
+from flatplank_validation.blind.plain_size import with_plain_sizes
 
 SEED = 20262
 """seed of the table in the docs; held out while the search was developed"""
@@ -76,6 +77,7 @@ def main(argv: list[str]) -> int:
         entries = [known[c.key] for c in cases if c.key in known]
     else:
         entries = journal.run(cases, o.seed, path, o.jobs, show(time.monotonic()))
+    entries = [with_plain_sizes(e) for e in entries]
     beside = _rivals(o, path) if o.rivals is not None else []
     if o.json:
         print(json.dumps(summary(entries), indent=1))
