@@ -90,3 +90,20 @@ def test_the_study_tells_what_changed(study, tmp_path):
     text = study.page(study.sorted_out([*study.read(journal), *lines]))
     (row,) = (r for r in text.splitlines() if f"`{constant.key}`" in r)
     assert row.endswith("| 1 of 2, -1 | - |")
+
+
+def test_a_campaign_is_made_once(study, tmp_path, monkeypatch):
+    from flatplank_data.table import MeasurementTable
+    from flatplank_validation.blind import cases
+
+    made = []
+
+    def make(case, seed):
+        made.append((case.key, seed))
+        return [MeasurementTable({"time": [0.0, 0.1], "fx": [1.0, 2.0]})], {"effects": []}
+
+    monkeypatch.setattr(cases, "make", make)
+    for _ in range(2):
+        (table,), answer = study.tables_of(3, tmp_path)
+        assert list(table["fx"]) == [1.0, 2.0] and table.info.file == "" and not answer["effects"]
+    assert len(made) == 1 and made[0][1] == study.SEED

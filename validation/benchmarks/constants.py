@@ -3,10 +3,11 @@
 
     python validation/benchmarks/constants.py --write docs/constants.md
     python validation/benchmarks/constants.py --study --count 60 --journal .cache/constants.jsonl
-    python validation/benchmarks/constants.py --study --only 'discovery.decide.*' --count 8
+    python validation/benchmarks/constants.py --study --only 'discovery.*' --count 8 --jobs 2
 
-Constants are found by module and name, where the code has them. A study can be stopped and gone
-on with. What it found stands in the table, and its journal beside that.
+Constants are found by module and name, where the code has them. The study diagnoses campaigns of
+the blind kit, so it says nothing about constants of `propose`. It can be stopped and gone on with.
+What it found stands in the table, and its journal beside that.
 """
 
 from __future__ import annotations
@@ -20,11 +21,13 @@ import importlib.abc
 import importlib.util
 import json
 import os
+import pickle
 import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -58,6 +61,8 @@ FACTS = (
     "proposal.scan.POINTS", "proposal.writing.WIDTH",
 )  # fmt: skip
 """constants that are not varied: properties of the machine, or without effect on a result"""
+PROPOSE = "proposal"
+"""folder of the constants that only `propose` uses"""
 MATHEMATICS = ("contact_patch.compiling",)
 """modules whose numbers are mathematics, not tuning"""
 ABOUT = {"discovery.invariants.AT_FLOOR": 1.0}
@@ -81,6 +86,11 @@ class Constant:
     def key(self) -> str:
         """Module and name, as key."""
         return f"{self.module}.{self.name}"
+
+    @property
+    def folder(self) -> str:
+        """Part of the package."""
+        return self.module.split(".")[0]
 
     @property
     def source(self) -> str:
@@ -178,6 +188,8 @@ def _studied(seen: Sequence[int]) -> str:
 def _changed(found, constant: Constant, factor: float) -> str:
     if constant.key in FACTS:
         return "no tuning"
+    if constant.folder == PROPOSE:
+        return "not in `diagnose`"
     plain = {_campaign(e): e for e in found.get("", {}).get(1.0, [])}
     varied = [
         e
@@ -261,10 +273,22 @@ def vary(key: str, factor: float) -> Value:
     return constant.value
 
 
+def tables_of(number: int, folder: Path) -> tuple[Any, Any] | None:
+    """Tables and answer of a campaign of the list, made once; None when it is not scored."""
+    from flatplank_validation.blind.cases import make
+    from flatplank_validation.blind.lists import full
+
+    path = folder / f"{number}.pickle"
+    if not path.exists():
+        folder.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(pickle.dumps(make(full(SEED)[number], SEED)))
+    return pickle.loads(path.read_bytes())
+
+
 def work(key: str, factor: float, count: int, journal: Path) -> None:
-    """Make the campaigns of one constant and factor that the journal lacks."""
+    """Diagnose the campaigns of one constant and factor that the journal lacks."""
     value = vary(key, factor) if key else None
-    from flatplank_validation.blind.journal import code_version, solve
+    from flatplank_validation.blind.journal import code_version, diagnose
     from flatplank_validation.blind.lists import full
     from flatplank_validation.blind.points import points_of
 
@@ -274,13 +298,13 @@ def work(key: str, factor: float, count: int, journal: Path) -> None:
         for e in read(journal)
         if (e["constant"], e["factor"], e["value"], e["code"]) == (key, factor, str(value), code)
     }
-    for case in full(SEED)[:count]:
-        if case.key in known:
+    for number, case in enumerate(full(SEED)[:count]):
+        made = None if case.key in known else tables_of(number, tables_folder(journal))
+        if made is None:
             continue
-        entry = solve(case, SEED)
-        if entry["answer"] is None:
-            continue
-        told = entry["diagnosis"]
+        tables, answer = made
+        told = diagnose(tables)
+        entry = {"diagnosis": told, "answer": answer, "case": asdict(case)}
         line = {
             "constant": key, "factor": factor, "value": str(value), "code": code,
             "key": case.key, "verdict": told["verdict"],
@@ -292,21 +316,36 @@ def work(key: str, factor: float, count: int, journal: Path) -> None:
             stream.write(json.dumps(line) + "\n")
 
 
-def study(only: str, count: int, journal: Path) -> None:
+def tables_folder(journal: Path) -> Path:
+    """Folder of the campaigns' tables."""
+    from flatplank_validation.blind.detectable import kit_version
+
+    return journal.with_name(f"{journal.stem}-{kit_version()}")
+
+
+def study(only: str, count: int, journal: Path, jobs: int) -> None:
     """Study every constant, halved and doubled, each in a separate process."""
     journal.parent.mkdir(parents=True, exist_ok=True)
-    wanted = [c for c in constants() if c.key not in FACTS and fnmatch.fnmatch(c.key, only)]
-    jobs = [("", 1.0), *((c.key, factor) for c in wanted for factor in FACTORS)]
-    for number, (key, factor) in enumerate(jobs):
-        print(
-            f"{number}/{len(jobs)} {key or 'as it is'} x {factor:g}", file=sys.stderr, flush=True
-        )
+    wanted = [c for c in constants() if c.key not in FACTS and c.folder != PROPOSE]
+    keys = [c.key for c in wanted if fnmatch.fnmatch(c.key, only)]
+    settings = [("", 1.0), *((key, factor) for key in keys for factor in FACTORS)]
+    for number in range(count):
+        tables_of(number, tables_folder(journal))
+
+    def one(number: int) -> None:
+        key, factor = settings[number]
         words = [sys.executable, __file__, "--one", key, "--factor", str(factor)]
         words += ["--count", str(count), "--journal", str(journal)]
         # compiled code contains the numbers of its module
         with tempfile.TemporaryDirectory() as cache:
             own = {"NUMBA_CACHE_DIR": cache} if key.startswith("contact_patch.kernel.") else {}
             subprocess.run(words, env=os.environ | own, check=True)
+        told = f"{number + 1}/{len(settings)} {key or 'as it is'} x {factor:g}"
+        print(told, file=sys.stderr, flush=True)
+
+    with ThreadPoolExecutor(jobs) as pool:
+        for _ in pool.map(one, range(len(settings))):
+            pass
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -317,6 +356,7 @@ def main(arguments: list[str] | None = None) -> int:
     p.add_argument("--study", action="store_true")
     p.add_argument("--only", default="*", metavar="PATTERN", help="of module.name")
     p.add_argument("--count", type=int, default=60, help="campaigns")
+    p.add_argument("--jobs", type=int, default=1, help="processes")
     p.add_argument("--journal", type=Path, help="default: .cache/constants.jsonl")
     p.add_argument("--one", help=argparse.SUPPRESS)
     p.add_argument("--factor", type=float, default=1.0, help=argparse.SUPPRESS)
@@ -326,7 +366,7 @@ def main(arguments: list[str] | None = None) -> int:
         work(o.one, o.factor, o.count, journal)
         return 0
     if o.study:
-        study(o.only, o.count, journal)
+        study(o.only, o.count, journal, o.jobs)
     entries = [*read(JOURNAL), *read(journal)]
     text = page(sorted_out(entries))
     if o.write:

@@ -82,6 +82,9 @@ class MeasurementTable:
             arrays[name] = array
         object.__setattr__(self, "columns", MappingProxyType(arrays))
 
+    def __reduce__(self) -> tuple[type[MeasurementTable], tuple[dict[str, np.ndarray], RunRecord]]:
+        return MeasurementTable, (dict(self.columns), self.info)
+
     def __len__(self) -> int:
         return next((array.size for array in self.columns.values()), 0)
 
