@@ -19,6 +19,7 @@ from other_world import WORLDS, Wrong, blinded, runs_of
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term
 from flatplank_analysis.discovery.model import ParameterSet
+from flatplank_analysis.discovery.state import make_candidates
 from flatplank_analysis.effects.registry import library
 
 WEIGHT = np.full((3, 1, 1), 0.1)
@@ -230,3 +231,13 @@ def test_what_another_world_hides_is_recovered(hidden):
         scale = max(abs(v) for n, v in hidden.wanted.items() if kinds[n] == kinds[name])
         assert abs(found[name] - value) < hidden.within * scale, (found, left)
     assert left < hidden.left, (found, left)
+
+
+@pytest.mark.parametrize(("design", "asked"), [("speeds", True), ("angles", False)])
+def test_friction_over_speed_is_asked_of_two_speeds_only(design, asked):
+    """At one speed it is a part of the force law, and the error of its form looks like it."""
+    model = TireModel(runs_of(design, _columns("second", design)))
+    fit = Fitter(model, WEIGHT).fit(_tire("second", design), iterations=0)
+    effect = library()["sliding_friction"]
+    found = make_candidates(model, fit, [effect], fit.residual(model.runs.measured))
+    assert [c.effect is effect for c in found] == [True] * asked

@@ -76,6 +76,11 @@ class Effect:
         return [{}]
 
     @classmethod
+    def separable(cls, runs: RunSet) -> bool:
+        """False where no residual of these runs can tell the effect from the base."""
+        return True
+
+    @classmethod
     def scanned(cls, runs: RunSet) -> int:
         """Number of settings that were tested to find the variants; divides the test level."""
         return 1

@@ -111,7 +111,8 @@ def make_candidates(
     plan: list[tuple[type[Effect], dict[str, float], slice]] = []
     own = fit.parameter_set()
     for effect in effects:
-        if sum(t.effect is effect for t in fit.terms) >= effect.instances:
+        present = sum(t.effect is effect for t in fit.terms)
+        if present >= effect.instances or not effect.separable(model.runs):
             continue
         for setting in variants_of(effect, model.runs, residual):
             begin = len(sets)

@@ -6,11 +6,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from flatplank_analysis.discovery.parameters import param
+from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.effects.base import Tire, TireEffect, TireProperty
 
 LEVELS = (
     "brake_10", "brake_5", "brake_2", "brake_1", "drive_1", "drive_2", "drive_5", "drive_10",
 )  # fmt: skip
+OTHER_SPEED = 1.2
+"""ratio of the plank speeds from which on friction over speed can be told from the force law"""
 
 
 @dataclass(frozen=True)
@@ -80,13 +83,18 @@ class SlidingFriction(TireEffect):
     coordinate = "slip level"
     source = "thesis 2.3; with one plank speed it cannot be told from the force law"
     what = "Rubber loses (or gains) grip with the sliding speed."
-    check = "The same slips at 0.0015 m/s."
+    check = "The same slips at 0.0015 m/s; runs at one speed do not name it."
     removes = "Nothing: it belongs to the tire; the law needs it when the speed changes."
 
     drop: float = param(
         0.0, unit="1", bounds=(-0.5, 0.9), screen=0.05, matters=0.02,
         note="loss of friction far above 5 % of 0.03 m/s",
     )  # fmt: skip
+
+    @classmethod
+    def separable(cls, runs: RunSet) -> bool:
+        speed = runs.facts["speed"]
+        return bool(speed.max() > OTHER_SPEED * speed.min())
 
     def tire(self, tire: Tire) -> None:
         tire.x.slide += self.per_run.drop
