@@ -56,6 +56,23 @@ def test_one_name_is_not_counted_for_two():
     assert points["right"]
 
 
+def test_a_group_with_what_the_tire_really_has_is_not_false():
+    answer = {"effects": [], "present": ["rolling_resistance"]}
+    group = named("crosstalk_fz", "rolling_resistance")
+    points = score(said("found group", group), answer)
+    assert points["right"] and not points["false"] and not points["false_alarm"]
+    for other in (
+        score(said("found", group), answer),
+        score(said("found group", named("crosstalk_fz")), answer),
+        score(said("found group", group), {"effects": []}),
+        score(said("found group", group, named("wear")), answer),
+    ):
+        assert not other["right"] and other["false"] and other["false_alarm"]
+    # it still counts for what is hidden
+    asked = answer | {"effects": [dict(RACK, name="crosstalk_fz")]}
+    assert score(said("found group", group), asked)["right"]
+
+
 def test_a_size_in_another_unit_is_not_covered():
     hidden = {"name": "crosstalk_fz", "size": 0.25, "unit": "1", "class": []}
     group = named("runout_2", "crosstalk_fz", size=0.25)

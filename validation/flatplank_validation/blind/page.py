@@ -97,7 +97,9 @@ _RULES = f"""**Strict** is what counts: a hidden effect is found when it is name
 name, or stands in the class that the program itself gave (four names at most) under the verdict
 `found group`, and nothing else is named. **Lenient** also counts a relative that the answer's
 own list holds; it is what earlier pages showed. An extra `tire_law` is not counted as a false
-effect: it says that the force law is of another form, not that the machine has a fault.
+effect: it says that the force law is of another form, not that the machine has a fault. What the
+tire of a world really has (`circle`: combined slip; `third`: that and rolling resistance) is
+neither right nor false, by name or in a group.
 
 The *detectable size* is computed by the generator from its own noise and scatter (80 % power at
 a family-wise level of 5 % over 100 columns, a perfect fit of its own tire and any symmetric

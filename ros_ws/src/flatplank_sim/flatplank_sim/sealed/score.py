@@ -34,26 +34,33 @@ def score(diagnosis: Entry, answer: Entry) -> dict[str, Any]:
     right: all hidden effects are found and no other is named; a force outside the library is
     reported as unexplained, at its location; where nothing is hidden the verdict says so.
     kin_right: the same when relatives count, too. `present` of an answer has true effects of the
-    tire that are not asked for: naming them is neither right nor false. Sizes are judged effect by
+    tire that are not asked for: naming them is neither right nor false, nor is a group that has
+    one of them in its class. Sizes are judged effect by
     effect; an interval in another unit than the hidden size does not cover it.
     """
     hidden = list(answer.get("effects") or [])
     outside = answer.get("outside")
-    free = {LAW, *map(str, answer.get("present") or [])}
+    present = set(map(str, answer.get("present") or []))
+    free = {LAW, *present}
     everything = diagnosis.get("effects") or []
     named = [n for n in everything if n["name"] not in free]
     verdict = str(diagnosis.get("verdict"))
 
+    def claimed(n: Entry) -> set[str]:
+        return _class(n) if verdict == GROUP else _class(n) & {str(n["name"])}
+
     def strict(h: Entry, n: Entry) -> bool:
-        claimed = _class(n) if verdict == GROUP else _class(n) & {str(n["name"])}
-        return h["name"] in claimed
+        return h["name"] in claimed(n)
+
+    def false_beside(found: Sequence[Entry | None]) -> list[Entry]:
+        return [n for n in _rest(named, found) if not claimed(n) & present]
 
     pairs, kin_pairs = _assign(hidden, named, strict), _assign(hidden, named, _kin)
-    false = _rest(named, pairs)
+    false = false_beside(pairs)
     place = _covers(diagnosis, outside) if outside else None
 
     def right(found: Sequence[Entry | None]) -> bool:
-        whole = None not in found and not _rest(named, found)
+        whole = None not in found and not false_beside(found)
         if outside:
             return whole and verdict in UNEXPLAINED_VERDICTS and bool(place)
         true_of_it = any(n["name"] != LAW for n in everything)
@@ -68,7 +75,7 @@ def score(diagnosis: Entry, answer: Entry) -> dict[str, Any]:
         "verdict": verdict,
         "effects": [_match(*three, runs) for three in zip(hidden, pairs, kin_pairs, strict=True)],
         "false": [n["name"] for n in false],
-        "false_alarm": bool(not hidden and not outside and named),
+        "false_alarm": bool(not hidden and not outside and false),
         "first_right": bool(named) and any(strict(h, named[0]) for h in hidden),
         "outside_found": place,
     }
