@@ -33,6 +33,9 @@ IDLE = "not needed beside what was found"
 """reason for an effect that was added and then removed by backward elimination"""
 FIRST_STEPS = 6
 """iterations from each further set of start values, before the best one is fitted to the end"""
+WORTH_A_FIT = 0.9
+"""largest ratio of the errors at which a base that was fitted with the weights of the floors
+replaces the first one; otherwise that is at their optimum already"""
 
 
 @dataclass
@@ -202,7 +205,9 @@ class _Searcher:
         if len(state.floors) == 1:
             return step
         fits = [self.fitter.fit(f.base, f.terms, known=f) for f in (state.fit, state.whitened.fit)]
-        return self.step_of(min(fits, key=lambda f: f.chi2), [])
+        best = min(fits, key=lambda f: f.chi2)
+        better = self.fitter.error(best) < WORTH_A_FIT * self.fitter.error(state.fit)
+        return self.step_of(best, []) if better else step
 
     def step_of(self, fit: Fit, found: list[AcceptedEffect], near: Fit | None = None) -> Step:
         """State and ranking; near: a whitened fit of the same terms."""
