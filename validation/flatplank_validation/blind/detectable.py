@@ -22,6 +22,7 @@ from flatplank_sim.sealed import conditions, menu
 from flatplank_sim.sealed.conditions import STEP, Columns
 from flatplank_sim.sealed.menu import Force
 from flatplank_validation.blind.fingerprint import fingerprint
+from flatplank_validation.blind.kept import kept
 from flatplank_validation.blind.menu import MENU
 from flatplank_validation.blind.noise import NOISES, RELATIVE, covariance
 from flatplank_validation.blind.plan import runs_of
@@ -43,7 +44,7 @@ mean over all runs and for its peak, and above these shares of the largest force
 (docs/discovery.md); grid points of a peak"""
 NO_PART = (
     "page.py", "tables.py", "points.py", "journal.py", "rivals.py", "rival_scores.py",
-    "markdown.py", "nulls.py", "fingerprint.py", "plain_size.py",
+    "markdown.py", "nulls.py", "fingerprint.py", "plain_size.py", "kept.py",
 )  # fmt: skip
 """files of the kit that do not affect the campaigns"""
 SHARED = tuple(Path(str(m.__file__)) for m in (conditions, menu))
@@ -225,15 +226,7 @@ def detectable(
     design = design or MENU[name].design
     key = f"{world}/{name}/{noise}/{scatter:g}/{design}"
     path = cache() / f"detectable-{kit_version()}.txt"
-    if path.is_file():
-        for line in path.read_text(encoding="utf-8").splitlines():
-            if line.startswith(key + " ") and line.endswith(";"):
-                return float(line.split()[1])
-    found = _computed(world, name, noise, scatter, design)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("a", encoding="utf-8") as stream:
-        stream.write(f"{key} {found!r} ;\n")
-    return found
+    return kept(path, key, lambda: _computed(world, name, noise, scatter, design))
 
 
 def cache() -> Path:

@@ -16,7 +16,14 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from flatplank_validation.blind.detectable import cache, distance, factors_of, noise_free
+from flatplank_validation.blind.detectable import (
+    cache,
+    distance,
+    factors_of,
+    kit_version,
+    noise_free,
+)
+from flatplank_validation.blind.kept import kept
 
 OTHER_FORMS, PLAIN = "forms", "second"
 DRAWN = ("mesh_ripple", "load_undulation", "worn_patch")
@@ -53,16 +60,8 @@ def plain_size(case: Mapping[str, Any], name: str, size: float) -> float:
         return size
     around = case["noise"], case["scatter"], case["design"]
     key = "/".join(map(str, (name, repr(size), *around)))
-    path = cache() / "plain-sizes.txt"
-    if path.is_file():
-        for line in path.read_text(encoding="utf-8").splitlines():
-            if line.startswith(key + " ") and line.endswith(";"):
-                return float(line.split()[1])
-    found = size * _closest(name, size, *around)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("a", encoding="utf-8") as stream:
-        stream.write(f"{key} {found:.4g} ;\n")
-    return found
+    path = cache() / f"plain-sizes-{kit_version()}.txt"
+    return kept(path, key, lambda: size * _closest(name, size, *around))
 
 
 def _closest(name: str, size: float, noise: str, scatter: float, design: str) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,7 +15,13 @@ from flatplank_analysis.discovery.model import Model
 from flatplank_analysis.discovery.rivals import indecisive_difference
 from flatplank_analysis.discovery.screen import VISIBLE, Screen, ScreenResult, best_per_effect
 from flatplank_analysis.discovery.shortlist import EVIDENCE, line_search
-from flatplank_analysis.discovery.state import State, measured_term, start_base, term_of
+from flatplank_analysis.discovery.state import (
+    State,
+    measured_term,
+    sized_term,
+    start_base,
+    term_of,
+)
 
 COLD = 2
 """most refits per step that are repeated from the base's start values: the largest drops"""
@@ -123,12 +129,8 @@ class Refits:
 
 def _at_start_size(term: Term) -> Term:
     """The term at the largest start size of its effect; its other parameters stay."""
-    most = max(term.effect.starts())
-    sizes = {
-        p.name: float(np.clip(p.null + p.screen * most, p.lower, p.upper))
-        for p in term.effect.linear()
-    }
-    return replace(term, values=term.effect.vector(term.named() | sizes))
+    effect = term.effect
+    return sized_term(effect, term.named(), np.full(len(effect.linear()), max(effect.starts())))
 
 
 def preferred(tried: list[Refit]) -> list[Refit]:

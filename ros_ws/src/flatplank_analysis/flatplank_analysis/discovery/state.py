@@ -214,8 +214,13 @@ def measured_term(term: Term, measured: Mapping[str, float]) -> Term:
 
 def term_of(candidate: Candidate, sizes: np.ndarray) -> Term:
     """A term at the screened sizes (in screening steps), within its bounds."""
-    effect = candidate.effect
-    values = dict(candidate.setting)
+    return sized_term(candidate.effect, candidate.setting, sizes)
+
+
+def sized_term(effect: type[Effect], setting: Mapping[str, float], sizes: np.ndarray) -> Term:
+    """A term in a setting at sizes of its linear parameters (in screening steps), within its
+    bounds."""
+    values = dict(setting)
     for p, size in zip(effect.linear(), sizes, strict=True):
         values[p.name] = float(np.clip(p.null + p.screen * size, p.lower, p.upper))
     return Term(effect, effect.vector(values), effect.held())
