@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
@@ -21,7 +22,8 @@ def study():
         import constants
 
         yield constants
-        sys.modules.pop("constants")
+        for name in ("constants", "sensitivity", "branches"):
+            sys.modules.pop(name, None)
 
 
 def test_the_table_is_that_of_the_code(study):
@@ -55,7 +57,7 @@ def test_how_a_constant_is_halved_and_doubled(study, value, halved, doubled):
 
 def test_whoever_imports_a_varied_constant_gets_the_varied_one():
     code = (
-        "import constants; constants.vary('discovery.shortlist.EVIDENCE', 2.0);"
+        "import sensitivity; sensitivity.vary('discovery.shortlist.EVIDENCE', 2.0);"
         "from flatplank_analysis.discovery import rivals, search, shortlist;"
         "users = [m for m in (rivals, search) if hasattr(m, 'EVIDENCE')];"
         "print(shortlist.EVIDENCE, len(users), *{m.EVIDENCE for m in users})"
@@ -93,6 +95,7 @@ def test_the_study_tells_what_changed(study, tmp_path):
 
 
 def test_a_campaign_is_made_once(study, tmp_path, monkeypatch):
+    import sensitivity
     from flatplank_data.table import MeasurementTable
     from flatplank_validation.blind import cases
 
@@ -104,6 +107,58 @@ def test_a_campaign_is_made_once(study, tmp_path, monkeypatch):
 
     monkeypatch.setattr(cases, "make", make)
     for _ in range(2):
-        (table,), answer = study.tables_of(3, tmp_path)
+        (table,), answer = sensitivity.tables_of(3, tmp_path)
         assert list(table["fx"]) == [1.0, 2.0] and table.info.file == "" and not answer["effects"]
     assert len(made) == 1 and made[0][1] == study.SEED
+
+
+SIZES = "SMALL, LARGE, UNUSED, EARLY = 2, 3, 5, 7\nTWICE = 2 * EARLY\n"
+SUM = """
+from package import sizes
+from package.sizes import SMALL as LEAST
+
+begun = []
+
+def first():
+    begun.append("first")
+    return sizes.LARGE
+
+def second():
+    begun.append("second")
+    return LEAST
+
+def total():
+    begun.clear()
+    return 100 * first() + second(), len(begun)
+"""
+STUDY = """
+import json, pathlib, sys
+from branches import Branch, Package, run
+from package.sums import total
+
+package = Package(pathlib.Path(sys.argv[1]))
+names = [package.names_of("package.sizes", n) for n in ("SMALL", "LARGE", "UNUSED", "EARLY")]
+branches = [Branch(i, 9, n) for i, n in enumerate(names)]
+told = lambda number, result: print(json.dumps([number, *result]), flush=True)
+result, unused = run(total, branches, told)
+told("plain", result)
+told("unused", unused)
+told("early", [n.at_import for n in names])
+"""
+
+
+def test_what_precedes_the_first_use_of_a_constant_is_done_once(tmp_path):
+    """SMALL is read last, by another name; nobody reads UNUSED; EARLY is read at the import."""
+    folder = tmp_path / "package"
+    folder.mkdir()
+    for name, text in (("__init__", ""), ("sizes", SIZES), ("sums", SUM)):
+        (folder / f"{name}.py").write_text(text, encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "-c", STUDY, str(folder)], check=True, capture_output=True, text=True,
+        env={"PYTHONPATH": f"{tmp_path}:{BENCHMARKS}"},
+    )  # fmt: skip
+    told = {line[0]: line[1:] for line in map(json.loads, done.stdout.splitlines())}
+    assert told == {
+        0: [309, 2], 1: [902, 2], "plain": [302, 2], "unused": [2, 3],
+        "early": [False, False, False, True],
+    }  # fmt: skip

@@ -1,33 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The tuning constants of the search: one table, and what changes when each is halved and doubled.
+"""The tuning constants of the search, as a table.
 
     python validation/benchmarks/constants.py --write docs/constants.md
-    python validation/benchmarks/constants.py --study --count 60 --journal .cache/constants.jsonl
-    python validation/benchmarks/constants.py --study --only 'discovery.*' --count 8 --jobs 2
 
-Constants are found by module and name, where the code has them. The study diagnoses campaigns of
-the blind kit, so it says nothing about constants of `propose`. It can be stopped and gone on with.
-What it found stands in the table, and its journal beside that.
+Constants are found by module and name, where the code has them. What `sensitivity.py` found stands
+in the table, and its journal beside that. It diagnoses campaigns of the blind kit, so it says
+nothing about constants of `propose`.
 """
 
 from __future__ import annotations
 
 import argparse
 import ast
-import fnmatch
 import gzip
 import importlib
-import importlib.abc
-import importlib.util
 import json
-import os
-import pickle
-import subprocess
-import sys
-import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +26,8 @@ SOURCE = ROOT / "ros_ws/src" / PACKAGE / PACKAGE
 FOLDERS = ("discovery", "contact_patch", "effects", "proposal")
 FACTORS = (0.5, 2.0)
 SEED = 4711
-JOURNAL = ROOT / "docs/constants.jsonl.gz"
+JOURNAL = ROOT / ".cache/constants.jsonl"
+PUBLISHED = ROOT / "docs/constants.jsonl.gz"
 CHOSEN = "chosen by hand"
 
 SOURCES: dict[str, str] = {
@@ -118,13 +108,13 @@ def constants() -> Iterator[Constant]:
                 continue
             body = ast.parse(path.read_text(encoding="utf-8")).body
             for node, after in zip(body, [*body[1:], None], strict=False):
-                for name in _names(node):
+                for name in literal_names(node):
                     value = getattr(importlib.import_module(f"{PACKAGE}.{module}"), name)
                     if _is_number(value):
                         yield Constant(module, name, value, _note(after))
 
 
-def _names(node: ast.AST) -> list[str]:
+def literal_names(node: ast.AST) -> list[str]:
     """Names to which a statement assigns literal numbers."""
     if not isinstance(node, (ast.Assign, ast.AnnAssign)) or node.value is None:
         return []
@@ -179,8 +169,8 @@ def page(found: Found) -> str:
 def _studied(seen: Sequence[int]) -> str:
     return (
         f"{len(seen)} settings were varied on up to {max(seen)} campaigns of the blind kit, "
-        f"seed {SEED} (`--study --count N`, which goes on where it stopped); the journal is "
-        f"[beside this page]({JOURNAL.name}). A number of another value than then counts as not "
+        f"seed {SEED} (`validation/benchmarks/sensitivity.py`); the journal is "
+        f"[beside this page]({PUBLISHED.name}). A number of another value than then counts as not "
         "varied."
     )
 
@@ -237,142 +227,19 @@ def sorted_out(entries: Sequence[dict[str, Any]]) -> Found:
     return out
 
 
-class Varied(importlib.abc.MetaPathFinder, importlib.abc.Loader):
-    """Import hook that changes one number of a module at its import."""
-
-    def __init__(self, constant: Constant, value: Value) -> None:
-        self.name, self.constant, self.value = f"{PACKAGE}.{constant.module}", constant, value
-
-    def find_spec(self, name, path=None, target=None):
-        if name != self.name:
-            return None
-        file = SOURCE / Path(*self.constant.module.split(".")).with_suffix(".py")
-        return importlib.util.spec_from_file_location(name, file, loader=self)
-
-    def create_module(self, spec):
-        return None
-
-    def exec_module(self, module) -> None:
-        text = Path(module.__spec__.origin).read_text(encoding="utf-8")
-        tree = ast.parse(text)
-        for i, node in enumerate(tree.body):
-            if self.constant.name in _names(node):
-                new = ast.parse(f"{self.constant.name} = {self.value!r}").body[0]
-                tree.body.insert(i + 1, ast.copy_location(new, node))
-                break
-        module.__file__ = module.__spec__.origin
-        exec(compile(ast.fix_missing_locations(tree), module.__file__, "exec"), module.__dict__)
-
-
-def vary(key: str, factor: float) -> Value:
-    """Change a number in this process; returns the old value."""
-    (constant,) = (c for c in constants() if c.key == key)
-    for name in [n for n in sys.modules if n.split(".")[0] == PACKAGE]:
-        del sys.modules[name]
-    sys.meta_path.insert(0, Varied(constant, constant.times(factor)))
-    return constant.value
-
-
-def tables_of(number: int, folder: Path) -> tuple[Any, Any] | None:
-    """Tables and answer of a campaign of the list, made once; None when it is not scored."""
-    from flatplank_validation.blind.cases import make
-    from flatplank_validation.blind.lists import full
-
-    path = folder / f"{number}.pickle"
-    if not path.exists():
-        folder.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(pickle.dumps(make(full(SEED)[number], SEED)))
-    return pickle.loads(path.read_bytes())
-
-
-def work(key: str, factor: float, count: int, journal: Path) -> None:
-    """Diagnose the campaigns of one constant and factor that the journal lacks."""
-    value = vary(key, factor) if key else None
-    from flatplank_validation.blind.journal import code_version, diagnose
-    from flatplank_validation.blind.lists import full
-    from flatplank_validation.blind.points import points_of
-
-    code = code_version()
-    known = {
-        e["key"]
-        for e in read(journal)
-        if (e["constant"], e["factor"], e["value"], e["code"]) == (key, factor, str(value), code)
-    }
-    for number, case in enumerate(full(SEED)[:count]):
-        made = None if case.key in known else tables_of(number, tables_folder(journal))
-        if made is None:
-            continue
-        tables, answer = made
-        told = diagnose(tables)
-        entry = {"diagnosis": told, "answer": answer, "case": asdict(case)}
-        line = {
-            "constant": key, "factor": factor, "value": str(value), "code": code,
-            "key": case.key, "verdict": told["verdict"],
-            "names": [e["name"] for e in told["effects"]],
-            "sizes": [e["size"] for e in told["effects"]],
-            "right": bool(points_of(entry)["right"]),
-        }  # fmt: skip
-        with journal.open("a", encoding="utf-8") as stream:
-            stream.write(json.dumps(line) + "\n")
-
-
-def tables_folder(journal: Path) -> Path:
-    """Folder of the campaigns' tables."""
-    from flatplank_validation.blind.detectable import kit_version
-
-    return journal.with_name(f"{journal.stem}-{kit_version()}")
-
-
-def study(only: str, count: int, journal: Path, jobs: int) -> None:
-    """Study every constant, halved and doubled, each in a separate process."""
-    journal.parent.mkdir(parents=True, exist_ok=True)
-    wanted = [c for c in constants() if c.key not in FACTS and c.folder != PROPOSE]
-    keys = [c.key for c in wanted if fnmatch.fnmatch(c.key, only)]
-    settings = [("", 1.0), *((key, factor) for key in keys for factor in FACTORS)]
-    for number in range(count):
-        tables_of(number, tables_folder(journal))
-
-    def one(number: int) -> None:
-        key, factor = settings[number]
-        words = [sys.executable, __file__, "--one", key, "--factor", str(factor)]
-        words += ["--count", str(count), "--journal", str(journal)]
-        # compiled code contains the numbers of its module
-        with tempfile.TemporaryDirectory() as cache:
-            own = {"NUMBA_CACHE_DIR": cache} if key.startswith("contact_patch.kernel.") else {}
-            subprocess.run(words, env=os.environ | own, check=True)
-        told = f"{number + 1}/{len(settings)} {key or 'as it is'} x {factor:g}"
-        print(told, file=sys.stderr, flush=True)
-
-    with ThreadPoolExecutor(jobs) as pool:
-        for _ in pool.map(one, range(len(settings))):
-            pass
-
-
 def main(arguments: list[str] | None = None) -> int:
     p = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    p.add_argument("--write", type=Path, metavar="FILE", help="the table")
-    p.add_argument("--study", action="store_true")
-    p.add_argument("--only", default="*", metavar="PATTERN", help="of module.name")
-    p.add_argument("--count", type=int, default=60, help="campaigns")
-    p.add_argument("--jobs", type=int, default=1, help="processes")
-    p.add_argument("--journal", type=Path, help="default: .cache/constants.jsonl")
-    p.add_argument("--one", help=argparse.SUPPRESS)
-    p.add_argument("--factor", type=float, default=1.0, help=argparse.SUPPRESS)
+    p.add_argument("--write", type=Path, metavar="FILE", help="write the table to a file")
+    p.add_argument("--journal", type=Path, default=JOURNAL, help="of a study")
     o = p.parse_args(arguments)
-    journal = o.journal or ROOT / ".cache/constants.jsonl"
-    if o.one is not None:
-        work(o.one, o.factor, o.count, journal)
-        return 0
-    if o.study:
-        study(o.only, o.count, journal, o.jobs)
-    entries = [*read(JOURNAL), *read(journal)]
+    entries = [*read(PUBLISHED), *read(o.journal)]
     text = page(sorted_out(entries))
     if o.write:
         o.write.write_text(text, encoding="utf-8")
         if entries:
-            publish(entries, JOURNAL)
+            publish(entries, PUBLISHED)
     else:
         print(text)
     return 0
