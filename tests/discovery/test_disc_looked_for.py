@@ -81,6 +81,12 @@ def test_settings_that_depend_on_the_runs():
     assert places(step=np.full(24, 2.0)) == pytest.approx(free)
     assert places(step=np.linspace(2.0, 2.1, 24)) == pytest.approx(every)
     assert places(step=np.full(24, np.nan)) == pytest.approx(every)
+    # with side slip, all runs have the transient of the side force at their start, too
+    turned = dict(step=np.full(24, 2.0), alpha=np.repeat([0.0, 0.09], 12))
+    assert places(**turned) == pytest.approx([p for p in free if p > 0.6])
+    at = {"position": 0.4, "width": 0.2}
+    assert known["worn_patch"].separable(runs, at)
+    assert not known["worn_patch"].separable(placed(np.zeros((24, 400)), **turned), at)
     # a ripple that all runs show at the same place
     place = runs.coordinates["plank position"].values
     rough = np.cumsum(np.random.default_rng(1).standard_normal(400)) * 0.01

@@ -216,6 +216,17 @@ def test_no_size_is_known_better_than_the_form_of_the_law():
     assert 0.04 < 0.5 * (high - low) < 0.08
 
 
+def test_an_effect_that_these_runs_cannot_tell_from_the_base_is_refused(monkeypatch):
+    """A refit may carry it where only the base's own form acts."""
+    runs = measured(3, (0.3, LONG.form))
+    assert names(searched(runs, LONG).last.found) == {"long"}
+    far = classmethod(lambda cls, runs, values=None: values is None)
+    monkeypatch.setattr(LONG, "separable", far)
+    search = searched(runs, LONG)
+    assert not search.last.found
+    assert search.last.refits[0].reasons == ("these runs cannot tell it from the base",)
+
+
 def test_what_the_base_can_take_is_not_named():
     """Nearly a slope: what is left of it is large enough to be seen, and says nothing of it."""
     tilt = shape("tilt", lambda c: TIME - 2.0 + 0.05 * wave(1.5))

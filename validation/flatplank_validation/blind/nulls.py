@@ -9,11 +9,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flatplank_analysis.contact_patch.grid import SPEED
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import where
+from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.model import form_error_of
 from flatplank_analysis.discovery.verdict import AT_FLOOR, Diagnosis
+from flatplank_analysis.effects.force_channel import TimeSkew
 from flatplank_data.table import MeasurementTable
 from flatplank_validation.blind.cases import measured_table
 from flatplank_validation.blind.noise import NOISES, RELATIVE, noise
@@ -45,6 +48,8 @@ class FormError:
     """root mean square of the mean residual"""
     stretch: float
     """largest mean residual within 5 cm"""
+    shift: float
+    """distance by which the forces rise later than in the model [m]"""
     pattern: str
     """text about a bump or a wave beyond the band"""
 
@@ -91,7 +96,11 @@ def form_errors(count: int, seed: int = 1) -> Iterator[FormError]:
             band = form_error_of(state.model)
             pattern = state.patterns.strongest(band.bump * largest, band.wave * largest)
             told = f"{pattern.words()}, {abs(pattern.size) / largest:.2%}" if pattern else ""
-            yield FormError(world, number, beyond / largest, events[0].level / largest, told)
+            skewed = state.with_term(Term(TimeSkew, TimeSkew.vector({"skew": 1e-3})), most=12)
+            shift = skewed.fit.terms[-1].size * SPEED
+            yield FormError(
+                world, number, beyond / largest, events[0].level / largest, shift, told
+            )
 
 
 def lines_of_nulls(count: int) -> Iterator[str]:
@@ -138,8 +147,8 @@ def lines_of_form(count: int) -> Iterator[str]:
         found.append(one)
         more = f"; {one.pattern}" if one.pattern else ""
         yield (
-            f"{one.world} {one.seed}: {one.mean:.3%} in the mean, {one.stretch:.2%} within 5 cm"
-            f"{more}"
+            f"{one.world} {one.seed}: {one.mean:.3%} in the mean, {one.stretch:.2%} within 5 cm, "
+            f"{1e3 * one.shift:.3f} mm later{more}"
         )
     sideways = []
     for campaign, seed, share in side_errors(count):
@@ -152,6 +161,8 @@ def lines_of_form(count: int) -> Iterator[str]:
     }
     for what, (share, limit) in most.items():
         yield f"most {what}: {share:.3%}, band {limit:.3%}"
+    later = float(np.sqrt(np.mean([f.shift**2 for f in found])))
+    yield f"later, rms: {1e3 * later:.3f} mm, band {1e3 * band.shift:.3f} mm"
     yield (
         f"bumps and waves beyond the band ({band.bump:.2%}, {band.wave:.2%}): "
         f"{sum(bool(f.pattern) for f in found)} of {len(found)}"

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.stats import f as f_distribution
+from scipy.stats import norm
 from scipy.stats import t as student
 
 from flatplank_analysis.discovery import heldout
@@ -24,6 +25,7 @@ from flatplank_analysis.discovery.dispersion import (
 )
 from flatplank_analysis.discovery.fit import Fit, Term, Whitened, effect_contribution
 from flatplank_analysis.discovery.gram import Gram, solve
+from flatplank_analysis.discovery.model import form_error_of
 from flatplank_analysis.discovery.state import State, Uneven
 
 FAMILY = 0.05
@@ -59,6 +61,9 @@ SURE, CONDITIONS_OF_SURE = 1e-5, 0.005
 conditions: chance is excluded, and only an error of the law's form could look like the effect"""
 SHARE = 0.003
 """least drop of chi2 of a further effect, as a share of the drop explained already"""
+
+SHIFTED, FORCE = -2, -1
+"""columns of the sums of a test: the shifted signals and the signals themselves"""
 
 
 UNEVEN = ("not the same size along the run", "not the same size in every condition")
@@ -158,7 +163,8 @@ class Judge:
         own = [i for i in fit.loose() if fit.free[i] not in linear]
         pieces = _stretches(state, direction)
         uneven = self._uneven_beside(fit, index)
-        gram = state.sums(fit, own, direction[None], pieces, fit.predicted[None], uneven=uneven)
+        shifted, force = _shifted(state, fit.predicted)[None], fit.predicted[None]
+        gram = state.sums(fit, own, direction[None], pieces, shifted, force, uneven=uneven)
         base = len(own) + (0 if uneven is None else len(uneven.strength))
         k = len([1 for owner, _ in fit.free if owner == index])
         local, info = scores_of(gram, base)
@@ -180,7 +186,8 @@ class Judge:
         if visible < FAINT:
             visible = max(visible, self._visible_beside_the_bare(direction))
         form = FORM**2 / max(visible, 1e-9)
-        variance = max(kappa, shrunk) / max(float(info.sum()), 1e-30) + form
+        whole = max(float(info.sum()), 1e-30)
+        variance = max(kappa, shrunk) / whole + form
         allowed = (
             per_freedom * stretch_n + local_factor * SAME * drop,
             per_freedom * condition_n + SAME * drop,
@@ -188,7 +195,10 @@ class Judge:
         if stretch_q > allowed[0] or condition_q > allowed[1]:
             # a fault of another form has a different size in every stretch and condition
             variance += max(stretch_q, condition_q) / max(drop, 1e-30) / (STRETCHES - 1)
-        spread = abs(term.size) * float(student.ppf(0.95, freedom)) * np.sqrt(variance)
+        # the repeats estimate the variance; the model's shift has a known one
+        late = float(_along(gram, base, SHIFTED).sum()) / whole
+        relative = np.hypot(student.ppf(0.95, freedom) * np.sqrt(variance), norm.ppf(0.95) * late)
+        spread = abs(term.size) * float(relative)
         firm = drop if uneven is None else min(drop, _drop_beside(gram, base))
         p_repeats = _p_value(firm, k, kappa, freedom)
         # without repeats only conditions remain, which must then meet the family-wise level
@@ -241,6 +251,8 @@ class Judge:
             yield f"its drop is below {100 * SHARE:g} % of what is explained already"
         if d.drop < self.alike.get(d.term.effect.identifier, 0.0):
             yield "its drop does not distinguish it from a found effect"
+        if not d.term.effect.separable(self.state.runs, d.term.named()):
+            yield "these runs cannot tell it from the base"
 
 
 def _reasons(d: Decision, conditions: float) -> Iterator[str]:
@@ -295,15 +307,27 @@ def _conditions(state: State) -> list[np.ndarray]:
 
 
 def _of_the_law(state: State, gram: Gram, base: int) -> float:
-    """Variance of the score by a relative error of the force law, independent in each condition.
+    """Variance of the score by a relative error of the law, independent in each condition."""
+    along = _along(gram, base, FORCE)
+    return LAW**2 * sum(float(along[g].sum()) ** 2 for g in state.runs.groups)
 
-    The last column of the Gram matrix is the force itself.
-    """
+
+def _along(gram: Gram, base: int, column: int) -> np.ndarray:
+    """Score of the effect by a column, per run, without what the base imitates."""
     products, scores, _ = gram.total()
     mix = solve(products[:base, :base], scores[:base])[1] @ products[:base, base]
-    c = gram.products
-    along = c[:, -1, base] - c[:, -1, :base] @ mix
-    return LAW**2 * sum(float(along[g].sum()) ** 2 for g in state.runs.groups)
+    return gram.products[:, column, base] - gram.products[:, column, :base] @ mix
+
+
+def _shifted(state: State, force: np.ndarray) -> np.ndarray:
+    """Change of all signals (channels, runs, samples) when they rise and fall later over the place
+    by the form error of the model; nothing where it has no such error."""
+    shift = form_error_of(state.model).shift
+    places = [c.values for c in state.runs.coordinates.values() if c.local]
+    if not shift or not places:
+        return np.zeros_like(force)
+    step = np.maximum(np.gradient(places[0], axis=-1), shift)
+    return -shift * np.gradient(force, axis=-1) / step
 
 
 def _p_value(drop: float, k: int, kappa: float, freedom: float) -> float:

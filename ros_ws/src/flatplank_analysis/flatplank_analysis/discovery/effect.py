@@ -76,8 +76,9 @@ class Effect:
         return [{}]
 
     @classmethod
-    def separable(cls, runs: RunSet) -> bool:
-        """False where no residual of these runs can tell the effect from the base."""
+    def separable(cls, runs: RunSet, values: Mapping[str, float] | None = None) -> bool:
+        """False where no residual of these runs can tell the effect, with the parameter values of
+        a refit, from the base."""
         return True
 
     @classmethod

@@ -28,7 +28,8 @@ class ParameterSet:
 class FormError:
     """Error of a model on systems with other equations than its own: the form error.
 
-    Shares of the largest signal. They are measured separately, because no floor shows this error.
+    Shares of the largest signal, but for `shift`. They are measured separately, because no floor
+    shows this error.
     """
 
     mean: float = 0.0
@@ -41,6 +42,8 @@ class FormError:
     """largest wave in the mean residual over a place"""
     side: float = 0.0
     """`mean` for the other channels"""
+    shift: float = 0.0
+    """standard deviation of the place at which signals rise and fall, in the unit of the place"""
 
     def share(self, channel: int) -> float:
         """Form error of a channel's mean residual, as a share of the largest signal."""

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from flatplank_analysis.discovery.parameters import param
@@ -92,7 +93,7 @@ class SlidingFriction(TireEffect):
     )  # fmt: skip
 
     @classmethod
-    def separable(cls, runs: RunSet) -> bool:
+    def separable(cls, runs: RunSet, values: Mapping[str, float] | None = None) -> bool:
         speed = runs.facts["speed"]
         return bool(speed.max() > OTHER_SPEED * speed.min())
 

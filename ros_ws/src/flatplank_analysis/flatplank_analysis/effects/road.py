@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,8 +12,12 @@ from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.effects.base import Motion, Tire, TireEffect
 
-BEFORE, AFTER = 0.1, 0.2
-"""[m] distances before and after a step common to all runs within which no patch is searched"""
+BEFORE, AFTER, AFTER_START = 0.1, 0.2, 0.6
+"""[m] distances before and after a step common to all runs, and after a common start with side
+slip, within which a patch cannot be told from the transient: the lateral force takes about two
+relaxation lengths, of 0.3 m"""
+COMMON = 0.05
+"""[m] largest difference between places that are common to all runs"""
 
 
 @dataclass(frozen=True)
@@ -113,15 +118,17 @@ class WornPatch(TireEffect):
 
     @classmethod
     def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:
-        """Places over the plank, except where all runs have their step: there a patch cannot be
-        distinguished from the transient of the tire."""
+        """Places over the plank, without those of transients that all runs have."""
         last = float(runs.coordinates["plank position"].values.max())
-        steps = runs.facts.get("step", np.array([np.nan]))
-        steps = steps[np.isfinite(steps)]
-        step = float(np.median(steps)) if len(steps) and np.ptp(steps) < 0.05 else -1.0
-        places = np.arange(0.2, last, 0.16)
-        places = places[(places < step - BEFORE) | (places > step + AFTER)]
-        return [{"position": float(p), "width": 0.2} for p in places]
+        places = [{"position": float(p), "width": 0.2} for p in np.arange(0.2, last, 0.16)]
+        return [p for p in places if cls.separable(runs, p)]
+
+    @classmethod
+    def separable(cls, runs: RunSet, values: Mapping[str, float] | None = None) -> bool:
+        if values is None:
+            return True
+        zones = _transients(runs)
+        return not any(low <= values["position"] <= high for low, high in zones)
 
     @classmethod
     def scanned(cls, runs: RunSet) -> int:
@@ -133,6 +140,20 @@ class WornPatch(TireEffect):
         cover = _edge((away + half) / self.blur) - _edge((away - half) / self.blur)
         most = _edge(half / self.blur) - _edge(-half / self.blur)
         tire.friction *= 1.0 - self.depth * cover / most
+
+
+def _transients(runs: RunSet) -> list[tuple[float, float]]:
+    """Stretches of the plank where all runs have a transient of the tire [m]."""
+    steps = runs.facts.get("step", np.array([np.nan]))
+    steps = steps[np.isfinite(steps)]
+    out = []
+    if len(steps) and np.ptp(steps) < COMMON:
+        out.append((float(np.median(steps)) - BEFORE, float(np.median(steps)) + AFTER))
+    starts = runs.coordinates["plank position"].values[:, 0]
+    angles = runs.facts.get("alpha", np.zeros(1))
+    if np.ptp(starts) < COMMON and np.any(angles != 0.0):
+        out.append((-np.inf, float(np.median(starts)) + AFTER_START))
+    return out
 
 
 def _edge(u: np.ndarray) -> np.ndarray:
