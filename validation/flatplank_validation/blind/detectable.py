@@ -108,14 +108,24 @@ class NoiseFree:
         return out
 
     def _laws(self) -> list[np.ndarray]:
-        """A change of the force at one amount of slip, the same for driving and braking, since a
-        force law may have any symmetric form."""
+        """A change of the force at one amount of slip and side slip, the same for both signs: a
+        force law may have any symmetric form in both directions."""
+        slips = np.array([abs(run.setting.kappa) for run in self.runs])
+        angles = np.array([abs(run.setting.alpha_deg) for run in self.runs])
+        rolling = [
+            (1, slips >= 0.0, angles == angle, PLACES > 0.0)
+            for angle in sorted(set(angles[angles > 0.0]))
+        ]
+        pairs = sorted(set(zip(slips[slips > 0.0], angles[slips > 0.0], strict=True)))
+        stepping = [
+            (channel, slips == slip, angles == angle, PLACES > STEP)
+            for slip, angle in pairs
+            for channel in range(2 if angle else 1)
+        ]
         out = []
-        after = PLACES > STEP
-        sizes = np.array([abs(run.setting.kappa) for run in self.runs])
-        for level in sorted(set(sizes[sizes > 0.0])):
-            one = np.zeros_like(self.plain)
-            one[sizes == level, 0] = 0.01 * self.plain[sizes == level, 0] * after
+        for channel, of_slip, of_angle, places in rolling + stepping:
+            one, runs = np.zeros_like(self.plain), of_slip & of_angle
+            one[runs, channel] = 0.01 * self.plain[runs, channel] * places
             out.append(one)
         return out
 

@@ -192,7 +192,8 @@ def run_one(p, friction, bumps, out):
         before = plate
         plate = through_gap(plate, p[PLAY], fx, p[PLAY_HOLD], stiffness)
         slip = rolled - road - (plate - before)
-        steer = p[ALPHA] - p[STEER_PLAY] * fy / math.sqrt(fy * fy + 400.0)
+        # the force acts behind the steering axis and turns the wheel towards the road's direction
+        steer = p[ALPHA] + p[STEER_PLAY] * fy / math.sqrt(fy * fy + 400.0)
         before = side_at
         side_at = through_gap(side_at, p[SIDE_GAP], fy, 25.0, 0.6 * p[CARCASS_Y])
         side = -math.tan(steer) * road + p[CAMBER_SLIP] * road - (side_at - before)
