@@ -122,7 +122,7 @@ CASES = (
     # steering and side force
     Hidden("steering_zero", {"steer_zero": 5e-3}, {"zero": 5e-3}, design="angles"),
     Hidden("ply_steer", {"steer_zero": -5e-3}, {"angle": 5e-3}, design="angles"),
-    # the whole play; the second tire turns its wheel into the slip, against the aligning moment
+    # the whole play
     Hidden("steering_play", {"steering_play": {"angle": 0.012, "friction": 1.0}},
            {"play": 0.006}, 0.15, "side slip", left=0.4, world="plant"),
     Hidden("support_play_y", _kernel(side_gap=2e-3), {"gap": 2e-3}, design="angles"),
