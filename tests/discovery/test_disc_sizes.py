@@ -120,8 +120,9 @@ CASES = (
     Hidden("support_play_z", _kernel(sink_gap=1e-3), {"gap": 1e-3}, left=0.4),
     Hidden("measured_load", _kernel(felt=0.6, uneven=300.0), {"share": 0.6}, left=0.3),
     # steering and side force
-    Hidden("steering_zero", {"steer_zero": 5e-3}, {"zero": 5e-3}, design="angles"),
-    Hidden("ply_steer", {"steer_zero": -5e-3}, {"angle": 5e-3}, design="angles"),
+    # 1 mrad is there with nothing hidden
+    Hidden("steering_zero", {"steer_zero": 6e-3}, {"zero": 5e-3}, design="angles"),
+    Hidden("ply_steer", {"steer_zero": -4e-3}, {"angle": 5e-3}, design="angles"),
     # the whole play
     Hidden("steering_play", {"steering_play": {"angle": 0.012, "friction": 1.0}},
            {"play": 0.006}, 0.15, "side slip", left=0.4, world="plant"),

@@ -38,7 +38,7 @@ class SecondTire:
     circle: float = 0.0
     """1: one friction limit for both directions, cell by cell"""
     lean: float = 1e-3
-    """steering angle that no sensor measures [rad]"""
+    """zero error of the steering that a protractor does not show [rad]"""
 
     def drawn(self, random: np.random.Generator) -> SecondTire:
         """A random tire of the same kind."""
@@ -82,8 +82,8 @@ class SecondMachine:
     cone: float = 0.0
     """lateral force per load"""
     camber_share: float = 0.0
-    steer_zero: float = 0.0
-    """zero error of the steering [rad]"""
+    steer_zero: float | None = None
+    """zero error of the steering [rad]; None: the tire's `lean`"""
     load_waves: float = 0.0
     """additional load undulation over the plank, which the hub measures [N]"""
 
@@ -109,7 +109,8 @@ def numbers_of(
         carcass_y=tire.carcass_y * soft, nominal=s.fz, speed=0.03092,
         wheel_speed=0.0309 * (1.0 + tire.offset), delay=delay, step=STEP, kappa=s.kappa,
         circle=tire.circle, radius=RADIUS, start=math.radians(120.0 * (run.start - 1)),
-        alpha=math.radians(s.alpha_deg) + tire.lean + machine.steer_zero,
+        alpha=math.radians(s.alpha_deg)
+        + (tire.lean if machine.steer_zero is None else machine.steer_zero),
         camber_slip=-machine.camber_share * math.sin(math.radians(s.gamma_deg)),
         ripple_period=0.05, wave_period=0.7, creep_time=8.0, play_hold=12.0,
     )  # fmt: skip
