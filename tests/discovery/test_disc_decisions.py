@@ -20,6 +20,8 @@ from flatplank_analysis.discovery.screen import best_per_effect, screen
 from flatplank_analysis.discovery.state import channel_weights, make_state, start_base
 from flatplank_analysis.discovery.steps import AcceptedEffect
 
+NO_RUNS = SimpleNamespace(runs=None)
+
 
 @pytest.mark.parametrize(
     ("changes", "reasons"),
@@ -48,7 +50,7 @@ def test_a_free_form_may_have_no_sign():
 def test_a_first_effect_that_is_sure_among_repeats_needs_less_among_conditions():
     """A further one does not: errors of the form of the first differ between conditions, too."""
     refused = ["not beyond the scatter among conditions"]
-    first, further = Judge(None, 0.0, None), Judge(None, 0.0, None, explained=10.0)
+    first, further = Judge(NO_RUNS, 0.0, None), Judge(NO_RUNS, 0.0, None, explained=10.0)
     sure = decision(p_repeats=9e-6, p_conditions=0.0049)
     assert not list(first._reasons(sure)) and list(further._reasons(sure)) == refused
     assert list(first._reasons(replace(sure, p_repeats=1.1e-5))) == refused
@@ -56,11 +58,11 @@ def test_a_first_effect_that_is_sure_among_repeats_needs_less_among_conditions()
 
 
 def test_what_is_explained_already_asks_for_more():
-    judge = Judge(None, 0.0, None, explained=1000.0 / SHARE * 1.01)
+    judge = Judge(NO_RUNS, 0.0, None, explained=1000.0 / SHARE * 1.01)
     assert list(judge._reasons(decision())) == [
         f"its drop is below {100 * SHARE:g} % of what is explained already"
     ]
-    judge = Judge(None, 0.0, None, explained=1000.0 / SHARE * 0.99)
+    judge = Judge(NO_RUNS, 0.0, None, explained=1000.0 / SHARE * 0.99)
     assert not list(judge._reasons(decision()))
     judge = replace(judge, alike={LONG.identifier: 1001.0})
     assert list(judge._reasons(decision())) == [

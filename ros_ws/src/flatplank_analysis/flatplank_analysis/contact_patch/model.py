@@ -51,9 +51,10 @@ class TireModel:
         self.data = replace(self.data, against=other.data.reference)
 
     def scatter_directions(self, base: np.ndarray) -> tuple[dict[str, float], ...]:
-        """Directions in which a tire scatters from run to run: gain of the force, slip offset."""
+        """Directions of the scatter from run to run: gain of both forces, slip offset."""
         value = dict(zip(self._names, base, strict=True))
-        return ({"stiff": value["stiff"], "peak": value["peak"]}, {"slip_offset": 1.0})
+        gain = ("stiff", "stiff_y", "peak") if "grip_y" in value else ("stiff", "peak")
+        return ({name: value[name] for name in gain}, {"slip_offset": 1.0})
 
     def predict(self, sets: Sequence[ParameterSet]) -> np.ndarray:
         """Predicted channels (sets, channels, runs, samples)."""

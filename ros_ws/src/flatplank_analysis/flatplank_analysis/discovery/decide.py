@@ -66,6 +66,8 @@ SHIFTED, FORCE = -2, -1
 """columns of the sums of a test: the shifted signals and the signals themselves"""
 
 
+NEGLIGIBLE = "present, negligible"
+"""reason that applies to a size of no consequence"""
 UNEVEN = ("not the same size along the run", "not the same size in every condition")
 """reasons that apply to a false effect, and to a fault of another form than the effect"""
 
@@ -261,7 +263,7 @@ def _reasons(d: Decision, conditions: float) -> Iterator[str]:
     if d.drop <= 0.0 or d.p_conditions > conditions:
         yield "not beyond the scatter among conditions"
     if abs(d.term.size) < d.matters:
-        yield "present, negligible"
+        yield NEGLIGIBLE
     if d.stretch_q > d.stretch_limit:
         yield UNEVEN[0]
     if d.condition_q > d.condition_limit:

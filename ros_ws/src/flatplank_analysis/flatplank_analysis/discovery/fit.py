@@ -182,6 +182,18 @@ class Fitter:
         columns = np.concatenate([fit.jacobian, rows])
         return replace(fit, terms=terms, predicted=predicted, jacobian=columns, free=task.free)
 
+    def known_at_null(self, fit: Fit) -> Fit:
+        """The fit with the `known` parameters that stand at an end of their range at their nulls;
+        the same fit when none does."""
+        task = Task(self, fit.base, fit.terms)
+        z = task.pack(fit.base, fit.terms)
+        ends = [i for i in fit.known if task.entries[i].at_end(z[i])]
+        if not ends:
+            return fit
+        z[ends] = priors(task.entries)[0][ends]
+        base, _ = task.unpack(z)
+        return replace(fit, base=base, predicted=self.model.predict([task.parameter_set(z)])[0])
+
     def without_term(self, fit: Fit, index: int) -> Fit:
         """A fit without one of its terms; nothing else changes."""
         keep = [i for i, (owner, _) in enumerate(fit.free) if owner != index]

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatplank_analysis.discovery.decide import Decision, Judge
-from flatplank_analysis.discovery.fit import Fitter, Term, Whitened
+from flatplank_analysis.discovery.decide import NEGLIGIBLE, Decision, Judge
+from flatplank_analysis.discovery.fit import ENOUGH, Fitter, Term, Whitened
 from flatplank_analysis.discovery.model import Model
 from flatplank_analysis.discovery.rivals import indecisive_difference
 from flatplank_analysis.discovery.screen import VISIBLE, Screen, ScreenResult, best_per_effect
@@ -68,14 +68,15 @@ class Refits:
         (`PROMISING`), was refused, and has a larger drop than any accepted one.
         """
         warm_fits = [self.refit(judge.state, item) for item in items]
-        out = by_drop([self.converged(judge, (self.newest(judge, f), f)) for f in warm_fits])
+        found = [self.converged(judge, (self.newest(judge, f), f)) for f in warm_fits]
+        out = by_drop([self.with_known_at_null(judge, pair) for pair in found])
         accepted = max((d.drop for d, _ in out if d.accepted), default=0.0)
         for i, (d, warm) in enumerate(out[:COLD]):
             if d.accepted or d.drop < accepted or d.p_repeats > PROMISING:
                 continue
-            found = self.restarted(judge.state, warm)
-            if found is not warm:
-                out[i] = (self.newest(judge, found), found)
+            cold = self.restarted(judge.state, warm)
+            if cold is not warm:
+                out[i] = (self.newest(judge, cold), cold)
         return by_drop(out)
 
     def converged(self, judge: Judge, pair: Refit) -> Refit:
@@ -86,6 +87,19 @@ class Refits:
             return pair
         found = judge.state.fit_whitened(warm.fit)
         return self.newest(judge, found), found
+
+    def with_known_at_null(self, judge: Judge, pair: Refit) -> Refit:
+        """The refit without what `known` parameters at an end of their range have absorbed, where
+        that explains as much.
+
+        They keep the values of the plain fit without the effect, whose size would lack that part.
+        """
+        d, warm = pair
+        start = self.fitter.known_at_null(warm.fit)
+        if start is warm.fit or not {NEGLIGIBLE} >= set(d.reasons):
+            return pair
+        found = judge.state.fit_whitened(start)
+        return (self.newest(judge, found), found) if found.chi2 < warm.chi2 + ENOUGH else pair
 
     def restarted(self, state: State, found: Whitened) -> Whitened:
         """The same effects with the base from its start values, when that is better.
@@ -163,5 +177,5 @@ def by_drop(tried: Sequence[Refit]) -> list[Refit]:
 
 def nearly(decision: Decision) -> bool:
     """True when the first refit is good enough for the full one."""
-    hard = {"present, negligible", "at the end of its physical range"}
+    hard = {NEGLIGIBLE, "at the end of its physical range"}
     return not hard & set(decision.reasons) and decision.p_repeats < PROMISING

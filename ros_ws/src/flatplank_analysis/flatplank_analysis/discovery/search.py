@@ -12,7 +12,15 @@ import numpy as np
 
 from flatplank_analysis.discovery import heldout, invariants
 from flatplank_analysis.discovery import screen as screens
-from flatplank_analysis.discovery.decide import CONDITIONS, NEARLY, SHARE, UNEVEN, Decision, Judge
+from flatplank_analysis.discovery.decide import (
+    CONDITIONS,
+    NEARLY,
+    NEGLIGIBLE,
+    SHARE,
+    UNEVEN,
+    Decision,
+    Judge,
+)
 from flatplank_analysis.discovery.effect import Effect, variants_of
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term
 from flatplank_analysis.discovery.model import Model, starts_of
@@ -289,7 +297,7 @@ class _Searcher:
             decision = self.refits.newest(fair, best)
             if not passes(decision, misshapen):
                 continue
-            if not self.stands_beside_law(fair, decision, tried, misshapen):
+            if not self.stands_beside_stronger(fair, decision, tried, misshapen):
                 continue
             # from both bases, because one of them may end at limits of the force law
             fits = [self.fitter.fit(b, best.fit.terms) for b in (state.fit.base, best.fit.base)]
@@ -310,26 +318,28 @@ class _Searcher:
             ]
         return None
 
-    def stands_beside_law(
+    def stands_beside_stronger(
         self,
         judge: Judge,
         decision: Decision,
         tried: list[Refit],
         misshapen: bool,
     ) -> bool:
-        """False when a free form of the force law explains more than an effect, and the effect
-        fails the tests beside it: then the tire has another law, and no fault.
+        """False when an effect fails the tests beside something stronger that is not named itself.
 
-        Both are compared by their drop minus the price of their parameters (BIC); a difference of
-        `ALIKE` does not decide.
+        That is a free form of the force law (the tire has another law, and no fault), or an effect
+        of no consequence, which is there and explains it. Both are compared by their drop minus
+        the price of their parameters (BIC); a difference of `ALIKE` does not decide.
         """
         if decision.term.effect.generic:
             return True
-        laws = [p for p in tried if p[0].term.effect.generic and p[0].p_repeats <= p[0].level]
-        for law, fit in laws:
+        for other, fit in tried:
+            law = other.term.effect.generic and other.p_repeats <= other.level
+            if not law and set(other.reasons) != {NEGLIGIBLE}:
+                continue
             price = math.log(judge.state.independent)
             own = decision.drop - price * decision.parameters
-            if law.drop - price * law.parameters < (1.0 + ALIKE) * own:
+            if other.drop - price * other.parameters < (1.0 + ALIKE) * own:
                 continue
             both = judge.state.fit_whitened(self.fitter.with_term(fit.fit, decision.term))
             beside = self.refits.newest(replace(judge, without=fit.chi2), both)
