@@ -45,12 +45,14 @@ SOURCES: dict[str, str] = {
 }
 """constant -> source of its value, where known"""
 FACTS = (
+    "discovery.decide.SHIFTED", "discovery.decide.FORCE",
     "contact_patch.denoising.ORDERS", "contact_patch.data.PINION_TURN", "contact_patch.grid.SPEED",
     "contact_patch.grid.SAMPLE", "contact_patch.kernel.ROWS", "contact_patch.kernel.WIDE",
     "contact_patch.model.CHUNK", "proposal.confirm.STEP", "proposal.picture.WIDEST",
     "proposal.scan.POINTS", "proposal.writing.WIDTH",
 )  # fmt: skip
-"""constants that are not varied: properties of the machine, or without effect on a result"""
+"""constants that are not varied: properties of the machine, places in an array, or without effect
+on a result"""
 PROPOSE = "proposal"
 """folder of the constants that only `propose` uses"""
 MATHEMATICS = ("contact_patch.compiling",)
