@@ -39,7 +39,7 @@ from constants import (
     constants,
     literal_names,
     read,
-)  # fmt: skip
+)
 
 
 class Varied(importlib.abc.MetaPathFinder, importlib.abc.Loader):
@@ -131,7 +131,8 @@ def work(number: int, settings: Sequence[Setting], journal: Path) -> None:
 
     A constant that is read at an import must be alone.
     """
-    names = {s: s.names(Package(SOURCE)) for s in settings}
+    package = Package(SOURCE)
+    names = {s: s.names(package) for s in settings}
     alone = any(n.at_import for n in names.values())
     if alone:
         (setting,) = settings
