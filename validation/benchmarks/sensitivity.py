@@ -19,7 +19,7 @@ import os
 import pickle
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -40,6 +40,9 @@ from constants import (
     literal_names,
     read,
 )
+
+FAILS = "fails"
+"""begin of the verdict of a search that raises an error"""
 
 
 class Varied(importlib.abc.MetaPathFinder, importlib.abc.Loader):
@@ -115,7 +118,9 @@ def tables_of(number: int, folder: Path) -> tuple[Any, Any] | None:
     path = folder / f"{number}.pickle"
     if not path.exists():
         folder.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(pickle.dumps(make(full(SEED)[number], SEED)))
+        new = path.with_name(f"{number}-{os.getpid()}")
+        new.write_bytes(pickle.dumps(make(full(SEED)[number], SEED)))
+        new.rename(path)
     return pickle.loads(path.read_bytes())
 
 
@@ -126,14 +131,12 @@ def tables_folder(journal: Path) -> Path:
     return journal.with_name(f"{journal.stem}-{kit_version()}")
 
 
-def work(number: int, settings: Sequence[Setting], journal: Path) -> None:
+def work(number: int, settings: Mapping[Setting, Names], journal: Path) -> None:
     """Diagnose one campaign with all settings that the journal lacks, in this process.
 
     A constant that is read at an import must be alone.
     """
-    package = Package(SOURCE)
-    names = {s: s.names(package) for s in settings}
-    alone = any(n.at_import for n in names.values())
+    alone = any(n.at_import for n in settings.values())
     if alone:
         (setting,) = settings
         vary(setting.constant.key, setting.factor)
@@ -155,11 +158,17 @@ def work(number: int, settings: Sequence[Setting], journal: Path) -> None:
         with journal.open("a", encoding="utf-8") as stream:
             stream.write(json.dumps(line) + "\n")
 
+    def diagnosed() -> dict[str, Any]:
+        try:
+            return diagnose(tables)
+        except Exception as error:  # another number may break the search
+            return {"verdict": f"{FAILS}: {error}", "effects": []}
+
     if alone:
-        tell(settings[0], diagnose(tables))
+        tell(setting, diagnosed())
         return
-    forks = [Branch(i, s.constant.times(s.factor), names[s]) for i, s in enumerate(left)]
-    told, unused = run(lambda: diagnose(tables), forks, lambda i, told: tell(left[i], told))
+    forks = [Branch(i, s.constant.times(s.factor), settings[s]) for i, s in enumerate(left)]
+    told, unused = run(diagnosed, forks, lambda i, told: tell(left[i], told))
     for setting in [Setting(), *(left[i] for i in unused)]:
         tell(setting, told)
 
@@ -167,11 +176,12 @@ def work(number: int, settings: Sequence[Setting], journal: Path) -> None:
 def _result(told: dict[str, Any], answer: Any, case: dict[str, Any]) -> dict[str, Any]:
     from flatplank_validation.blind.points import points_of
 
+    entry = {"diagnosis": told, "answer": answer, "case": case}
     return {
         "verdict": told["verdict"],
         "names": [e["name"] for e in told["effects"]],
         "sizes": [e["size"] for e in told["effects"]],
-        "right": bool(points_of({"diagnosis": told, "answer": answer, "case": case})["right"]),
+        "right": not told["verdict"].startswith(FAILS) and bool(points_of(entry)["right"]),
     }
 
 
@@ -219,8 +229,9 @@ def main(arguments: list[str] | None = None) -> int:
         study(o.only, o.count, o.journal, o.jobs)
         return 0
     package = Package(SOURCE)
-    settings = [s for s in settings_of(o.only) if o.factor in (None, s.factor)]
-    work(o.one, [s for s in settings if s.names(package).at_import == bool(o.factor)], o.journal)
+    names = {s: s.names(package) for s in settings_of(o.only) if o.factor in (None, s.factor)}
+    early = o.factor is not None
+    work(o.one, {s: n for s, n in names.items() if n.at_import == early}, o.journal)
     return 0
 
 
