@@ -4,7 +4,8 @@
     python validation/benchmarks/sensitivity.py --count 60 --jobs 2
     python validation/benchmarks/constants.py --write docs/constants.md
 
-It diagnoses campaigns of the blind kit and can be stopped and gone on with.
+It diagnoses campaigns of the blind kit and can be stopped and gone on with, also from the
+published journal.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ from constants import (
     JOURNAL,
     PACKAGE,
     PROPOSE,
+    PUBLISHED,
     SEED,
     SOURCE,
     Constant,
@@ -146,7 +148,8 @@ def work(number: int, settings: Mapping[Setting, Names], journal: Path) -> None:
 
     case, made = full(SEED)[number], tables_of(number, tables_folder(journal))
     of = {"code": code_version(), "key": case.key}
-    known = [{k: e[k] for k in (*Setting().entry, *of)} for e in read(journal)]
+    earlier = [*read(PUBLISHED), *read(journal)]
+    known = [{k: e[k] for k in (*Setting().entry, *of)} for e in earlier]
     left = [s for s in settings if s.entry | of not in known]
     if made is None or not left:
         return
