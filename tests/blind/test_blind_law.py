@@ -16,6 +16,7 @@ from flatplank_data.campaign import Campaign
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 from flatplank_sim.sealed.conditions import STEP, Run, Setting
+from flatplank_validation.blind.cases import Case, make
 from flatplank_validation.blind.noise import NOISES, RELATIVE, Noise, noise
 from flatplank_validation.blind.worlds import PlantWorld, Scatter
 
@@ -65,3 +66,15 @@ def test_a_law_of_another_form_is_the_law_only(data):
     assert result["rmse_before"] > 1.5 * result["floor_rmse"]
     assert result["verdict"] == "tire law only", result
     assert {e["name"] for e in result["effects"]} <= {"tire_law"}
+
+
+@pytest.mark.timeout(300)
+def test_less_friction_when_braking_is_not_another_law():
+    """A law with a table for each direction contained it, and so always stood for it."""
+    case = Case("single", "plant", ("drive_brake_asymmetry",), 3.0, "quiet", 0.0, rung="c")
+    session = Session.of_tables(make(case, 86243)[0])
+    names = ("drive_brake_asymmetry", "load_loss_braking", "tire_law")
+    session.effects = {name: library()[name] for name in names}
+    (effect,) = session.diagnose().to_dict()["effects"]
+    assert "drive_brake_asymmetry" in (effect["name"], *effect["class"]), effect
+    assert effect["size"] == pytest.approx(0.03, rel=0.2)

@@ -58,6 +58,35 @@ def test_steady_force_is_the_law(kappa):
     assert fx[-1] == pytest.approx(law, rel=2e-3)
 
 
+@pytest.mark.parametrize("step", [0.0015, 0.0045])
+def test_a_law_that_falls_does_not_let_the_slip_jump(step):
+    """Beyond the peak the carcass took more slip back than the sliding patch follows: the force
+    jumped by 100 N from node to node, and its derivatives were a thousand times too large."""
+    n = int(2.5 / step)
+    ds, one = np.full((1, n), step), np.ones((1, n))
+    s = np.cumsum(ds[0])
+    dw = np.zeros((2, 1, n))
+    dw[0] = -0.1 * step * (1.0 + 0.1 * np.sin(2.0 * np.pi * s / 0.1))
+
+    def force(peak: float) -> np.ndarray:
+        out = np.zeros((2, 1, n))
+        params = _params(
+            stiff=1.0356e5, peak=peak, shape=3.128, fall=0.0977, round=-0.0224, denom=0.92,
+            carcass=2.226e5, half=0.0528, tread=1.222, patch_order=0.248,
+        )  # fmt: skip
+        blocks = kernel.blocks_of(np.arange(1))
+        kernel.sweep(
+            blocks, True, True, ds, dw, one * step / 0.03, one * LOAD, one, params,
+            np.array([LOAD]), 0.03, out, None,
+        )  # fmt: skip
+        return out[0, 0, s > 1.0]
+
+    fx = force(1.0539)
+    assert np.abs(np.diff(fx, 2)).max() < 3.0
+    more = (force(1.0539 + 2e-5) - fx) / 2e-5
+    assert np.abs(more - fx / 1.0539).max() < 0.1 * np.abs(fx / 1.0539).max()
+
+
 def test_slope_of_the_law_is_its_derivative():
     for k in (-0.08, -0.02, 0.004, 0.03, 0.2):
         args = (STIFF, 1.05 * LOAD, 2.7, 0.05, 0.2)

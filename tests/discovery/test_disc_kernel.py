@@ -79,7 +79,7 @@ def _forces(given, rows, across):
 
 
 EVERYTHING = {
-    "play": 1e-3, "play_rest": 0.3, "creep": 0.3, "slide": 0.2, "law_2": 0.1, "law_5": -0.1,
+    "play": 1e-3, "play_rest": 0.3, "creep": 0.3, "slide": 0.2, "law_1": 0.1, "law_3": -0.1,
     "asym_peak": 0.1, "asym_stiff": -0.1, "soften": 0.2, "loss_brake": 0.05, "give": 1e-7,
     "turn": 0.5, "fall": 0.1, "round": 0.5, "turn_share": 0.3, "turn_rate": 0.2, "follow": 1e-3,
 }  # fmt: skip

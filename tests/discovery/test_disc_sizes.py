@@ -21,6 +21,7 @@ from flatplank_analysis.discovery.fit import Fit, Fitter, Term
 from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_analysis.discovery.state import make_candidates
 from flatplank_analysis.effects.registry import library
+from flatplank_validation.blind.second import SecondTire
 
 WEIGHT = np.full((3, 1, 1), 0.1)
 
@@ -74,12 +75,6 @@ def _uneven(order: int) -> Hidden:
     sizes = tuple(60.0 * (n == order) for n in (1, 2, 3))
     wanted = _wave(60.0, 0.3 * order, "fx_cos", "fx_sin")
     return Hidden(f"nonuniformity_{order}", {"uneven": sizes}, wanted, 0.03)
-
-
-def _law(**more: float) -> dict[str, float]:
-    """In braking only."""
-    drive = dict.fromkeys(("drive_1", "drive_2", "drive_5", "drive_10"), 0.0)
-    return drive | more
 
 
 NOT_TARED, TARED = {"tared": 0.0}, {"tared": 1.0}
@@ -161,8 +156,9 @@ CASES = (
     Hidden("combined_slip", _kernel(circle=1.0), {"share": 1.0}, 0.2, "angles", left=0.35),
     # the base knows the first 6 % of it; 2 mm/s there, 1.5 mm/s here
     Hidden("sliding_friction", _kernel(grip_lost=0.26), {"drop": 0.2}, 0.1, "speeds"),
-    Hidden("tire_law", _kernel(brake_tread=0.1), _law(brake_1=-0.1, brake_2=-0.09), 0.1),
-    Hidden("tire_law", _kernel(brake_grip=0.1), _law(brake_10=-0.095, brake_5=-0.05), 0.1),
+    Hidden("tire_law", _kernel(tread_x=0.9 * SecondTire().tread_x), {"at_1": -0.1, "at_2": -0.09},
+           0.1),
+    Hidden("tire_law", _kernel(grip=0.9 * SecondTire().grip), {"at_10": -0.095}, 0.1),
     # the cells of the second tire go through the contact with the wheel
     Hidden("slip_definition", {}, {"more": 1.0}, 0.2, left=0.7),
 )  # fmt: skip

@@ -46,7 +46,7 @@ NAMES = (
     "creep", "creep_time", "slide", "follow", "other_slip", "loss_brake", "loss_drive",
     "play_rest", "play_hold", "patch_order", "turn", "load_share", "turn_share", "turn_rate",
     "start", "fixed_length",
-    "law_0", "law_1", "law_2", "law_3", "law_4", "law_5", "law_6", "law_7",
+    "law_0", "law_1", "law_2", "law_3",
 )  # fmt: skip
 (
     STIFF, PEAK, SHAPE, FALL, ROUND, DENOM, CARCASS, HALF, TREAD,
@@ -69,8 +69,8 @@ WIDTH = len(NAMES)
 ROWS = NEW_PLACE + 1
 WIDE = 8
 """elements of a block: one register of a processor with 512 bits, two of 256 bits"""
-LAW_LEVELS = (0.1, 0.05, 0.02, 0.009)
-"""size of the contact slip at the nodes of the free law, each for negative and positive slip"""
+LAW_LEVELS = (0.009, 0.02, 0.05, 0.1)
+"""size of the contact slip at the nodes of the free law"""
 SLIDING = 0.08
 """least adhesion share of the patch in (7.18)"""
 NEWTON, CLOSE = 60, 1e-6
@@ -142,15 +142,15 @@ def piece(size, near, far, low, high):
 
 
 @inline
-def free_law(k, h3, h2, h1, h0):
+def free_law(k, h0, h1, h2, h3):
     """Factor on the force at a contact slip, and its slope: piecewise linear over |k|, heights
     from the smallest slip to the largest."""
     size = abs(k)
-    a, slope_a = piece(size, LAW_LEVELS[3], LAW_LEVELS[2], h3, h2)
-    b, slope_b = piece(size, LAW_LEVELS[2], LAW_LEVELS[1], h2, h1)
-    c, slope_c = piece(size, LAW_LEVELS[1], LAW_LEVELS[0], h1, h0)
+    a, slope_a = piece(size, LAW_LEVELS[0], LAW_LEVELS[1], h0, h1)
+    b, slope_b = piece(size, LAW_LEVELS[1], LAW_LEVELS[2], h1, h2)
+    c, slope_c = piece(size, LAW_LEVELS[2], LAW_LEVELS[3], h2, h3)
     slope = slope_a + slope_b + slope_c
-    return 1.0 + h3 + a + b + c, choose(k < 0.0, -slope, slope)
+    return 1.0 + h0 + a + b + c, choose(k < 0.0, -slope, slope)
 
 
 @inline
@@ -184,6 +184,16 @@ def patch_length(k, whole, theta, half):
     free = 1.0 - theta * whole / under
     m = SLIDING + 0.5 * (1.0 - SLIDING) * (free + math.sqrt(free * free + 0.04))
     return m * half / under
+
+
+@inline
+def fallen(slope, flex):
+    """What a falling law adds to the relaxation length of the patch [m].
+
+    Where the force falls as the slip grows, the carcass shortens that length. Below zero the slip
+    jumps from node to node.
+    """
+    return max(-slope, 0.0) * flex
 
 
 @inline
@@ -280,7 +290,7 @@ def begin(flat, across):
             whole = math.sqrt(k0 * k0 + beyond)
             w[STIFF_ACROSS, i], w[PEAK_ACROSS, i] = stiff_across, peak_across
             w[BEYOND, i] = beyond
-        sigma = patch_length(k0, whole, theta, half)
+        sigma = patch_length(k0, whole, theta, half) + fallen(w[SLOPE, i], w[FLEX, i])
         late = max(0.5, 1.0 - (sigma + x_soft) / ds)
         # first guess: law and patch continue as at the last node
         t = 2.0 * sigma
@@ -308,11 +318,6 @@ def newton(flat, across):
         whole = abs(k)
         if across is not None:
             whole = math.sqrt(k * k + w[BEYOND, i])
-        t = w[SIGMA, i] + patch_length(k, whole, w[THETA, i], w[LENGTH, i])
-        under = 1.0 / (w[PATCH_ORDER, i] / 6.0 * t + late * ds)
-        rise = w[PATCH_ORDER, i] / 12.0 * t * t + 0.5 * late * ds * t
-        ahead = late * ds * ds * (late * k + (1.0 - late) * k0)
-        patch = (rise * (k - k0) - ds * t * w[RATE, i] + ahead) * under
         back = choose(k < 0.0, 1.0, 0.0)
         stiff = w[STIFF_NOW, i] * (1.0 - back * w[ASYM_STIFF, i])
         peak = w[PEAK_NOW, i] * (1.0 - back * w[ASYM_PEAK, i])
@@ -329,19 +334,20 @@ def newton(flat, across):
             alone = w[ACROSS, i] == 0.0
             force = choose(alone, force, both)
             slope = choose(alone, slope, turned)
-        p0, p1, p2, p3 = w[LAW, i], w[LAW + 1, i], w[LAW + 2, i], w[LAW + 3, i]
-        p4, p5, p6, p7 = w[LAW + 4, i], w[LAW + 5, i], w[LAW + 6, i], w[LAW + 7, i]
-        h3 = choose(k < 0.0, p3, p4)
-        h2 = choose(k < 0.0, p2, p5)
-        h1 = choose(k < 0.0, p1, p6)
-        h0 = choose(k < 0.0, p0, p7)
-        change, bent = free_law(k, h3, h2, h1, h0)
+        heights = w[LAW, i], w[LAW + 1, i], w[LAW + 2, i], w[LAW + 3, i]
+        change, bent = free_law(k, *heights)
         slope = slope * change + force * bent
         force = force * change
         soft = softened(force, w[SOFTEN, i])
         straight = w[FIXED_LENGTH, i] * w[FLEX, i]
         deflected = force * soft * w[FLEX, i] + straight * (stiff * k - force)
         flex, spare = (2.0 * soft - 1.0) * w[FLEX, i], straight * (stiff - slope)
+        length = patch_length(k, whole, w[THETA, i], w[LENGTH, i])
+        t = w[SIGMA, i] + length + fallen(slope, flex)
+        under = 1.0 / (w[PATCH_ORDER, i] / 6.0 * t + late * ds)
+        rise = w[PATCH_ORDER, i] / 12.0 * t * t + 0.5 * late * ds * t
+        ahead = late * ds * ds * (late * k + (1.0 - late) * k0)
+        patch = (rise * (k - k0) - ds * t * w[RATE, i] + ahead) * under
         play, at, yields, held = w[PLAY, i], w[PLAY_AT, i], w[PLAY_SOFT, i], w[PLAY_HOLD, i]
         place, rate = play_position(force, play, at, yields, held, w[PLACE, i])
         deflected, flex = deflected + place, flex + rate

@@ -26,6 +26,9 @@ BASE = "contact_patch"
 """name of the base in a model file"""
 LEAST_LOAD = 5.0
 """[N] root mean square of the load within a run below which it is treated as constant"""
+PROTRACTOR = 2e-3
+"""[rad] largest zero error of the steering that a protractor does not show: it can be read to a
+tenth of a degree"""
 
 START_ROLLING = 0.3
 """[m] of free rolling before a step that show the rolling speed of the wheel"""
@@ -108,9 +111,10 @@ def _parameters(load: float, turned: bool, along: float = 0.0) -> list[tuple[str
         # 1: the rubber of the side force moves through the contact with the wheel, as with
         # bristles; 0: side force and slip are independent
         Parameter("turn_y", "1", turn, 0.0, 1.0, 0.3, prior=0.5),
-        # the protractor can be read to a tenth of a degree: more is an effect (steering
-        # zero, ply steer), which then takes all of it
-        Parameter("angle_offset", "rad", 0.0, -2e-3, 2e-3, 1e-3, prior=1e-3, known=True),
+        # more is an effect (steering zero, ply steer), which then takes all of it
+        Parameter(
+            "angle_offset", "rad", 0.0, -PROTRACTOR, PROTRACTOR, 1e-3, prior=1e-3, known=True
+        ),
     ]
     at_an_angle = [
         Parameter("other_slip", "1", 1.0, 0.0, 1.5, 0.2, prior=0.5),

@@ -49,6 +49,8 @@ class Effect:
     """True when it acts at one place only: its size cannot be compared along the run"""
     rarity: ClassVar[int] = 0
     """of indistinguishable effects the one with the lowest number is named first"""
+    in_base: ClassVar[float] = 0.0
+    """part of the size that a `known` parameter of the base takes: the screening shows the rest"""
     order: ClassVar[int] = 0
     """hooks of a lower order act first"""
 

@@ -84,12 +84,14 @@ def _goes_before(item: ScreenResult, better: ScreenResult) -> bool:
 
 
 def negligible(item: ScreenResult) -> bool:
-    """True when the screened size is below half of the smallest size of consequence."""
+    """True when the screened size, with what the base may have taken of it, is below half of the
+    smallest size of consequence."""
     effect = item.candidate.effect
     values = {p.name: p.null for p in effect.parameters()} | item.candidate.setting
     for p, size in zip(effect.linear(), item.sizes, strict=True):
         values[p.name] = p.null + p.screen * size
-    return abs(effect.size(values)) < 0.5 * effect.main_parameter().matters
+    size = abs(effect.size(values)) + effect.in_base
+    return size < 0.5 * effect.main_parameter().matters
 
 
 def line_search(model: Model, state: State, item: ScreenResult) -> Term:

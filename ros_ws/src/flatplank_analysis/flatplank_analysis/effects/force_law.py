@@ -10,16 +10,14 @@ from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.effects.base import Tire, TireEffect, TireProperty
 
-LEVELS = (
-    "brake_10", "brake_5", "brake_2", "brake_1", "drive_1", "drive_2", "drive_5", "drive_10",
-)  # fmt: skip
+LEVELS = ("at_1", "at_2", "at_5", "at_10")
 OTHER_SPEED = 1.2
 """ratio of the plank speeds from which on friction over speed can be told from the force law"""
 
 
 @dataclass(frozen=True)
 class FreeLaw(TireEffect):
-    """A free correction of the steady force over the contact slip, separate for each sign."""
+    """A free correction of the steady force over the size of the contact slip."""
 
     identifier = "tire_law"
     title = "The force law is of another form"
@@ -28,22 +26,18 @@ class FreeLaw(TireEffect):
     law = True
     source = "thesis 7.2: look-up table of the steady force"
     what = (
-        "The machine is in order; the symmetric force law of the base is not the law of this "
-        "tire. A table of the steady force may swallow a drive/brake asymmetry, so it is the "
-        "last name to be given."
+        "The machine is in order; the force over the slip has another form than in the base, "
+        "alike in driving and braking. What differs between the two is an effect of its own. A "
+        "table of the steady force explains much, so it is the last name to be given."
     )
     check = "Nothing to check on the machine."
     removes = "A table of the steady force, or another law."
     generic = True
 
-    brake_10: float = param(0.0, unit="1", bounds=(-0.4, 0.4), screen=0.02, matters=0.01)
-    brake_5: float = param(0.0, unit="1", bounds=(-0.4, 0.4), screen=0.02)
-    brake_2: float = param(0.0, unit="1", bounds=(-0.4, 0.4), screen=0.02)
-    brake_1: float = param(0.0, unit="1", bounds=(-0.4, 0.4), screen=0.02)
-    drive_1: float = param(0.0, unit="1", bounds=(-0.4, 0.4), screen=0.02)
-    drive_2: float = param(0.0, unit="1", bounds=(-0.4, 0.4), screen=0.02)
-    drive_5: float = param(0.0, unit="1", bounds=(-0.4, 0.4), screen=0.02)
-    drive_10: float = param(0.0, unit="1", bounds=(-0.4, 0.4), screen=0.02)
+    at_1: float = param(0.0, unit="1", bounds=(-0.4, 0.4), screen=0.02, matters=0.01)
+    at_2: float = param(0.0, unit="1", bounds=(-0.4, 0.4), screen=0.02)
+    at_5: float = param(0.0, unit="1", bounds=(-0.4, 0.4), screen=0.02)
+    at_10: float = param(0.0, unit="1", bounds=(-0.4, 0.4), screen=0.02)
 
     @classmethod
     def size(cls, values: dict[str, float]) -> float:

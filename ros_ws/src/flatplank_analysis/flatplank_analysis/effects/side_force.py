@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flatplank_analysis.contact_patch.parameters import PROTRACTOR
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.effects.base import Motion, Signal, Tire, TireEffect, TireProperty
 
@@ -63,12 +64,16 @@ class PlySteer(TireProperty):
     identifier = "ply_steer"
     title = "Ply steer"
     rarity = 1
+    in_base = PROTRACTOR
     coordinate = "slip level"
     source = "tire uniformity practice (ISO 8855 terms)"
     what = "The cords of the belt make the tire roll at an angle."
     check = "Reversed run: ply steer changes its sign, conicity does not."
 
-    angle: float = param(0.0, unit="rad", bounds=(-0.02, 0.02), screen=1e-3, matters=5e-4)
+    angle: float = param(
+        0.0, unit="rad", bounds=(-0.02, 0.02), screen=1e-3, matters=PROTRACTOR,
+        note="less is within what the base allows the protractor",
+    )  # fmt: skip
 
     def motion(self, motion: Motion) -> None:
         motion.lateral += self.angle * motion.travel
@@ -80,6 +85,7 @@ class SteeringZero(TireEffect):
 
     identifier = "steering_zero"
     title = "Zero error of the steering angle"
+    in_base = PROTRACTOR
     coordinate = "slip level"
     source = "thesis Table I.1: Fy = 0 at 1.0 deg"
     what = (
@@ -89,7 +95,10 @@ class SteeringZero(TireEffect):
     check = "Straight edge along the rim; reversed run."
     removes = "Set the slip angle offset in the parameters."
 
-    zero: float = param(0.0, unit="rad", bounds=(-0.05, 0.05), screen=2e-3, matters=1e-3)
+    zero: float = param(
+        0.0, unit="rad", bounds=(-0.05, 0.05), screen=2e-3, matters=PROTRACTOR,
+        note="less is within what the base allows the protractor",
+    )  # fmt: skip
 
     def motion(self, motion: Motion) -> None:
         motion.lateral -= self.zero * motion.travel
