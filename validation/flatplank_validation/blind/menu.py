@@ -179,7 +179,8 @@ MENU: dict[str, Item] = {
         "rad", 3e-3, 5e-4, 0.03, None, _kernel("steer_play"), "angles",
     ),
     "steering_zero": Item(
-        "rad", 2e-3, 1e-3, 0.05, None,
+        # a protractor is read to a tenth of a degree
+        "rad", 2e-3, 2e-3, 0.05, None,
         lambda s, r: {"steer_zero": s}, "angles",
     ),
     "support_play_y": Item(
