@@ -171,6 +171,10 @@ def test_what_acts_across_the_wheel_alone_leaves_the_first_channel_as_it_is():
     assert errors[1][0] == errors[0][0] and errors[1][1] < 0.5 * errors[0][1]
     assert fit.terms[-1].size == pytest.approx(0.1, rel=0.5)
     assert len(fit.free) == len(bare.free) + 1
+    two = [Term(library()["ply_steer"], np.array([3e-3])), fit.terms[-1]]
+    again = invariants._fit_only_last(fitter, bare, two)
+    assert [t.effect for t in again.terms] == [t.effect for t in two]
+    assert again.terms[0].size == 3e-3
 
 
 def test_a_base_that_fits_nowhere_names_nothing():

@@ -11,6 +11,7 @@ from promises import broken
 from scipy.signal import lfilter
 from shapes import CONDITIONS, LONG, NOISE, OTHER, REPEATS, TIME, Sum, measured
 
+from flatplank_analysis.discovery.patterns import _ModelColumns
 from flatplank_analysis.discovery.report.text import text_of
 from flatplank_analysis.discovery.runs import Coordinate
 from flatplank_analysis.discovery.search import Options, run_search
@@ -74,6 +75,16 @@ def test_a_wave_of_some_conditions_is_told_with_its_period():
 def test_what_is_left_in_the_mean_is_told_with_its_place_too():
     result = judged(placed(measured(1, (3.0 * NOISE, bump))))
     assert result.verdict == NONE and "clearest is a bump over plank position" in result.reason
+
+
+def test_what_the_model_imitates_is_no_pattern():
+    model = placed(measured(1, (2.0 * NOISE, bump)))
+    state = run_search(model, [LONG, OTHER], Options()).last.state
+    fit = state.whitened.fit
+    columns = fit.jacobian[fit.loose()]
+    own = _ModelColumns(model.runs, state.metric, columns, fit.residual(model.runs.measured))
+    assert [own.gain(column[0]) for column in columns] == [0.0] * len(columns)
+    assert own.gain(bump(model.setting)) > 100.0
 
 
 def test_what_is_of_no_consequence_is_not_told():

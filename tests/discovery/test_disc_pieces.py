@@ -186,3 +186,11 @@ def test_a_verdict_says_no_more_than_its_floor_allows(most, verdict, told, words
     assert found == told and words in reason and reason.startswith("down to it")
     assert ("the floor is by" in reason) is (most != FOUND)
     assert ("repeat" in reason) is (told == PARTLY)
+
+
+def test_pieces_scatter_as_the_records_do():
+    model = measured(sine())
+    model.usual_scatter = (0.02,)
+    pieces = recurring.PieceModel(model, recurring.lap_pieces(model.runs), "laps")
+    assert pieces.usual_scatter == (0.02,)
+    assert pieces.runs.floor_from == "laps"

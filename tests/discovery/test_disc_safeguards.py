@@ -11,9 +11,11 @@ from shapes import CONDITIONS, LONG, OTHER, REPEATS, TIME, Sum, measured, names,
 
 from flatplank_analysis.discovery import heldout
 from flatplank_analysis.discovery.decide import Judge
+from flatplank_analysis.discovery.dispersion import TypicalDispersion
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import Fitter, Term
 from flatplank_analysis.discovery.parameters import Parameter, param
+from flatplank_analysis.discovery.refits import Refits
 from flatplank_analysis.discovery.search import Options, _Searcher, run_search
 from flatplank_analysis.discovery.state import channel_weights, make_state, start_base
 from flatplank_analysis.discovery.steps import Search
@@ -418,6 +420,17 @@ def test_a_base_in_a_corner_is_fitted_from_elsewhere():
     freed = searcher.refits.restarted(state, stuck)
     assert freed.chi2 < 0.5 * stuck.chi2
     assert searcher.refits.restarted(state, freed) is freed
+
+    # and is then taken as it came out from there
+    class Cornered(Refits):
+        def refit(self, _state, _item):
+            return stuck
+
+    judge = Judge(state, stuck.chi2 + 200.0, TypicalDispersion(1.0, 16.0))
+    ((_, taken),) = Cornered(tone, state.fitter, {"pitch": 1.15}, {}, {"long": 1}).of(
+        judge, [None]
+    )
+    assert taken.chi2 == pytest.approx(freed.chi2)
 
 
 class Late(Sum):
