@@ -57,8 +57,9 @@ CONDITIONS = 0.0005
 """p-value required among conditions: strict, because they are few and because errors of the law's
 form and of accepted effects also differ between conditions"""
 SURE, CONDITIONS_OF_SURE = 1e-5, 0.005
-"""p-value among repeats of a first effect from which on the second value is required among
-conditions: chance is excluded, and only an error of the law's form could look like the effect"""
+"""p-value among repeats of a first effect, or of one beside a free form of the law, from which on
+the second value is required among conditions: chance is excluded, and only an error of the law's
+form could look like the effect"""
 SHARE = 0.003
 """least drop of chi2 of a further effect, as a share of the drop explained already"""
 
@@ -142,6 +143,8 @@ class Judge:
     typical: TypicalDispersion
     explained: float = 0.0
     """drop of the effects that were accepted before"""
+    only_law: bool = False
+    """True when nothing but free forms of the law was accepted before"""
     uneven: tuple[tuple[int, float], ...] = ()
     """accepted effects of a wrong form: index of the term, and `Decision.unevenness`"""
     bare: Fit | None = None
@@ -247,7 +250,7 @@ class Judge:
         return _visible(self.state.sums(fit, own, direction[None]), range(len(own)), len(own))
 
     def _reasons(self, d: Decision) -> Iterator[str]:
-        sure = not self.explained and d.p_repeats < SURE
+        sure = (self.only_law or not self.explained) and d.p_repeats < SURE
         yield from _reasons(d, CONDITIONS_OF_SURE if sure else CONDITIONS)
         if d.drop < SHARE * self.explained:
             yield f"its drop is below {100 * SHARE:g} % of what is explained already"

@@ -234,6 +234,7 @@ class _Searcher:
             state.whitened.chi2,
             step.screen.typical,
             before,
+            only_law=all(f.decision.term.effect.generic for f in step.found),
             uneven=self.uneven(step),
             alike=alike,
         )
