@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatplank_analysis.discovery.decide import NEGLIGIBLE, Decision, Judge
+from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import ENOUGH, Fitter, Term, Whitened
 from flatplank_analysis.discovery.model import Model
 from flatplank_analysis.discovery.rivals import indecisive_difference
@@ -25,6 +26,8 @@ from flatplank_analysis.discovery.state import (
 
 COLD = 2
 """most refits per step that are repeated from the base's start values: the largest drops"""
+FEW = 6
+"""most Jacobians of the refit of a free form that is never named"""
 PROMISING = 0.02
 """p-value among repeats from which on a refit is worth a longer fit"""
 
@@ -100,6 +103,15 @@ class Refits:
             return pair
         found = judge.state.fit_whitened(start)
         return (self.newest(judge, found), found) if found.chi2 < warm.chi2 + ENOUGH else pair
+
+    def further(self, judge: Judge, effects: Sequence[type[Effect]]) -> list[Refit]:
+        """Refits of the free forms that are never named (`Effect.further`)."""
+        out = []
+        for form in [e.further for e in effects if e.further is not None]:
+            found = judge.state.with_term(Term(form, form.null_values()), most=FEW)
+            looked_at = len(self.looked_at) * len(form.linear())
+            out.append((judge.decide(found, len(found.fit.terms) - 1, looked_at), found))
+        return out
 
     def restarted(self, state: State, found: Whitened) -> Whitened:
         """The same effects with the base from its start values, when that is better.

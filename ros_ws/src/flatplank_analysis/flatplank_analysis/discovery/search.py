@@ -287,6 +287,7 @@ class _Searcher:
         to the effects of an earlier step, is refused. None when no refit passes.
         """
         state = step.state
+        stronger = tried
         for _, near in preferred(tried):
             index = len(near.fit.terms) - 1
             best = state.fit_whitened(near.fit)
@@ -298,7 +299,9 @@ class _Searcher:
             decision = self.refits.newest(fair, best)
             if not passes(decision, misshapen):
                 continue
-            if not self.stands_beside_stronger(fair, decision, tried, misshapen):
+            if stronger is tried:
+                stronger = [*tried, *self.refits.further(fair, self.effects)]
+            if not self.stands_beside_stronger(fair, decision, stronger, misshapen):
                 continue
             # from both bases, because one of them may end at limits of the force law
             fits = [self.fitter.fit(b, best.fit.terms) for b in (state.fit.base, best.fit.base)]

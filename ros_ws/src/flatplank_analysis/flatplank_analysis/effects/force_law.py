@@ -16,6 +16,26 @@ OTHER_SPEED = 1.2
 
 
 @dataclass(frozen=True)
+class BrakeLaw(TireEffect):
+    """A free correction of the steady force in braking only; the search compares effects with it,
+    and does not name it."""
+
+    kind = "tire"
+    coordinate = "slip level"
+    generic = True
+
+    at_1: float = param(0.0, unit="1", bounds=(-0.4, 0.4), screen=0.02, matters=0.01)
+    at_2: float = param(0.0, unit="1", bounds=(-0.4, 0.4), screen=0.02)
+    at_5: float = param(0.0, unit="1", bounds=(-0.4, 0.4), screen=0.02)
+    at_10: float = param(0.0, unit="1", bounds=(-0.4, 0.4), screen=0.02)
+
+    def tire(self, tire: Tire) -> None:
+        for i, name in enumerate(LEVELS):
+            block = f"brake_{i}"
+            setattr(tire.x, block, getattr(tire.x, block) + getattr(self.per_run, name))
+
+
+@dataclass(frozen=True)
 class FreeLaw(TireEffect):
     """A free correction of the steady force over the size of the contact slip."""
 
@@ -33,6 +53,7 @@ class FreeLaw(TireEffect):
     check = "Nothing to check on the machine."
     removes = "A table of the steady force, or another law."
     generic = True
+    further = BrakeLaw
 
     at_1: float = param(0.0, unit="1", bounds=(-0.4, 0.4), screen=0.02, matters=0.01)
     at_2: float = param(0.0, unit="1", bounds=(-0.4, 0.4), screen=0.02)
