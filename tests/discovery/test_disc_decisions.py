@@ -12,12 +12,17 @@ from ball import Drag, Shake, Wind, throw
 from decisions import RUNS, decision, rival
 from shapes import CONDITIONS, LONG, OTHER, REPEATS, measured, shape
 
-from flatplank_analysis.discovery import decide, refits, rivals, search
+from flatplank_analysis.discovery import backward, decide, refits, rivals, search
 from flatplank_analysis.discovery.decide import SHARE, UNEVEN, Judge
 from flatplank_analysis.discovery.fit import Fitter, Term
 from flatplank_analysis.discovery.rivals import AlternativeEffect
 from flatplank_analysis.discovery.screen import best_per_effect, screen
-from flatplank_analysis.discovery.state import channel_weights, make_state, start_base
+from flatplank_analysis.discovery.state import (
+    channel_weights,
+    make_state,
+    rough_levels,
+    start_base,
+)
 from flatplank_analysis.discovery.steps import AcceptedEffect
 
 NO_RUNS = SimpleNamespace(runs=None)
@@ -89,15 +94,15 @@ def test_an_effect_stays_while_it_explains_something_beside_the_others():
         AcceptedEffect(decision(drop=1e5)),
         AcceptedEffect(decision(drop=1e5 * SHARE * 1.01)),
     )
-    assert search._needed(weak, [strong, weak]) and search._needed(strong, [strong, weak])
+    assert backward.needed(weak, [strong, weak]) and backward.needed(strong, [strong, weak])
     weaker = AcceptedEffect(decision(drop=1e5 * SHARE * 0.99))
-    assert not search._needed(weaker, [strong, weaker])
+    assert not backward.needed(weaker, [strong, weaker])
     unsure = AcceptedEffect(decision(drop=1e5, p_repeats=0.02))
-    assert not search._needed(unsure, [strong, unsure])
+    assert not backward.needed(unsure, [strong, unsure])
     # sure enough as the first effect, and not as a further one
     faint = AcceptedEffect(decision(drop=1e4, p_conditions=0.001))
-    assert not search._needed(faint, [strong, faint])
-    assert search._needed(faint, [faint, AcceptedEffect(decision(drop=9e3))])
+    assert not backward.needed(faint, [strong, faint])
+    assert backward.needed(faint, [faint, AcceptedEffect(decision(drop=9e3))])
 
 
 def test_what_is_good_enough_for_a_full_refit():
@@ -174,15 +179,15 @@ def test_first_weights_are_the_smaller_scatter():
     rng = np.random.default_rng(4)
     values = rng.standard_normal((RUNS, 120)) + 9.0 * np.arange(120)
     ball.runs = replace(ball.runs, measured=values[None])
-    (level,) = search._rough_levels(ball)
+    (level,) = rough_levels(ball)
     assert level == pytest.approx(1.0, rel=0.05)
     spread = values + np.tile([50.0, 0.0, -50.0], CONDITIONS)[:, None]
     ball.runs = replace(ball.runs, measured=spread[None])
     near = np.sqrt(np.mean(np.diff(spread, 2, axis=-1) ** 2) / 6.0)
-    assert search._rough_levels(ball) == pytest.approx([4.0 * near])
+    assert rough_levels(ball) == pytest.approx([4.0 * near])
     ball.runs = ball.runs.subset(np.arange(0, RUNS, REPEATS))
     near = np.sqrt(np.mean(np.diff(ball.runs.measured, 2, axis=-1) ** 2) / 6.0)
-    assert search._rough_levels(ball) == pytest.approx([near])
+    assert rough_levels(ball) == pytest.approx([near])
 
 
 def test_the_class_of_an_effect():

@@ -179,7 +179,9 @@ class Judge:
         # dispersion of its own, so it is shrunk towards that among repeats
         prior_freedom = max(PRIOR, self.typical.freedom)
         shrunk = (freedom_c * kappa_c + prior_freedom * kappa) / (freedom_c + prior_freedom)
-        shrunk += _of_the_law(state, gram, base) / max(float(info.sum()), 1e-30)
+        whole = max(float(info.sum()), 1e-30)
+        along = _along(gram, base)
+        shrunk += _of_the_law(state, along[:, FORCE]) / whole
         stretch_q, stretch_n = _stretch_test(gram, base)
         condition_q, condition_n = _condition_test(state, local, info)
         per_freedom = PER_FREEDOM_TIRE if term.effect.kind == "tire" else PER_FREEDOM
@@ -191,7 +193,6 @@ class Judge:
         if visible < FAINT:
             visible = max(visible, self._visible_beside_the_bare(direction))
         form = FORM**2 / max(visible, 1e-9)
-        whole = max(float(info.sum()), 1e-30)
         variance = max(kappa, shrunk) / whole + form
         allowed = (
             per_freedom * stretch_n + local_factor * SAME * drop,
@@ -201,7 +202,7 @@ class Judge:
             # a fault of another form has a different size in every stretch and condition
             variance += max(stretch_q, condition_q) / max(drop, 1e-30) / (STRETCHES - 1)
         # the repeats estimate the variance; the model's shift has a known one
-        late = float(_along(gram, base, SHIFTED).sum()) / whole
+        late = float(along[:, SHIFTED].sum()) / whole
         relative = np.hypot(student.ppf(0.95, freedom) * np.sqrt(variance), norm.ppf(0.95) * late)
         spread = abs(term.size) * float(relative)
         firm = drop if uneven is None else min(drop, _drop_beside(gram, base))
@@ -311,17 +312,17 @@ def _conditions(state: State) -> list[np.ndarray]:
     return [np.isin(runs, rows)[:, None] for rows in state.runs.groups]
 
 
-def _of_the_law(state: State, gram: Gram, base: int) -> float:
-    """Variance of the score by a relative error of the law, independent in each condition."""
-    along = _along(gram, base, FORCE)
+def _of_the_law(state: State, along: np.ndarray) -> float:
+    """Variance of the score by a relative error of the law, independent in each condition; along
+    (runs,): score by the force."""
     return LAW**2 * sum(float(along[g].sum()) ** 2 for g in state.runs.groups)
 
 
-def _along(gram: Gram, base: int, column: int) -> np.ndarray:
-    """Score of the effect by a column, per run, without what the base imitates."""
+def _along(gram: Gram, base: int) -> np.ndarray:
+    """Score of the effect by each column (runs, columns), without what the base imitates."""
     products, scores, _ = gram.total()
     mix = solve(products[:base, :base], scores[:base])[1] @ products[:base, base]
-    return gram.products[:, column, base] - gram.products[:, column, :base] @ mix
+    return gram.products[:, :, base] - gram.products[:, :, :base] @ mix
 
 
 def _shifted(state: State, force: np.ndarray) -> np.ndarray:

@@ -12,15 +12,8 @@ import numpy as np
 
 from flatplank_analysis.discovery import heldout, invariants
 from flatplank_analysis.discovery import screen as screens
-from flatplank_analysis.discovery.decide import (
-    CONDITIONS,
-    NEARLY,
-    NEGLIGIBLE,
-    SHARE,
-    UNEVEN,
-    Decision,
-    Judge,
-)
+from flatplank_analysis.discovery.backward import Backward, uneven_terms
+from flatplank_analysis.discovery.decide import NEARLY, NEGLIGIBLE, UNEVEN, Decision, Judge
 from flatplank_analysis.discovery.effect import Effect, variants_of
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term
 from flatplank_analysis.discovery.model import Model, starts_of
@@ -32,6 +25,7 @@ from flatplank_analysis.discovery.state import (
     State,
     channel_weights,
     make_state,
+    rough_levels,
     start_base,
 )
 from flatplank_analysis.discovery.steps import AcceptedEffect, Progress, Search, Step
@@ -106,7 +100,7 @@ class _Searcher:
     def __init__(self, model: Model, effects: list[type[Effect]], options: Options) -> None:
         self.model, self.effects, self.options = model, effects, options
         self.began = time.perf_counter()
-        self.fitter = Fitter(model, channel_weights(model, _rough_levels(model)))
+        self.fitter = Fitter(model, channel_weights(model, rough_levels(model)))
         self.looked_at = bonferroni_divisors(effects, model)
         self.starts = 1
         """number of sets of start values of the base"""
@@ -122,6 +116,14 @@ class _Searcher:
         """Refits with the channel weights of now."""
         options = self.options
         return Refits(self.model, self.fitter, options.start, options.measured, self.looked_at)
+
+    @property
+    def backward(self) -> Backward:
+        """Backward elimination with the channel weights of now."""
+        return Backward(
+            self.fitter, len(self.options.terms), self.looked_at, self.refused, self.bare,
+            self.step_of,
+        )  # fmt: skip
 
     def say(self, text: str, share: float) -> None:
         if self.options.progress is not None:
@@ -235,7 +237,7 @@ class _Searcher:
             step.screen.typical,
             before,
             only_law=all(f.decision.term.effect.generic for f in step.found),
-            uneven=self.uneven(step),
+            uneven=uneven_terms(step, len(self.options.terms), {}),
             alike=alike,
         )
         items = shortlist(step.screen, self.looked_at, self.options.refits)
@@ -250,19 +252,6 @@ class _Searcher:
             taken = self.take(step, judge, more)
             tried = by_drop([*tried, *more])
         return taken or self.complete(step, judge, tried)
-
-    def uneven(self, step: Step, alone: bool = False) -> tuple[tuple[int, float], ...]:
-        """Found effects of a wrong form: index of the term, and how much the size differs.
-
-        alone: also those whose form was wrong before others were added.
-        """
-        found = enumerate((f.decision for f in step.found), len(self.options.terms))
-        refused = self.refused if alone else {}
-        odd = [
-            (i, d.unevenness if d.misshapen else refused.get(d.term.effect.identifier, 0.0))
-            for i, d in found
-        ]
-        return tuple((i, share) for i, share in odd if share > 0.0)
 
     def complete(self, step: Step, judge: Judge, tried: list[Refit]) -> Step | None:
         """Add an effect refused for its form, when the form is nearly right (`NEARLY`) or no
@@ -360,43 +349,6 @@ class _Searcher:
             for i, f in enumerate(step.found, offset)
         ]
 
-    def backward(self, step: Step) -> Step:
-        """Remove accepted effects that are not needed any more; repeat the tests of the others.
-
-        An effect that imitated a later one explains little beside it.
-        """
-        if len(step.found) < 2:
-            return step
-        step.found = self.retested(step)
-        while len(step.found) > 1:
-            idle = [i for i, f in enumerate(step.found) if not _needed(f, step.found)]
-            if not idle:
-                break
-            # one at a time: two effects that explain the same would both be removed
-            least = min(idle, key=lambda i: step.found[i].decision.drop)
-            kept = [i for i in range(len(step.found)) if i != least]
-            fit, offset = step.state.fit, len(self.options.terms)
-            terms = [*fit.terms[:offset], *(fit.terms[offset + i] for i in kept)]
-            smaller = self.fitter.fit(fit.base, terms)
-            if invariants.error_of(self.fitter, smaller) > self.bare:
-                break
-            step = self.step_of(smaller, [step.found[i] for i in kept])
-            step.found = self.retested(step)
-        return step
-
-    def retested(self, step: Step) -> list[AcceptedEffect]:
-        """The effects of a step, each tested against the model without it."""
-        state, offset = step.state, len(self.options.terms)
-        out = []
-        for index, found in enumerate(step.found, offset):
-            less = state.fit_whitened(self.fitter.without_term(state.whitened.fit, index))
-            uneven = self.uneven(step, alone=True)
-            judge = Judge(state, less.chi2, step.screen.typical, uneven=uneven, bare=less.fit)
-            looked = self.looked_at[found.decision.term.effect.identifier]
-            decision = judge.decide(state.whitened, index, looked, plain=state.fit)
-            out.append(replace(found, decision=decision))
-        return out
-
 
 def completable(tried: Sequence[Refit], found: Sequence[AcceptedEffect]) -> list[Refit]:
     """Refits of a wrong form that may be added.
@@ -427,26 +379,3 @@ def passes(decision: Decision, misshapen: bool) -> bool:
 
 def _names(step: Step) -> frozenset[str]:
     return frozenset(f.decision.term.effect.identifier for f in step.found)
-
-
-def _needed(one: AcceptedEffect, found: Sequence[AcceptedEffect]) -> bool:
-    """True when an effect still explains something beside the others.
-
-    One that explains less than another is a further effect, whichever was found first.
-    """
-    own, others = one.decision, [f.decision.drop for f in found if f is not one]
-    further = own.drop < max(others) and own.p_conditions > CONDITIONS
-    beyond = own.p_repeats < own.level and not further
-    return own.drop > SHARE * sum(others) and beyond and not own.covers_zero
-
-
-def _rough_levels(model: Model) -> list[float]:
-    """Levels for the first weights: the smaller of node-to-node and repeat-to-repeat scatter."""
-    runs = model.runs
-    near = np.sqrt(np.mean(np.diff(runs.measured, 2, axis=-1) ** 2, axis=(1, 2)) / 6.0)
-    if not runs.repeated:
-        return [float(max(n, 1e-9)) for n in near]
-    contrast = runs.contrast(runs.measured)
-    spare = sum(len(g) - 1 for g in runs.groups) * runs.samples
-    between = np.sqrt(np.sum(contrast**2, axis=(1, 2)) / max(spare, 1))
-    return [float(max(min(b, 4.0 * n), 1e-9)) for b, n in zip(between, near, strict=True)]

@@ -197,6 +197,18 @@ def channel_weights(model: Model, levels: Sequence[float]) -> np.ndarray:
     return 1.0 / np.maximum(off, 1e-12)[:, None, None]
 
 
+def rough_levels(model: Model) -> list[float]:
+    """Levels for the first weights: the smaller of node-to-node and repeat-to-repeat scatter."""
+    runs = model.runs
+    near = np.sqrt(np.mean(np.diff(runs.measured, 2, axis=-1) ** 2, axis=(1, 2)) / 6.0)
+    if not runs.repeated:
+        return [float(max(n, 1e-9)) for n in near]
+    contrast = runs.contrast(runs.measured)
+    spare = sum(len(g) - 1 for g in runs.groups) * runs.samples
+    between = np.sqrt(np.sum(contrast**2, axis=(1, 2)) / max(spare, 1))
+    return [float(max(min(b, 4.0 * n), 1e-9)) for b, n in zip(between, near, strict=True)]
+
+
 def start_base(model: Model, given: Mapping[str, float] | None = None) -> np.ndarray:
     """Start values of the base parameters, with the given ones replaced."""
     given = given or {}
