@@ -288,7 +288,7 @@ class _Searcher:
             decision = self.refits.newest(fair, best)
             if not passes(decision, misshapen):
                 continue
-            if stronger is tried:
+            if stronger is tried and not decision.term.effect.generic:
                 stronger = [*tried, *self.refits.further(fair, self.effects)]
             if not self.stands_beside_stronger(fair, decision, stronger, misshapen):
                 continue
