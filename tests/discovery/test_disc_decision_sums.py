@@ -165,7 +165,8 @@ def test_what_an_error_of_the_law_does_to_a_score(in_stretches):
     along = np.sum(own * force, axis=1)
     wanted = 0.005**2 * sum(along[g].sum() ** 2 for g in GROUPS)
     state = SimpleNamespace(runs=SimpleNamespace(groups=GROUPS))
-    assert decide._of_the_law(state, decide._along(gram, 2)[:, decide.FORCE]) == pytest.approx(wanted)
+    by_force = decide._along(gram, 2)[:, decide.FORCE]
+    assert decide._of_the_law(state, by_force) == pytest.approx(wanted)
 
 
 def test_share_of_an_effect_that_others_do_not_make(in_stretches):

@@ -15,7 +15,7 @@ from flatplank_analysis.discovery import screen as screens
 from flatplank_analysis.discovery.backward import Backward, uneven_terms
 from flatplank_analysis.discovery.decide import NEARLY, NEGLIGIBLE, UNEVEN, Decision, Judge
 from flatplank_analysis.discovery.effect import Effect, variants_of
-from flatplank_analysis.discovery.fit import Fit, Fitter, Term
+from flatplank_analysis.discovery.fit import Fit, Fitter, Term, Whitened
 from flatplank_analysis.discovery.model import Model, starts_of
 from flatplank_analysis.discovery.refits import Refit, Refits, by_drop, preferred
 from flatplank_analysis.discovery.rivals import ALIKE, indecisive_difference, rivals, suspects
@@ -287,6 +287,7 @@ class _Searcher:
             fair = replace(judge, without=min(judge.without, less.chi2))
             decision = self.refits.newest(fair, best)
             if not passes(decision, misshapen):
+                self.correct(step, tried, (decision, best), near)
                 continue
             if stronger is tried and not decision.term.effect.generic:
                 stronger = [*tried, *self.refits.further(fair, self.effects)]
@@ -310,6 +311,16 @@ class _Searcher:
                 for d in step.refits
             ]
         return None
+
+    def correct(self, step: Step, tried: list[Refit], now: Refit, before: Whitened) -> None:
+        """Put a refit that was carried to its end in the place of the first one, `before`: an
+        effect that passed there may be one of a wrong form here, which `complete` adds."""
+        decision = now[0]
+        tried[:] = [now if fit is before else (d, fit) for d, fit in tried]
+        same = decision.term.effect
+        step.refits = [decision if d.term.effect is same else d for d in step.refits]
+        if decision.misshapen:
+            self.refused[same.identifier] = decision.unevenness
 
     def stands_beside_stronger(
         self,
