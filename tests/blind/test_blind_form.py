@@ -6,16 +6,14 @@ from __future__ import annotations
 import pytest
 
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_validation.blind.cases import make
-from flatplank_validation.blind.lists import full
+from flatplank_validation.blind.cases import Case, make
 
 
 @pytest.mark.timeout(300)
 def test_a_form_that_shows_at_the_end_of_a_refit_only_is_still_a_fault():
     """A play with an oil film passed all tests in the first refit. Carried to its end its size
     differed along the run, and it was dropped; one that differs at once was kept."""
-    key = "single/forms/road_play/c3/coloured/s0.03/plain/0"
-    (case,) = [c for c in full(90217) if c.key == key]
+    case = Case("single", "forms", ("road_play",), 3.0, "coloured", 0.03, rung="c")
     found = Session.of_tables(make(case, 90217)[0]).diagnose().to_dict()
     (effect,) = found["effects"]
     assert "road_play" in (effect["name"], *effect["class"]), effect

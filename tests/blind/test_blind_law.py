@@ -17,7 +17,6 @@ from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 from flatplank_sim.sealed.conditions import STEP, Run, Setting
 from flatplank_validation.blind.cases import Case, make
-from flatplank_validation.blind.lists import full
 from flatplank_validation.blind.noise import NOISES, RELATIVE, Noise, noise
 from flatplank_validation.blind.worlds import PlantWorld, Scatter
 
@@ -85,7 +84,6 @@ def test_less_friction_when_braking_is_not_another_law():
 def test_a_law_found_first_does_not_make_the_tests_of_an_effect_stricter():
     """A wear that saturates differs a little among conditions: surely there among repeats, it was
     refused because another form of the law had been found before it."""
-    key = "single/forms/wear/x4/quiet/s0.03/plain/0"
-    (case,) = [c for c in full(86243) if c.key == key]
+    case = Case("single", "forms", ("wear",), 4.0, "quiet", 0.03)
     session = Session.of_tables(make(case, 86243)[0])
     assert {e["name"] for e in session.diagnose().to_dict()["effects"]} == {"tire_law", "wear"}

@@ -62,24 +62,15 @@ def test_steady_force_is_the_law(kappa):
 def test_a_law_that_falls_does_not_let_the_slip_jump(step):
     """Beyond the peak the carcass took more slip back than the sliding patch follows: the force
     jumped by 100 N from node to node, and its derivatives were a thousand times too large."""
-    n = int(2.5 / step)
-    ds, one = np.full((1, n), step), np.ones((1, n))
-    s = np.cumsum(ds[0])
-    dw = np.zeros((2, 1, n))
-    dw[0] = -0.1 * step * (1.0 + 0.1 * np.sin(2.0 * np.pi * s / 0.1))
+    s = step * np.arange(1, int(2.5 / step) + 1)
+    kappa = -0.1 * (1.0 + 0.1 * np.sin(2.0 * np.pi * s / 0.1))
 
     def force(peak: float) -> np.ndarray:
-        out = np.zeros((2, 1, n))
-        params = _params(
-            stiff=1.0356e5, peak=peak, shape=3.128, fall=0.0977, round=-0.0224, denom=0.92,
-            carcass=2.226e5, half=0.0528, tread=1.222, patch_order=0.248,
+        _, fx = _run(
+            kappa, step, stiff=1.0356e5, peak=peak, shape=3.128, fall=0.0977, round=-0.0224,
+            denom=0.92, carcass=2.226e5, half=0.0528, tread=1.222, patch_order=0.248,
         )  # fmt: skip
-        blocks = kernel.blocks_of(np.arange(1))
-        kernel.sweep(
-            blocks, True, True, ds, dw, one * step / 0.03, one * LOAD, one, params,
-            np.array([LOAD]), 0.03, out, None,
-        )  # fmt: skip
-        return out[0, 0, s > 1.0]
+        return fx[s > 1.0]
 
     fx = force(1.0539)
     assert np.abs(np.diff(fx, 2)).max() < 3.0

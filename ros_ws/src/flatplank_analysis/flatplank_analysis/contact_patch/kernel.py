@@ -53,8 +53,9 @@ NAMES = (
     ASYM_PEAK, ASYM_STIFF, PLAY, PLAY_AT, PLAY_SOFT, GIVE, SOFTEN,
     CREEP, CREEP_TIME, SLIDE, FOLLOW, OTHER_SLIP, LOSS_BRAKE, LOSS_DRIVE,
     PLAY_REST, PLAY_HOLD, PATCH_ORDER, TURN, LOAD_SHARE, TURN_SHARE, TURN_RATE,
-    START, FIXED_LENGTH, LAW, LAW_1, LAW_2, LAW_3, BRAKE,
-) = range(37)  # fmt: skip
+    START, FIXED_LENGTH, LAW,
+) = range(33)  # fmt: skip
+BRAKE = NAMES.index("brake_0")
 WIDTH = len(NAMES)
 #: further rows of a block: constants, state, inputs of a node, work space of a node
 (
@@ -334,8 +335,8 @@ def newton(flat, across):
             alone = w[ACROSS, i] == 0.0
             force = choose(alone, force, both)
             slope = choose(alone, slope, turned)
-        h0, h1 = w[LAW, i] + back * w[BRAKE, i], w[LAW_1, i] + back * w[BRAKE + 1, i]
-        h2, h3 = w[LAW_2, i] + back * w[BRAKE + 2, i], w[LAW_3, i] + back * w[BRAKE + 3, i]
+        h0, h1 = w[LAW, i] + back * w[BRAKE, i], w[LAW + 1, i] + back * w[BRAKE + 1, i]
+        h2, h3 = w[LAW + 2, i] + back * w[BRAKE + 2, i], w[LAW + 3, i] + back * w[BRAKE + 3, i]
         change, bent = free_law(k, h0, h1, h2, h3)
         slope = slope * change + force * bent
         force = force * change
