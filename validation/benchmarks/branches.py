@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs a calculation once, and from the first use of a constant on once more with another value.
+"""Runs a calculation once, and from the first use of some constants on once more with others.
 
 What precedes the first use of a constant does not depend on it. So the process forks there: the
-child continues with the other value, the parent waits for it and goes on. The calculation must not
-have threads of its own.
+child continues with the other values, the parent waits for it and goes on. The calculation must
+not have threads of its own.
 """
 
 from __future__ import annotations
 
 import ast
 import os
+import pickle
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
@@ -101,22 +102,14 @@ def _decorator(node: ast.expr) -> str:
     return node.attr if isinstance(node, ast.Attribute) else getattr(node, "id", "")
 
 
-@dataclass(frozen=True)
-class Branch:
-    """A calculation with another value of a constant."""
-
-    number: int
-    value: Any
-    names: Names
+Branch = Sequence[tuple[Names, Any]]
+"""a calculation with other values of some constants"""
 
 
-def run(
-    calculate: Callable[[], Any], branches: Sequence[Branch], done: Callable[[int, Any], None]
-) -> tuple[Any, list[int]]:
-    """The result of `calculate`, and the numbers of the branches whose constant it never used.
+def run(calculate: Callable[[], Any], branches: Sequence[Branch]) -> tuple[Any, list[Any]]:
+    """The result of `calculate`, and that of every branch: None where it never used a constant.
 
-    `done(number, result)` is called in the child process of every branch. RuntimeError if one
-    fails.
+    Results of branches must be fit for `pickle`. RuntimeError if a branch fails.
     """
     fork = _Fork(branches)
     sys.setprofile(fork.called)
@@ -124,37 +117,45 @@ def run(
         result = calculate()
     finally:
         sys.setprofile(None)
-    if fork.own is not None:
+    if fork.pipe is not None:
         code = 1
         try:
-            done(fork.own.number, result)
+            with open(fork.pipe, "wb") as stream:
+                pickle.dump(result, stream)
             code = 0
         finally:
             os._exit(code)
-    return result, [b.number for b in fork.pending]
+    return result, [fork.results.get(i) for i in range(len(branches))]
 
 
 class _Fork:
     def __init__(self, branches: Sequence[Branch]) -> None:
-        self.pending = list(branches)
-        self.own: Branch | None = None
+        self.pending = dict(enumerate(branches))
+        self.results: dict[int, Any] = {}
+        self.pipe: int | None = None
+        """where a child writes its result"""
         self._seen: set[CodeType] = set()
 
     def called(self, frame: FrameType, event: str, _: Any) -> None:
         if event != "call" or frame.f_code in self._seen:
             return
         self._seen.add(frame.f_code)
-        for branch in [b for b in self.pending if _uses(frame, b.names)]:
-            self.pending.remove(branch)
+        used = [i for i, b in self.pending.items() if any(_uses(frame, n) for n, _ in b)]
+        for number in used:
+            branch = self.pending.pop(number)
+            source, pipe = os.pipe()
             child = os.fork()
             if not child:
                 sys.setprofile(None)
-                self.own = branch
+                self.pipe = pipe
                 _set(branch)
                 return
-            _, status = os.waitpid(child, 0)
-            if status:
-                raise RuntimeError(f"branch {branch.number} ended with status {status}")
+            os.close(pipe)
+            with open(source, "rb") as stream:
+                told = stream.read()
+            if os.waitpid(child, 0)[1]:
+                raise RuntimeError(f"branch {number} failed")
+            self.results[number] = pickle.loads(told)
 
 
 def _uses(frame: FrameType, names: Names) -> bool:
@@ -175,6 +176,7 @@ def _is_module(value: Any) -> bool:
 
 
 def _set(branch: Branch) -> None:
-    for module, name in branch.names.places:
-        if module in sys.modules:
-            setattr(sys.modules[module], name, branch.value)
+    for names, value in branch:
+        for module, name in names.places:
+            if module in sys.modules:
+                setattr(sys.modules[module], name, value)

@@ -191,7 +191,7 @@ def _changed(found, constant: Constant, factor: float) -> str:
     ]
     if not varied:
         return "-"
-    other = sum(_answer(e) != _answer(plain[_campaign(e)]) for e in varied)
+    other = sum(answer_of(e) != answer_of(plain[_campaign(e)]) for e in varied)
     right = sum(e["right"] - plain[_campaign(e)]["right"] for e in varied)
     return f"{other} of {len(varied)}, {right:+d}"
 
@@ -201,7 +201,8 @@ def _campaign(entry: Mapping[str, Any]) -> tuple[str, str]:
     return entry["key"], entry["code"]
 
 
-def _answer(entry: Mapping[str, Any]) -> tuple[Any, ...]:
+def answer_of(entry: Mapping[str, Any]) -> tuple[Any, ...]:
+    """What must not depend on a constant: verdict and names."""
     return entry["verdict"], sorted(entry["names"])
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What changes in the answers of the search when a tuning constant is halved and doubled.
 
-    python validation/benchmarks/sensitivity.py --count 60 --jobs 2
+    python validation/benchmarks/sensitivity.py --count 66 --jobs 2
     python validation/benchmarks/constants.py --write docs/constants.md
 
 It diagnoses campaigns of the blind kit and can be stopped and gone on with, also from the
@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import ast
 import fnmatch
+import hashlib
 import importlib.abc
 import importlib.util
 import json
@@ -20,13 +21,14 @@ import os
 import pickle
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from branches import Branch, Names, Package, Serial, run
+from bifurcation import bifurcate, groups_of
+from branches import Names, Package, Serial, run
 from constants import (
     FACTORS,
     FACTS,
@@ -38,6 +40,7 @@ from constants import (
     SOURCE,
     Constant,
     Value,
+    answer_of,
     constants,
     literal_names,
     read,
@@ -47,69 +50,80 @@ FAILS = "fails"
 """begin of the verdict of a search that raises an error"""
 
 
-class Varied(importlib.abc.MetaPathFinder, importlib.abc.Loader):
-    """Import hook that changes one number of a module at its import."""
+TOGETHER = 8
+"""settings that are applied together first"""
 
-    def __init__(self, constant: Constant, value: Value) -> None:
-        self.name, self.constant, self.value = f"{PACKAGE}.{constant.module}", constant, value
+
+class Varied(importlib.abc.MetaPathFinder, importlib.abc.Loader):
+    """Import hook that changes numbers of modules at their import; `values`: new value by key."""
+
+    def __init__(self, values: Mapping[str, Value]) -> None:
+        self.values: dict[str, dict[str, Value]] = {}
+        for key, value in values.items():
+            module, _, name = key.rpartition(".")
+            self.values.setdefault(f"{PACKAGE}.{module}", {})[name] = value
 
     def find_spec(self, name, path=None, target=None):
-        if name != self.name:
+        if name not in self.values:
             return None
-        file = SOURCE / Path(*self.constant.module.split(".")).with_suffix(".py")
+        file = SOURCE.parent / Path(*name.split(".")).with_suffix(".py")
         return importlib.util.spec_from_file_location(name, file, loader=self)
 
     def create_module(self, spec):
         return None
 
     def exec_module(self, module) -> None:
-        text = Path(module.__spec__.origin).read_text(encoding="utf-8")
-        tree = ast.parse(text)
-        for i, node in enumerate(tree.body):
-            if self.constant.name in literal_names(node):
-                new = ast.parse(f"{self.constant.name} = {self.value!r}").body[0]
-                tree.body.insert(i + 1, ast.copy_location(new, node))
-                break
+        new, body = self.values[module.__name__], []
+        tree = ast.parse(Path(module.__spec__.origin).read_text(encoding="utf-8"))
+        for node in tree.body:
+            body.append(node)
+            for name in set(new) & set(literal_names(node)):
+                other = ast.parse(f"{name} = {new[name]!r}").body[0]
+                body.append(ast.copy_location(other, node))
+        tree.body = body
         module.__file__ = module.__spec__.origin
         exec(compile(ast.fix_missing_locations(tree), module.__file__, "exec"), module.__dict__)
 
 
-def vary(key: str, factor: float) -> Value:
-    """Change a number in this process; returns the old value."""
-    (constant,) = (c for c in constants() if c.key == key)
+def vary(values: Mapping[str, Value]) -> None:
+    """Change numbers in this process, by key."""
     for name in [n for n in sys.modules if n.split(".")[0] == PACKAGE]:
         del sys.modules[name]
-    sys.meta_path.insert(0, Varied(constant, constant.times(factor)))
-    return constant.value
+    sys.meta_path.insert(0, Varied(values))
 
 
 @dataclass(frozen=True)
 class Setting:
-    """A constant with a factor; no constant: the search as it is."""
+    """A constant with a factor."""
 
-    constant: Constant | None = None
-    factor: float = 1.0
+    constant: Constant
+    factor: float
 
-    def __str__(self) -> str:
-        return f"{self.constant.key} x {self.factor:g}" if self.constant else "as it is"
+    @property
+    def value(self) -> Value:
+        """The other value."""
+        return self.constant.times(self.factor)
 
     @property
     def entry(self) -> dict[str, Any]:
         """What the journal says of it."""
-        key, value = (self.constant.key, self.constant.value) if self.constant else ("", None)
-        return {"constant": key, "factor": self.factor, "value": str(value)}
+        constant = self.constant
+        return {"constant": constant.key, "factor": self.factor, "value": str(constant.value)}
 
     def names(self, package: Package) -> Names:
         """Where modules have the constant."""
         return package.names_of(f"{PACKAGE}.{self.constant.module}", self.constant.name)
 
 
+AS_IT_IS = {"constant": "", "factor": 1.0, "value": "None"}
+"""what the journal says of the search without a change"""
+Group = Sequence[Setting]
+
+
 def settings_of(only: str) -> list[Setting]:
     """All settings of constants whose keys match a pattern."""
     wanted = [c for c in constants() if c.key not in FACTS and c.folder != PROPOSE]
-    return [
-        Setting(c, factor) for c in wanted if fnmatch.fnmatch(c.key, only) for factor in FACTORS
-    ]
+    return [Setting(c, f) for c in wanted if fnmatch.fnmatch(c.key, only) for f in FACTORS]
 
 
 def tables_of(number: int, folder: Path) -> tuple[Any, Any] | None:
@@ -133,87 +147,97 @@ def tables_folder(journal: Path) -> Path:
     return journal.with_name(f"{journal.stem}-{kit_version()}")
 
 
-def work(number: int, settings: Mapping[Setting, Names], journal: Path) -> None:
-    """Diagnose one campaign with all settings that the journal lacks, in this process.
-
-    A constant that is read at an import must be alone.
-    """
-    alone = any(n.at_import for n in settings.values())
-    if alone:
-        (setting,) = settings
-        vary(setting.constant.key, setting.factor)
-    from flatplank_analysis.contact_patch import model
-    from flatplank_validation.blind.journal import code_version, diagnose
+def result_of(number: int, journal: Path) -> dict[str, Any]:
+    """Diagnose a campaign in this process: verdict, names, sizes, and whether that is right."""
+    from flatplank_validation.blind.journal import diagnose
     from flatplank_validation.blind.lists import full
-
-    case, made = full(SEED)[number], tables_of(number, tables_folder(journal))
-    of = {"code": code_version(), "key": case.key}
-    earlier = [*read(PUBLISHED), *read(journal)]
-    known = [{k: e[k] for k in (*Setting().entry, *of)} for e in earlier]
-    left = [s for s in settings if s.entry | of not in known]
-    if made is None or not left:
-        return
-    tables, answer = made
-    model._POOL = Serial()
-
-    def tell(setting: Setting, told: dict[str, Any]) -> None:
-        line = setting.entry | of | _result(told, answer, asdict(case))
-        with journal.open("a", encoding="utf-8") as stream:
-            stream.write(json.dumps(line) + "\n")
-
-    def diagnosed() -> dict[str, Any]:
-        try:
-            return diagnose(tables)
-        except Exception as error:  # another number may break the search
-            return {"verdict": f"{FAILS}: {error}", "effects": []}
-
-    if alone:
-        tell(setting, diagnosed())
-        return
-    forks = [Branch(i, s.constant.times(s.factor), settings[s]) for i, s in enumerate(left)]
-    told, unused = run(diagnosed, forks, lambda i, told: tell(left[i], told))
-    for setting in [Setting(), *(left[i] for i in unused)]:
-        tell(setting, told)
-
-
-def _result(told: dict[str, Any], answer: Any, case: dict[str, Any]) -> dict[str, Any]:
     from flatplank_validation.blind.points import points_of
 
-    entry = {"diagnosis": told, "answer": answer, "case": case}
+    made = tables_of(number, tables_folder(journal))
+    assert made is not None  # only scored campaigns are diagnosed
+    try:
+        told = diagnose(made[0])
+    except Exception as error:  # another number may break the search
+        return {"verdict": f"{FAILS}: {error}", "names": [], "sizes": [], "right": False}
+    entry = {"diagnosis": told, "answer": made[1], "case": asdict(full(SEED)[number])}
     return {
         "verdict": told["verdict"],
         "names": [e["name"] for e in told["effects"]],
         "sizes": [e["size"] for e in told["effects"]],
-        "right": not told["verdict"].startswith(FAILS) and bool(points_of(entry)["right"]),
+        "right": bool(points_of(entry)["right"]),
     }
 
 
-def study(only: str, count: int, journal: Path, jobs: int) -> None:
-    """Diagnose campaigns with every constant halved and doubled, a process for each campaign and
-    one for each constant that is read at an import."""
-    settings, package = settings_of(only), Package(SOURCE)
-    alone = [s for s in settings if s.names(package).at_import]
-    tasks = [
-        (number, words, of)
-        for number in range(count)
-        for words, of in [
-            ([], f"{len(settings) - len(alone)} settings"),
-            *((["--only", s.constant.key, "--factor", str(s.factor)], str(s)) for s in alone),
+def result_apart(number: int, journal: Path, group: Group) -> dict[str, Any]:
+    """The same in a process of its own, with constants changed that are read at an import."""
+    values = {s.constant.key: s.value for s in group}
+    # compiled code contains the numbers of its module
+    name = hashlib.sha256(json.dumps(values).encode()).hexdigest()[:12]
+    own = {"NUMBA_CACHE_DIR": str(tables_folder(journal) / f"compiled-{name}")}
+    words = ["--one", str(number), "--values", json.dumps(values), "--journal", str(journal)]
+    done = subprocess.run(
+        [sys.executable, __file__, *words], env=os.environ | own, check=True, capture_output=True
+    )
+    return json.loads(done.stdout)
+
+
+def work(number: int, only: str, journal: Path) -> None:
+    """Diagnose one campaign with all settings that the journal lacks."""
+    from flatplank_analysis.contact_patch import model
+    from flatplank_validation.blind.journal import code_version
+    from flatplank_validation.blind.lists import full
+
+    of = {"code": code_version(), "key": full(SEED)[number].key}
+    earlier = [*read(PUBLISHED), *read(journal)]
+    known = [{k: e[k] for k in (*AS_IT_IS, *of)} for e in earlier]
+    left = [s for s in settings_of(only) if s.entry | of not in known]
+    if not left or tables_of(number, tables_folder(journal)) is None:
+        return
+    model._POOL = Serial()
+    package = Package(SOURCE)
+    names = {s: s.names(package) for s in left}
+
+    def tell(entry: dict[str, Any], found: dict[str, Any]) -> None:
+        with journal.open("a", encoding="utf-8") as stream:
+            stream.write(json.dumps(entry | of | found) + "\n")
+
+    plain: list[dict[str, Any]] = []
+
+    def forked(groups: Sequence[Group]) -> list[dict[str, Any]]:
+        branches = [[(names[s], s.value) for s in g] for g in groups]
+        result, found = run(lambda: result_of(number, journal), branches)
+        plain.append(result)
+        return [result if f is None else f for f in found]
+
+    def apart(groups: Sequence[Group]) -> list[dict[str, Any]]:
+        return [result_apart(number, journal, g) for g in groups]
+
+    def changed(found: dict[str, Any]) -> bool:
+        return answer_of(found) != answer_of(plain[0])
+
+    for answers, at_import in ((forked, False), (apart, True)):
+        some = [s for s in left if names[s].at_import == at_import]
+        groups = [
+            g for f in FACTORS for g in groups_of([s for s in some if s.factor == f], TOGETHER)
         ]
-    ]
+        for setting, found, count in bifurcate(groups, answers, changed):
+            tell(setting.entry | {"together": count}, found)
+        if not plain:
+            forked([])
+    tell(AS_IT_IS, plain[0])
+
+
+def study(only: str, count: int, journal: Path, jobs: int) -> None:
+    """Diagnose campaigns with every constant halved and doubled, a process for each campaign."""
     journal.parent.mkdir(parents=True, exist_ok=True)
 
-    def one(task: int) -> None:
-        number, words, of = tasks[task]
-        all_words = ["--only", only, *words, "--one", str(number), "--journal", str(journal)]
-        # compiled code contains the numbers of its module
-        cache = tables_folder(journal) / "-".join(["compiled", *words[1::2]])
-        own = {"NUMBA_CACHE_DIR": str(cache)} if words else {}
-        subprocess.run([sys.executable, __file__, *all_words], env=os.environ | own, check=True)
-        print(f"campaign {number + 1}/{count}: {of}", file=sys.stderr, flush=True)
+    def one(number: int) -> None:
+        words = ["--only", only, "--one", str(number), "--journal", str(journal)]
+        subprocess.run([sys.executable, __file__, *words], check=True)
+        print(f"campaign {number + 1}/{count}", file=sys.stderr, flush=True)
 
     with ThreadPoolExecutor(jobs) as pool:
-        for _ in pool.map(one, range(len(tasks))):
+        for _ in pool.map(one, range(count)):
             pass
 
 
@@ -222,19 +246,19 @@ def main(arguments: list[str] | None = None) -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     p.add_argument("--only", default="*", metavar="PATTERN", help="of module.name")
-    p.add_argument("--count", type=int, default=60, help="campaigns")
+    p.add_argument("--count", type=int, default=66, help="of the list; about 1 in 10 has no score")
     p.add_argument("--jobs", type=int, default=1, help="processes")
     p.add_argument("--journal", type=Path, default=JOURNAL)
     p.add_argument("--one", type=int, help=argparse.SUPPRESS)
-    p.add_argument("--factor", type=float, help=argparse.SUPPRESS)
+    p.add_argument("--values", type=json.loads, help=argparse.SUPPRESS)
     o = p.parse_args(arguments)
     if o.one is None:
         study(o.only, o.count, o.journal, o.jobs)
-        return 0
-    package = Package(SOURCE)
-    names = {s: s.names(package) for s in settings_of(o.only) if o.factor in (None, s.factor)}
-    early = o.factor is not None
-    work(o.one, {s: n for s, n in names.items() if n.at_import == early}, o.journal)
+    elif o.values is None:
+        work(o.one, o.only, o.journal)
+    else:
+        vary({key: tuple(v) if isinstance(v, list) else v for key, v in o.values.items()})
+        print(json.dumps(result_of(o.one, o.journal)))
     return 0
 
 

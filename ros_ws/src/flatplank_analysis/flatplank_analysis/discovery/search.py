@@ -228,7 +228,9 @@ class _Searcher:
     def forward(self, step: Step) -> Step | None:
         """Refit the best candidates and add the best one that passes all tests."""
         state = step.state
-        before = sum(f.decision.drop for f in step.found)
+        # in the noise model of now; the drop of a single effect is still that of the one before it
+        found = self.backward.retested(step) if len(step.found) == 1 else step.found
+        before = sum(f.decision.drop for f in found)
         near = [(s.start.effect.identifier, f) for f in step.found for s in f.suspects if s.near]
         alike = {name: indecisive_difference(f.decision) for name, f in near}
         judge = Judge(
@@ -278,14 +280,12 @@ class _Searcher:
         state = step.state
         stronger = tried
         for _, near in preferred(tried):
-            index = len(near.fit.terms) - 1
             best = state.fit_whitened(near.fit)
-            if best.fit.at_bound and not step.found:  # later steps start from this base
+            fair, decision = self.tested(judge, best)
+            # later steps start from this base
+            if passes(decision, misshapen) and best.fit.at_bound and not step.found:
                 best = self.refits.restarted(state, best)
-            # the base found with the effect may also fit better without it
-            less = state.fit_whitened(self.fitter.without_term(best.fit, index))
-            fair = replace(judge, without=min(judge.without, less.chi2))
-            decision = self.refits.newest(fair, best)
+                fair, decision = self.tested(judge, best)
             if not passes(decision, misshapen):
                 self.correct(step, tried, (decision, best), near)
                 continue
@@ -298,7 +298,7 @@ class _Searcher:
             fit = invariants.not_raising_error(self.fitter, state.fit, fits)
             if not invariants.is_active(fit.terms[-1]):
                 continue
-            decision = replace(decision, held_out_gain=heldout.gain(state, fit, index))
+            decision = replace(decision, held_out_gain=heldout.gain(state, fit, len(fit.terms) - 1))
             taken = AcceptedEffect(
                 decision, tuple(suspects(self.model, state, step.screen, decision))
             )
@@ -311,6 +311,14 @@ class _Searcher:
                 for d in step.refits
             ]
         return None
+
+    def tested(self, judge: Judge, found: Whitened) -> tuple[Judge, Decision]:
+        """The tests of the last effect of a fit, and the judge that made them: the base found with
+        the effect may also fit better without it."""
+        index = len(found.fit.terms) - 1
+        less = judge.state.fit_whitened(self.fitter.without_term(found.fit, index))
+        fair = replace(judge, without=min(judge.without, less.chi2))
+        return fair, self.refits.newest(fair, found)
 
     def correct(self, step: Step, tried: list[Refit], now: Refit, before: Whitened) -> None:
         """Put a refit that was carried to its end in the place of the first one, `before`: an
