@@ -10,7 +10,7 @@ import pytest
 from shapes import CONDITIONS, LONG, OTHER, REPEATS, TIME, Sum, measured, names, shape, wave
 
 from flatplank_analysis.discovery import heldout
-from flatplank_analysis.discovery.decide import Judge
+from flatplank_analysis.discovery.decide import SHARE, Judge
 from flatplank_analysis.discovery.dispersion import TypicalDispersion
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import Fitter, Term
@@ -85,6 +85,18 @@ def test_what_a_later_effect_explains_goes_again():
     search = searched(model, both, LONG, OTHER)
     assert "both" in names(search.steps[1].found)
     assert names(search.last.found) == {"long", "other"}
+
+
+def test_drops_are_compared_in_the_same_noise():
+    """A fast wave counts as noise until it is in the model; then it explains several times as
+    much, and a weak effect beside it too small a share."""
+    fast = shape("fast", lambda c: (1.0 + 0.0 * c) * wave(30.0))
+    search = searched(measured(27, (0.3, fast.form), (0.011, LONG.form)), fast, LONG)
+    (found,), (weak,) = search.last.found, search.last.refits
+    assert found.decision.term.effect is fast and weak.term.effect is LONG
+    assert weak.drop > 1.5 * SHARE * found.decision.drop
+    (reason,) = weak.reasons
+    assert reason.startswith("its drop is below")
 
 
 def test_a_part_of_another_force_law_is_no_effect():

@@ -22,7 +22,7 @@ def study():
         import constants
 
         yield constants
-        for name in ("constants", "sensitivity", "branches"):
+        for name in ("constants", "sensitivity", "branches", "bifurcation"):
             sys.modules.pop(name, None)
 
 
@@ -57,16 +57,18 @@ def test_how_a_constant_is_halved_and_doubled(study, value, halved, doubled):
 
 def test_whoever_imports_a_varied_constant_gets_the_varied_one():
     code = (
-        "import sensitivity; sensitivity.vary('discovery.shortlist.EVIDENCE', 2.0);"
-        "from flatplank_analysis.discovery import rivals, search, shortlist;"
+        "import sensitivity;"
+        "others = {'discovery.shortlist.EVIDENCE': 40.0, 'discovery.decide.SURE': 1.0};"
+        "sensitivity.vary(others);"
+        "from flatplank_analysis.discovery import decide, rivals, search, shortlist;"
         "users = [m for m in (rivals, search) if hasattr(m, 'EVIDENCE')];"
-        "print(shortlist.EVIDENCE, len(users), *{m.EVIDENCE for m in users})"
+        "print(decide.SURE, len(users), *{m.EVIDENCE for m in (shortlist, *users)})"
     )
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=BENCHMARKS, capture_output=True, text=True, check=False
     )
     value, users, *seen = done.stdout.split()
-    assert float(value) == 40.0 and int(users) >= 1 and [float(s) for s in seen] == [40.0], done
+    assert float(value) == 1.0 and int(users) >= 1 and [float(s) for s in seen] == [40.0], done
 
 
 def test_the_study_tells_what_changed(study, tmp_path):
@@ -133,17 +135,15 @@ def total():
 """
 STUDY = """
 import json, pathlib, sys
-from branches import Branch, Package, run
+from branches import Package, run
 from package.sums import total
 
 package = Package(pathlib.Path(sys.argv[1]))
-names = [package.names_of("package.sizes", n) for n in ("SMALL", "LARGE", "UNUSED", "EARLY")]
-branches = [Branch(i, 9, n) for i, n in enumerate(names)]
-told = lambda number, result: print(json.dumps([number, *result]), flush=True)
-result, unused = run(total, branches, told)
-told("plain", result)
-told("unused", unused)
-told("early", [n.at_import for n in names])
+small, large, unused, early = (
+    package.names_of("package.sizes", n) for n in ("SMALL", "LARGE", "UNUSED", "EARLY")
+)
+branches = [[(small, 9)], [(large, 9)], [(unused, 9)], [(small, 8), (large, 7)]]
+print(json.dumps([*run(total, branches), [n.at_import for n in (small, large, unused, early)]]))
 """
 
 
@@ -157,8 +157,22 @@ def test_what_precedes_the_first_use_of_a_constant_is_done_once(tmp_path):
         [sys.executable, "-c", STUDY, str(folder)], check=True, capture_output=True, text=True,
         env={"PYTHONPATH": f"{tmp_path}:{BENCHMARKS}"},
     )  # fmt: skip
-    told = {line[0]: line[1:] for line in map(json.loads, done.stdout.splitlines())}
-    assert told == {
-        0: [309, 2], 1: [902, 2], "plain": [302, 2], "unused": [2, 3],
-        "early": [False, False, False, True],
-    }  # fmt: skip
+    plain, branches, early = json.loads(done.stdout)
+    assert plain == [302, 2] and early == [False, False, False, True]
+    assert branches == [[309, 2], [902, 2], None, [708, 2]]
+
+
+def test_settings_that_change_something_are_found_in_groups(study):
+    from bifurcation import bifurcate, groups_of
+
+    asked = []
+
+    def answers_of(groups):
+        asked.extend(groups)
+        return [sum(i in (3, 11) for i in group) for group in groups]
+
+    told = list(bifurcate(groups_of(range(20), 8), answers_of, bool))
+    assert sorted(item for item, _, _ in told) == list(range(20))
+    assert {item for item, answer, _ in told if answer} == {3, 11}
+    assert {count for _, answer, count in told if answer} == {1}
+    assert len(asked) == 3 + 2 * 2 * 3 and [len(g) for g in asked[:3]] == [8, 8, 4]

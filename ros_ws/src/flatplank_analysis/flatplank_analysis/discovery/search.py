@@ -298,7 +298,9 @@ class _Searcher:
             fit = invariants.not_raising_error(self.fitter, state.fit, fits)
             if not invariants.is_active(fit.terms[-1]):
                 continue
-            decision = replace(decision, held_out_gain=heldout.gain(state, fit, len(fit.terms) - 1))
+            decision = replace(
+                decision, held_out_gain=heldout.gain(state, fit, len(fit.terms) - 1)
+            )
             taken = AcceptedEffect(
                 decision, tuple(suspects(self.model, state, step.screen, decision))
             )
