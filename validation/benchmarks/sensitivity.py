@@ -50,7 +50,7 @@ FAILS = "fails"
 """begin of the verdict of a search that raises an error"""
 
 
-TOGETHER = 8
+TOGETHER = 16
 """settings that are applied together first"""
 
 
