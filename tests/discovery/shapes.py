@@ -12,6 +12,8 @@ import numpy as np
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.parameters import Parameter, param
 from flatplank_analysis.discovery.runs import Coordinate, RunSet
+from flatplank_analysis.discovery.search import Options, run_search
+from flatplank_analysis.discovery.steps import Search
 
 TIME = np.linspace(0.0, 4.0, 120)
 CONDITIONS, REPEATS = 8, 3
@@ -92,3 +94,14 @@ def measured(seed: int, *hidden: tuple[np.ndarray | float, Form], noise: float =
 def names(found: Sequence) -> set[str]:
     """Of what was accepted."""
     return {f.decision.term.effect.identifier for f in found}
+
+
+def searched(model: Sum, *effects: type[Effect], **options: Any) -> Search:
+    """The whole search."""
+    return run_search(model, list(effects), Options(**options))
+
+
+def refusals(search: Search, name: str) -> tuple[str, ...]:
+    """Why an effect was not taken at the first step."""
+    (reasons,) = (d.reasons for d in search.steps[0].refits if d.term.effect.identifier == name)
+    return reasons

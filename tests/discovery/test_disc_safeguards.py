@@ -3,36 +3,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
 import numpy as np
 import pytest
-from shapes import CONDITIONS, LONG, OTHER, REPEATS, TIME, Sum, measured, names, shape, wave
+from shapes import (
+    CONDITIONS,
+    LONG,
+    OTHER,
+    REPEATS,
+    TIME,
+    Sum,
+    measured,
+    names,
+    refusals,
+    searched,
+    shape,
+    wave,
+)
 
 from flatplank_analysis.discovery import heldout
-from flatplank_analysis.discovery.decide import SHARE, Judge
-from flatplank_analysis.discovery.dispersion import TypicalDispersion
-from flatplank_analysis.discovery.effect import Effect
+from flatplank_analysis.discovery.decide import SHARE
 from flatplank_analysis.discovery.fit import Fitter, Term
-from flatplank_analysis.discovery.parameters import Parameter, param
-from flatplank_analysis.discovery.refits import Refits
-from flatplank_analysis.discovery.search import Options, _Searcher, run_search
+from flatplank_analysis.discovery.parameters import Parameter
 from flatplank_analysis.discovery.state import channel_weights, make_state, start_base
-from flatplank_analysis.discovery.steps import Search
-from flatplank_analysis.discovery.verdict import AT_FLOOR, FOUND, GROUP, NONE, PARTLY, diagnose
+from flatplank_analysis.discovery.verdict import AT_FLOOR, FOUND, GROUP, NONE, diagnose
 
 RUNS = CONDITIONS * REPEATS
 EARLY = shape("early", lambda c: (1.0 + 0.5 * c) * wave(1.5) * (TIME < 1.2))
-
-
-def searched(model, *effects, **options) -> Search:
-    return run_search(model, list(effects), Options(**options))
-
-
-def refusals(search: Search, name: str) -> tuple[str, ...]:
-    """Why an effect was not taken at the first step."""
-    (reasons,) = (d.reasons for d in search.steps[0].refits if d.term.effect.identifier == name)
-    return reasons
 
 
 def test_what_is_there_is_found():
@@ -286,214 +282,3 @@ def test_what_no_effect_explains_is_said():
     assert result.verdict == NONE
     assert result.unexplained > result.floor
     assert diagnose(searched(measured(12), LONG, OTHER)).verdict == AT_FLOOR
-
-
-def bent(c: np.ndarray, periods: float = 1.5, much: float = 0.8) -> np.ndarray:
-    """As LONG, but from 0.2 to 1.8 times as large along the run."""
-    return (1.0 + 0.5 * c) * (1.0 + 0.5 * much * (TIME - 2.0)) * wave(periods)
-
-
-def test_a_fault_of_another_form_is_named_where_it_leaves_nothing():
-    search = searched(measured(18, (0.06, bent)), LONG, OTHER)
-    assert refusals(search, "long") == ("not the same size along the run",)
-    (found,) = search.last.found
-    assert names([found]) == {"long"}
-    low, high = found.decision.interval
-    assert low < 0.06 < high and high - low > 0.02
-    result = diagnose(search)
-    assert result.verdict == FOUND
-    assert any("long: not the same size along the run" in note for note in result.notes)
-
-
-def test_where_more_than_counts_is_left_the_form_must_be_nearly_right():
-    for much, named, verdict in ((0.5, {"long"}, PARTLY), (1.2, set(), NONE)):
-        model = measured(18, (0.2, lambda c, much=much: bent(c, much=much)))
-        search = searched(model, LONG, OTHER)
-        assert refusals(search, "long") == ("not the same size along the run",)
-        assert names(search.last.found) == named and diagnose(search).verdict == verdict
-
-
-def test_what_a_wrong_form_leaves_is_no_effect_and_hides_none():
-    """The found effect may differ along the run and between conditions, as it was seen to. What
-    that explains is no further effect; one of another shape may explain less and is named."""
-    early = shape("early", lambda c: LONG.form(c) * (TIME < 1.6))
-    fault = measured(18, (0.1, lambda c: LONG.form(c) - 0.5 * early.form(c)))
-    search = searched(fault, LONG, early)
-    (found,) = search.last.found
-    assert names([found]) == {"long"} and found.decision.misshapen
-    (refused,) = (d for d in search.last.refits if d.term.effect is early)
-    assert refused.drop > 100.0
-    assert refused.reasons == ("not beyond the scatter among conditions",)
-    second = measured(18, (0.1, lambda c: bent(c, much=0.6)), (0.012, OTHER.form))
-    search = searched(second, LONG, OTHER)
-    assert names(search.last.found) == {"long", "other"}
-    (first,) = search.steps[1].found
-    assert search.last.found[1].decision.drop < first.decision.residue
-
-
-def test_what_is_left_by_a_fault_that_no_effect_fits_is_not_named():
-    """A fault in every other condition, much unlike LONG, and a small effect that imitates it."""
-    fault = (0.2, lambda c: (1.0 + 0.5 * c) * wave(1.5) * (np.abs(c) > 0.5))
-    like = shape("like", lambda c: wave(1.5) * (TIME < 1.0) + 0.2 * wave(7.5))
-    search = searched(measured(6, fault), LONG, like)
-    by_name = {d.term.effect.identifier: d for d in search.steps[0].refits}
-    assert by_name["long"].drop > by_name["like"].drop
-    assert not search.last.found
-
-
-@dataclass(frozen=True)
-class Hum(Effect):
-    """A wave whose pitch is fitted, too."""
-
-    identifier, kind, coordinate = "hum", "machine", "time"
-    a: float = param(0.0, unit="1", bounds=(-5.0, 5.0), screen=0.02, matters=0.05)
-    pitch: float = param(0.9, unit="1/s", bounds=(0.5, 1.5))
-
-
-class Hummed(Sum):
-    """Level, slope and hums: two Jacobians do not reach the pitch."""
-
-    def predict(self, sets):
-        out = np.empty((len(sets), *self.runs.measured.shape))
-        for row, one in zip(out, sets, strict=True):
-            row[0] = one.base[0] + one.base[1] * TIME
-            for _, (size, pitch) in one.effects:
-                row[0] += size * np.sin(2.0 * np.pi * pitch * TIME)
-        return out
-
-
-def test_a_promising_refit_is_carried_to_its_end():
-    """The first Jacobians find less than half of the size, which does not matter."""
-    model = measured(23, (0.1, lambda c: np.sin(2.0 * np.pi * 0.95 * TIME)))
-    searcher = _Searcher(Hummed(model.runs), [Hum], Options())
-    fit = searcher.fitter.fit(start_base(model), ())
-    step = searcher.with_weights_of_floors(searcher.step_of(fit, []))
-    judge = Judge(step.state, step.state.whitened.chi2, step.screen.typical)
-    early = step.state.with_term(Term(Hum, np.array([0.02, 0.85])), most=2)
-    first = searcher.refits.newest(judge, early)
-    assert "present, negligible" in first.reasons
-    decision, found = searcher.refits.converged(judge, (first, early))
-    assert decision.drop > 1.5 * first.drop and abs(first.term.size) < 0.05
-    assert decision.term.size == pytest.approx(0.1, rel=0.1)
-    assert found.fit.terms[-1].values[1] == pytest.approx(0.95, abs=0.01)
-    # neither what is accepted nor what is within the scatter is worth the time
-    for changes in ({"reasons": ()}, {"p_repeats": 2.0 * first.level}):
-        given = (replace(first, **changes), early)
-        assert searcher.refits.converged(judge, given) is given
-
-
-def test_a_fault_of_another_form_goes_before_what_imitates_it():
-    """The imitation has one size everywhere, and explains half as much."""
-    swift = shape("swift", lambda c: (1.0 + 0.5 * c) * wave(10.0))
-    like = shape("like", lambda c: bent(c, 10.0) + bent(c, 11.0))
-    alone = searched(measured(19, (0.1, like.form)), like, OTHER)
-    assert names(alone.last.found) == {"like"}
-    search = searched(measured(19, (0.1, lambda c: bent(c, 10.0))), swift, like, OTHER)
-    by_name = {d.term.effect.identifier: d for d in search.steps[0].refits}
-    assert by_name["like"].accepted and by_name["swift"].misshapen
-    assert names(search.last.found) == {"swift"}
-
-
-def test_what_imitates_a_fault_of_another_form_goes_once_the_fault_is_found():
-    """Both together explain more than the fault alone, by what its form leaves."""
-    swift = shape("swift", lambda c: (1.0 + 0.5 * c) * wave(10.0))
-    like = shape("like", lambda c: bent(c, 10.0, 0.5) * (TIME > 2.0))
-    hidden = (0.05, lambda c: bent(c, 10.0, 0.5))
-    search = searched(measured(19, hidden), swift, like, OTHER)
-    by_name = {d.term.effect.identifier: d for d in search.steps[0].refits}
-    assert by_name["like"].accepted and by_name["swift"].misshapen
-    assert names(search.steps[1].found) == {"like"} and names(search.last.found) == {"swift"}
-    both = searched(measured(19, hidden, (0.05, OTHER.form)), swift, like, OTHER)
-    assert names(both.last.found) == {"swift", "other"}
-
-
-class Tone(Sum):
-    """level + sin(2 pi f t): from a wrong pitch no fit gets to the right one."""
-
-    parameters = (
-        Parameter("level", "1", 0.0, -5.0, 5.0, 0.1),
-        Parameter("pitch", "1/s", 0.5, 0.1, 3.0, 0.02),
-    )
-
-    def predict(self, sets):
-        out = np.empty((len(sets), *self.runs.measured.shape))
-        for row, one in zip(out, sets, strict=True):
-            row[0] = one.base[0] + np.sin(2.0 * np.pi * one.base[1] * TIME)
-            for effect, values in one.effects:
-                row[0] += values[0] * effect.form(self.setting)
-        return out
-
-
-def test_a_base_in_a_corner_is_fitted_from_elsewhere():
-    heard = measured(20, (1.0, lambda c: np.sin(2.0 * np.pi * 1.2 * TIME)))
-    tone = Tone(replace(heard.runs, measured=heard.runs.measured - 0.1 * TIME))
-    alone = searched(tone, LONG, OTHER)
-    assert alone.starts == 1 and alone.steps[0].state.floors[0].unexplained > 0.3
-    tone.starts = ({"pitch": 2.5}, {"pitch": 1.15})
-    search = searched(tone, LONG, OTHER)
-    assert search.starts == 3 and diagnose(search).verdict == AT_FLOOR
-    assert search.last.state.fit.base[1] == pytest.approx(1.2, abs=0.01)
-    # an effect that was found from there is fitted with the base from its start as well
-    state = search.last.state
-    searcher = _Searcher(tone, [LONG], Options(start={"pitch": 1.15}))
-    cornered = state.fitter.fit(np.array([0.0, 0.5]), [Term(LONG, np.array([0.0]))])
-    stuck = state.fit_whitened(cornered)
-    freed = searcher.refits.restarted(state, stuck)
-    assert freed.chi2 < 0.5 * stuck.chi2
-    assert searcher.refits.restarted(state, freed) is freed
-
-    # and is then taken as it came out from there
-    class Cornered(Refits):
-        def refit(self, _state, _item):
-            return stuck
-
-    judge = Judge(state, stuck.chi2 + 200.0, TypicalDispersion(1.0, 16.0))
-    ((_, taken),) = Cornered(tone, state.fitter, {"pitch": 1.15}, {}, {"long": 1}).of(
-        judge, [None]
-    )
-    assert taken.chi2 == pytest.approx(freed.chi2)
-
-
-class Late(Sum):
-    """An effect that does nothing below 0.05: from there no fit finds it."""
-
-    def predict(self, sets):
-        out = np.empty((len(sets), *self.runs.measured.shape))
-        for row, one in zip(out, sets, strict=True):
-            row[0] = one.base[0] + one.base[1] * TIME
-            for effect, values in one.effects:
-                row[0] += max(values[0] - 0.05, 0.0) * effect.form(self.setting)
-        return out
-
-
-def test_a_gap_that_ended_at_its_null_is_started_from_its_start_size():
-    starts = classmethod(lambda cls: (1.0, 7.5))
-    gap = shape("gap", LONG.form, starts=starts)
-    for effect, size in ((gap, 0.25), (LONG, 0.0)):
-        model = Late(measured(25, (0.2, LONG.form)).runs)
-        searcher = _Searcher(model, [effect], Options())
-        dead = Term(effect, np.array([0.0]))
-        step = searcher.step_of(searcher.fitter.fit(start_base(model)), [])
-        stuck = step.state.with_term(dead, most=12)
-        freed = searcher.refits.restarted(step.state, stuck)
-        assert stuck.fit.terms[-1].size == 0.0
-        assert freed.fit.terms[-1].size == pytest.approx(size, rel=0.05)
-
-
-class Pair(Sum):
-    """Two channels with one level."""
-
-    def predict(self, sets):
-        return np.repeat(super().predict(sets)[:, :1], 2, axis=1)
-
-
-def test_the_base_is_fitted_with_the_weights_that_later_fits_use():
-    """One channel scatters from run to run, but hardly along a run: the first weights trust it."""
-    runs = measured(26, noise=0.01).runs
-    offsets = 0.5 * np.random.default_rng(26).standard_normal((runs.runs, 1))
-    x, y = runs.measured[0] + offsets, runs.measured[0] - 0.3
-    model = Pair(replace(runs, channels=("x", "y"), measured=np.stack([x, y])))
-    state = searched(model, LONG).steps[0].state
-    again = state.fitter.fit(state.fit.base)
-    assert state.fitter.error(again) > 0.99 * state.fitter.error(state.fit)
-    assert state.fit.base[0] == pytest.approx(0.7, abs=0.005)

@@ -66,8 +66,8 @@ AREAS = (
         _files(
             "discovery/test_disc",
             "decisions decision_sums shortlist fit_rules verdicts sums floor_sums pieces where "
-            "noise descent heldout whitened engine safeguards patterns determined sizes floors "
-            "loop rivals invariants",
+            "noise descent heldout whitened engine safeguards wrong_forms starts patterns "
+            "determined sizes floors loop rivals invariants",
         ),
         ("report", "modelfile.py", "score.py", "nextrun.py"),
     ),

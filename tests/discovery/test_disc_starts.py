@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From where the base and an effect are fitted, and how far."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from shapes import LONG, OTHER, TIME, Sum, measured, searched, shape
+
+from flatplank_analysis.discovery.decide import Judge
+from flatplank_analysis.discovery.dispersion import TypicalDispersion
+from flatplank_analysis.discovery.fit import Term
+from flatplank_analysis.discovery.parameters import Parameter
+from flatplank_analysis.discovery.refits import Refits
+from flatplank_analysis.discovery.search import Options, _Searcher
+from flatplank_analysis.discovery.state import start_base
+from flatplank_analysis.discovery.verdict import AT_FLOOR, diagnose
+
+
+class Tone(Sum):
+    """level + sin(2 pi f t): from a wrong pitch no fit gets to the right one."""
+
+    parameters = (
+        Parameter("level", "1", 0.0, -5.0, 5.0, 0.1),
+        Parameter("pitch", "1/s", 0.5, 0.1, 3.0, 0.02),
+    )
+
+    def predict(self, sets):
+        out = np.empty((len(sets), *self.runs.measured.shape))
+        for row, one in zip(out, sets, strict=True):
+            row[0] = one.base[0] + np.sin(2.0 * np.pi * one.base[1] * TIME)
+            for effect, values in one.effects:
+                row[0] += values[0] * effect.form(self.setting)
+        return out
+
+
+def test_a_base_in_a_corner_is_fitted_from_elsewhere():
+    heard = measured(20, (1.0, lambda c: np.sin(2.0 * np.pi * 1.2 * TIME)))
+    tone = Tone(replace(heard.runs, measured=heard.runs.measured - 0.1 * TIME))
+    alone = searched(tone, LONG, OTHER)
+    assert alone.starts == 1 and alone.steps[0].state.floors[0].unexplained > 0.3
+    tone.starts = ({"pitch": 2.5}, {"pitch": 1.15})
+    search = searched(tone, LONG, OTHER)
+    assert search.starts == 3 and diagnose(search).verdict == AT_FLOOR
+    assert search.last.state.fit.base[1] == pytest.approx(1.2, abs=0.01)
+    # an effect that was found from there is fitted with the base from its start as well
+    state = search.last.state
+    searcher = _Searcher(tone, [LONG], Options(start={"pitch": 1.15}))
+    cornered = state.fitter.fit(np.array([0.0, 0.5]), [Term(LONG, np.array([0.0]))])
+    stuck = state.fit_whitened(cornered)
+    freed = searcher.refits.restarted(state, stuck)
+    assert freed.chi2 < 0.5 * stuck.chi2
+    assert searcher.refits.restarted(state, freed) is freed
+
+    # and is then taken as it came out from there
+    class Cornered(Refits):
+        def refit(self, _state, _item):
+            return stuck
+
+    judge = Judge(state, stuck.chi2 + 200.0, TypicalDispersion(1.0, 16.0))
+    ((_, taken),) = Cornered(tone, state.fitter, {"pitch": 1.15}, {}, {"long": 1}).of(
+        judge, [None]
+    )
+    assert taken.chi2 == pytest.approx(freed.chi2)
+
+
+class Late(Sum):
+    """An effect that does nothing below 0.05: from there no fit finds it."""
+
+    def predict(self, sets):
+        out = np.empty((len(sets), *self.runs.measured.shape))
+        for row, one in zip(out, sets, strict=True):
+            row[0] = one.base[0] + one.base[1] * TIME
+            for effect, values in one.effects:
+                row[0] += max(values[0] - 0.05, 0.0) * effect.form(self.setting)
+        return out
+
+
+def test_a_gap_that_ended_at_its_null_is_started_from_its_start_size():
+    starts = classmethod(lambda cls: (1.0, 7.5))
+    gap = shape("gap", LONG.form, starts=starts)
+    for effect, size in ((gap, 0.25), (LONG, 0.0)):
+        model = Late(measured(25, (0.2, LONG.form)).runs)
+        searcher = _Searcher(model, [effect], Options())
+        dead = Term(effect, np.array([0.0]))
+        step = searcher.step_of(searcher.fitter.fit(start_base(model)), [])
+        stuck = step.state.with_term(dead, most=12)
+        freed = searcher.refits.restarted(step.state, stuck)
+        assert stuck.fit.terms[-1].size == 0.0
+        assert freed.fit.terms[-1].size == pytest.approx(size, rel=0.05)
+
+
+class Pair(Sum):
+    """Two channels with one level."""
+
+    def predict(self, sets):
+        return np.repeat(super().predict(sets)[:, :1], 2, axis=1)
+
+
+def test_the_base_is_fitted_with_the_weights_that_later_fits_use():
+    """One channel scatters from run to run, but hardly along a run: the first weights trust it."""
+    runs = measured(26, noise=0.01).runs
+    offsets = 0.5 * np.random.default_rng(26).standard_normal((runs.runs, 1))
+    x, y = runs.measured[0] + offsets, runs.measured[0] - 0.3
+    model = Pair(replace(runs, channels=("x", "y"), measured=np.stack([x, y])))
+    state = searched(model, LONG).steps[0].state
+    again = state.fitter.fit(state.fit.base)
+    assert state.fitter.error(again) > 0.99 * state.fitter.error(state.fit)
+    assert state.fit.base[0] == pytest.approx(0.7, abs=0.005)
