@@ -145,14 +145,13 @@ def _note(node: ast.AST | None) -> str:
 
 def page(found: Found) -> str:
     """The table as Markdown; `found`: results of a study by constant and factor (1: unchanged)."""
-    seen = [len(e) for key, by_factor in found.items() if key for e in by_factor.values()]
     lines = [
         "# Tuning constants of the search",
         "",
         "Written by `python validation/benchmarks/constants.py --write docs/constants.md`; "
         "a test holds it to the code.",
         "",
-        *([_studied(seen), ""] if seen else []),
+        *([_studied(found), ""] if set(found) - {""} else []),
         "| constant | value | what it is | source | halved | doubled |",
         "|---|---|---|---|---|---|",
     ]
@@ -169,12 +168,20 @@ def page(found: Found) -> str:
     return "\n".join(lines)
 
 
-def _studied(seen: Sequence[int]) -> str:
+def _studied(found: Found) -> str:
+    varied = [(key, factor) for key, by_factor in found.items() if key for factor in by_factor]
+    most = max(len(found[key][factor]) for key, factor in varied)
+    known = {c.key: c for c in constants()}
+    cells = [_changed(found, known[k], f) for k, f in varied if k in known]
+    counts = [cell for cell in cells if " of " in cell]
+    idle = sum(cell.startswith("0 of") for cell in counts)
     return (
-        f"{len(seen)} settings were varied on up to {max(seen)} campaigns of the blind kit, "
-        f"seed {SEED} (`validation/benchmarks/sensitivity.py`); the journal is "
-        f"[beside this page]({PUBLISHED.name}). A number of another value than then counts as not "
-        "varied."
+        f"{len(counts)} settings were varied on up to {most} campaigns of the blind kit, "
+        f"seed {SEED} (`validation/benchmarks/sensitivity.py`); {idle} of them change no answer. "
+        "Up to sixteen settings are applied together (sequential bifurcation): where the answer "
+        "stays, it counts for each of them; where not, they are divided, down to single ones. "
+        f"The journal is [beside this page]({PUBLISHED.name}). A number of another value than "
+        "then counts as not varied."
     )
 
 
