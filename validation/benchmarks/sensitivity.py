@@ -21,7 +21,7 @@ import os
 import pickle
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -45,11 +45,14 @@ from constants import (
     literal_names,
     read,
 )
+from remembered import Remembered
 
 FAILS = "fails"
 """begin of the verdict of a search that raises an error"""
 
 
+SEARCH = "discovery"
+"""folder of the constants that no prediction of the model depends on"""
 TOGETHER = 16
 """settings that are applied together first"""
 
@@ -194,6 +197,7 @@ def work(number: int, only: str, journal: Path) -> None:
     if not left or tables_of(number, tables_folder(journal)) is None:
         return
     model._POOL = Serial()
+    memory = Remembered(model.TireModel.predict)
     package = Package(SOURCE)
     names = {s: s.names(package) for s in left}
 
@@ -201,30 +205,35 @@ def work(number: int, only: str, journal: Path) -> None:
         with journal.open("a", encoding="utf-8") as stream:
             stream.write(json.dumps(entry | of | found) + "\n")
 
-    plain: list[dict[str, Any]] = []
+    with memory.used_by(model.TireModel):
+        plain = result_of(number, journal)
+    tell(AS_IT_IS, plain)
 
     def forked(groups: Sequence[Group]) -> list[dict[str, Any]]:
         branches = [[(names[s], s.value) for s in g] for g in groups]
-        result, found = run(lambda: result_of(number, journal), branches)
-        plain.append(result)
-        return [result if f is None else f for f in found]
+        _, found = run(lambda: result_of(number, journal), branches)
+        return [plain if f is None else f for f in found]
+
+    def remembered(groups: Sequence[Group]) -> list[dict[str, Any]]:
+        with memory.used_by(model.TireModel):
+            return forked(groups)
 
     def apart(groups: Sequence[Group]) -> list[dict[str, Any]]:
         return [result_apart(number, journal, g) for g in groups]
 
-    def changed(found: dict[str, Any]) -> bool:
-        return answer_of(found) != answer_of(plain[0])
+    def way_of(setting: Setting) -> Callable[[Sequence[Group]], list[dict[str, Any]]]:
+        if names[setting].at_import:
+            return apart
+        return remembered if setting.constant.folder == SEARCH else forked
 
-    for answers, at_import in ((forked, False), (apart, True)):
-        some = [s for s in left if names[s].at_import == at_import]
-        groups = [
-            g for f in FACTORS for g in groups_of([s for s in some if s.factor == f], TOGETHER)
-        ]
-        for setting, found, count in bifurcate(groups, answers, changed):
+    for way in (remembered, forked, apart):
+        some = [s for s in left if way_of(s) is way]
+        parts = ([s for s in some if s.factor == factor] for factor in FACTORS)
+        groups = [g for part in parts for g in groups_of(part, TOGETHER)]
+        answers = bifurcate(groups, way, lambda f: answer_of(f) != answer_of(plain))
+        for setting, found, count in answers:
             tell(setting.entry | {"together": count}, found)
-        if not plain:
-            forked([])
-    tell(AS_IT_IS, plain[0])
+        memory.known.clear()
 
 
 def study(only: str, count: int, journal: Path, jobs: int) -> None:
