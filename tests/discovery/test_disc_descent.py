@@ -56,6 +56,28 @@ def test_a_jacobian_that_is_out_of_date_is_made_anew():
     assert asked[0] > 1
 
 
+def test_a_linear_problem_takes_one_step():
+    """The start and the end are predicted, nothing else; and one Jacobian is made."""
+    a, goal, asked = np.array([[1.0, 2.0, 3.0], [0.0, 1.0, -1.0]]), np.array([1.0, 3.0, 5.0]), []
+
+    def predict(points: list[np.ndarray]) -> np.ndarray:
+        asked.append(len(points))
+        return np.array([z @ a for z in points]).reshape(-1, 1, 1, 3)
+
+    def jacobian(_z: np.ndarray, _predicted: np.ndarray) -> np.ndarray:
+        asked.append(0)
+        return a.reshape(2, 1, 1, 3)
+
+    nothing = np.zeros(2)
+    problem = Problem(
+        goal.reshape(1, 1, 3), predict, jacobian, lambda v: v, lambda _e: 1e-9, -WIDE, WIDE,
+        nothing, nothing,
+    )  # fmt: skip
+    end = descend(problem, np.array([4.0, -4.0]))
+    np.testing.assert_allclose(end.point.z, np.linalg.lstsq(a.T, goal)[0], atol=1e-6)
+    assert asked == [1, 0, 1] and end.steps == 1
+
+
 def test_no_jacobian_is_made_when_none_is_left():
     problem, asked = _bent(100.0)
     given = problem.jacobian(np.array([-1.2, 1.0]), np.zeros(0))

@@ -31,6 +31,8 @@ def test_contrasts_lose_what_differs_between_repeats_and_is_known():
     other = numbers(14, 1, RUNS, runs.samples)
     both = floor.clean_contrasts(runs, noise + 3.0 * block[0] + other[0], [other, block])
     assert np.std(both) == pytest.approx(np.std(runs.contrast(noise)), rel=0.01)
+    twice = floor.clean_contrasts(runs, noise + 3.0 * block[0], [np.concatenate([block, block])])
+    np.testing.assert_allclose(twice.ravel(), pure, atol=1e-5)
     # contrasts without anything left are no reason to look on
     assert not floor.clean_contrasts(runs, 0.0 * noise, [block]).any()
     # noise is not explained by what happens to look a little like it

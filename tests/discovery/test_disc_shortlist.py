@@ -15,7 +15,7 @@ from shapes import LONG, OTHER, shape
 
 from flatplank_analysis.discovery import shortlist
 from flatplank_analysis.discovery.fit import Fitter
-from flatplank_analysis.discovery.screen import best_per_effect, screen
+from flatplank_analysis.discovery.screen import best_per_effect, likeness, screen
 from flatplank_analysis.discovery.state import (
     channel_weights,
     make_state,
@@ -68,6 +68,22 @@ def test_the_shortlist_has_what_may_be_an_effect():
     usual = screened(shape("zzz", LONG.form), 1.0, gain=500.0)
     rare = screened(shape("aaa", LONG.form, rarity=2), 1.0)
     assert shortlist._goes_before(usual, rare) and not shortlist._goes_before(rare, usual)
+
+
+def test_likeness_is_that_of_columns_without_what_the_model_takes():
+    """0.6 between two columns; never more than 1, whatever rounding makes of the sums."""
+    one, other = screened(LONG, 1.0), screened(OTHER, 1.0)
+    one, other = (replace(o, contribution=np.eye(2)[i]) for i, o in enumerate((one, other)))
+    for cross, own, wanted in (
+        (0.6, 1.0, 0.6),
+        (-0.6, 1.0, 0.6),
+        (1.2, 4.0, 0.6),
+        (1.0, 0.9, 1.0),
+    ):
+        result = SimpleNamespace(projected=np.array([[1.0, cross], [cross, own]]))
+        assert likeness(result, one, other) == pytest.approx(wanted)
+    nothing = replace(other, contribution=np.zeros(2))
+    assert likeness(result, one, nothing) == 0.0
 
 
 def test_a_screened_size_far_below_what_matters_is_none():
