@@ -56,8 +56,10 @@ def test_a_jacobian_that_is_out_of_date_is_made_anew():
     assert asked[0] > 1
 
 
-def test_a_linear_problem_takes_one_step():
-    """The start and the end are predicted, nothing else; and one Jacobian is made."""
+@pytest.mark.parametrize("strength", [(0.0, 0.0), (2.0, 0.5), (0.0, 30.0)])
+def test_a_linear_problem_takes_one_step(strength):
+    """The start and the end are predicted, nothing else; and one Jacobian is made. Priors pull at
+    the numbers as further rows would."""
     a, goal, asked = np.array([[1.0, 2.0, 3.0], [0.0, 1.0, -1.0]]), np.array([1.0, 3.0, 5.0]), []
 
     def predict(points: list[np.ndarray]) -> np.ndarray:
@@ -68,14 +70,26 @@ def test_a_linear_problem_takes_one_step():
         asked.append(0)
         return a.reshape(2, 1, 1, 3)
 
-    nothing = np.zeros(2)
+    centre = np.array([3.0, -1.0])
     problem = Problem(
         goal.reshape(1, 1, 3), predict, jacobian, lambda v: v, lambda _e: 1e-9, -WIDE, WIDE,
-        nothing, nothing,
+        centre, np.array(strength),
     )  # fmt: skip
     end = descend(problem, np.array([4.0, -4.0]))
-    np.testing.assert_allclose(end.point.z, np.linalg.lstsq(a.T, goal)[0], atol=1e-6)
+    pull = np.diag(np.sqrt(strength))
+    rows, goals = np.concatenate([a.T, pull]), np.concatenate([goal, pull @ centre])
+    known = np.linalg.lstsq(rows, goals)[0]
+    np.testing.assert_allclose(end.point.z, known, atol=1e-5)
+    assert end.point.energy == pytest.approx(np.sum((rows @ known - goals) ** 2))
     assert asked == [1, 0, 1] and end.steps == 1
+
+
+@pytest.mark.parametrize("sharp", [3.0, 10.0, 30.0])
+def test_far_from_the_bottom_the_first_jacobian_is_updated(sharp):
+    problem, asked = _bent(sharp)
+    end = descend(problem, np.array([4.0, -3.0]), steps=60, jacobians=60)
+    np.testing.assert_allclose(end.point.z, [1.0, 1.0], atol=1e-4)
+    assert asked[0] <= 3 and end.steps <= 15
 
 
 def test_no_jacobian_is_made_when_none_is_left():
