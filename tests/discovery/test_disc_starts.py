@@ -7,13 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from shapes import LONG, OTHER, TIME, Sum, measured, searched, shape
+from shapes import LONG, OTHER, TIME, Sum, measured, searched, shape, wave
 
 from flatplank_analysis.discovery.decide import Judge
 from flatplank_analysis.discovery.dispersion import TypicalDispersion
 from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.parameters import Parameter
 from flatplank_analysis.discovery.refits import Refits
+from flatplank_analysis.discovery.screen import best_per_effect
 from flatplank_analysis.discovery.search import Options, _Searcher
 from flatplank_analysis.discovery.state import start_base
 from flatplank_analysis.discovery.verdict import AT_FLOOR, diagnose
@@ -90,6 +91,22 @@ def test_a_gap_that_ended_at_its_null_is_started_from_its_start_size():
         freed = searcher.refits.restarted(step.state, stuck)
         assert stuck.fit.terms[-1].size == 0.0
         assert freed.fit.terms[-1].size == pytest.approx(size, rel=0.05)
+
+
+def test_what_was_refitted_already_is_not_fitted_again_from_its_start_size():
+    starts = classmethod(lambda cls: (1.0, 7.5))
+    gaps = [shape(e.identifier, e.form, starts=starts) for e in (LONG, OTHER)]
+    model = measured(28, (0.1, LONG.form))
+    searcher = _Searcher(model, [*gaps, shape("plain", lambda c: wave(4.5))], Options())
+    step = searcher.step_of(searcher.fitter.fit(start_base(model)), [])
+    judge = Judge(step.state, step.state.whitened.chi2, step.screen.typical)
+
+    def fitted(items):
+        more = searcher.refits.with_start_sizes(judge, step.screen, items)
+        return [d.term.effect.identifier for d, _ in more]
+
+    (long, *_) = (i for i in best_per_effect(step.screen) if i.identifier == "long")
+    assert fitted([]) == ["long", "other"] and fitted([long]) == ["other"]
 
 
 class Pair(Sum):
