@@ -7,7 +7,14 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from flatplank_analysis.discovery.descent import Problem, bounded_step, descend
+from flatplank_analysis.discovery.descent import (
+    PROBE,
+    Problem,
+    _broyden,
+    _DampedSteps,
+    bounded_step,
+    descend,
+)
 
 WIDE = np.full(2, 10.0)
 
@@ -90,6 +97,43 @@ def test_far_from_the_bottom_the_first_jacobian_is_updated(sharp):
     end = descend(problem, np.array([4.0, -3.0]), steps=60, jacobians=60)
     np.testing.assert_allclose(end.point.z, [1.0, 1.0], atol=1e-4)
     assert asked[0] <= 3 and end.steps <= 15
+
+
+def test_an_updated_jacobian_reproduces_the_last_step_and_keeps_the_rest():
+    draw = np.random.default_rng(3)
+    columns, change = draw.standard_normal((4, 1, 2, 5)), draw.standard_normal((1, 2, 5))
+    move, across = np.array([1.0, -2.0, 0.5, 0.0]), np.array([2.0, 1.0, 0.0, 3.0])
+    new = _broyden(columns, move, change)
+    np.testing.assert_allclose(np.tensordot(move, new, axes=1), change)
+    old = np.tensordot(across, columns, axes=1)
+    np.testing.assert_allclose(np.tensordot(across, new, axes=1), old)
+    assert _broyden(columns, 1e-7 * move, change) is columns
+
+
+@pytest.mark.parametrize(
+    ("bend", "goal"), [(0.4, 0.3), (-0.4, 0.3), (0.4, -0.3), (1.0, 2.0), (2.5, 2.0)]
+)
+def test_a_step_is_corrected_by_half_of_its_second_derivative(bend, goal):
+    """z + bend z^2 = goal, from 0: the step is `goal`, the correction - bend goal^2, never longer
+    than the step, and left out beyond three times its length."""
+
+    def predict(points: list[np.ndarray]) -> np.ndarray:
+        return np.array([z + bend * z**2 for z in points]).reshape(-1, 1, 1, 1)
+
+    nothing, wide = np.zeros(1), np.full(1, 9.0)
+    problem = Problem(
+        np.array([[[goal]]]), predict, lambda _z, _p: np.ones((1, 1, 1, 1)), lambda v: v,
+        lambda _e: 1e-9, -wide, wide, nothing, nothing,
+    )  # fmt: skip
+    steps = _DampedSteps(problem, problem.points([nothing])[0], np.ones((1, 1, 1, 1)))
+    probed = problem.points([np.array([PROBE * goal])])
+    ends = steps.second_order([np.array([goal])], [1e-9], probed)
+    if abs(bend * goal) > 3.0:
+        assert ends == []
+    else:
+        ((point, damping),) = ends
+        turn = np.clip(-bend * goal**2, -abs(goal), abs(goal))
+        assert damping == 1e-9 and point.z[0] == pytest.approx(goal + turn, rel=1e-6)
 
 
 def test_no_jacobian_is_made_when_none_is_left():
