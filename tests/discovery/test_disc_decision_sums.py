@@ -116,6 +116,8 @@ def test_five_sizes_along_the_run_against_one(in_stretches):
     assert found == pytest.approx(wanted)
     columns[:, 3:5] = 0.0
     assert decide._stretch_test(Gram.of(columns, e), 2)[1] == 2
+    columns[:, 5:7] = 0.0
+    assert decide._stretch_test(Gram.of(columns, e), 2)[1] == 1
 
 
 def test_one_size_in_every_condition(in_stretches):
@@ -125,6 +127,8 @@ def test_one_size_in_every_condition(in_stretches):
     found, freedom = decide._condition_test(state, score, info)
     parts = [score[g].sum() ** 2 / info[g].sum() for g in GROUPS[1:]]
     assert found == pytest.approx(sum(parts)) and freedom == CONDITIONS - 2
+    info[REPEATS:] *= 1e-9
+    assert decide._condition_test(state, score, info)[1] == 1
 
 
 def test_what_the_error_rises_by_without_an_effect(in_stretches):

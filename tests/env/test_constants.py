@@ -203,5 +203,9 @@ def test_a_model_is_asked_once_for_a_parameter_set(study):
         assert asked == [2, 1]
         Doubled([4.0]).predict([one])
         assert asked == [2, 1, 1]
+        memory.full = True
+        for size in (5.0, 5.0, 1.0):
+            assert model.predict([ParameterSet(np.array([size]))]).item() == 2.0 * size
+        assert asked == [2, 1, 1, 1, 1]
     model.predict([one])
-    assert asked == [2, 1, 1, 1]
+    assert asked == [2, 1, 1, 1, 1, 1]

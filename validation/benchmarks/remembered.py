@@ -19,15 +19,20 @@ class Remembered:
     def __init__(self, predict: Predict) -> None:
         self.predict = predict
         self.known: dict[tuple[Any, ...], np.ndarray] = {}
+        self.full = False
+        """True: what is new is predicted, but not remembered any more"""
 
     def __call__(self, model: Any, sets: Sequence[Any]) -> np.ndarray:
         """Predictions (sets, channels, runs, samples)."""
         runs = model.runs.measured
         keys = [(runs.shape, float(runs.sum()), *_key_of(one)) for one in sets]
         new = {key: one for key, one in zip(keys, sets, strict=True) if key not in self.known}
+        known = self.known
         if new:
-            self.known |= zip(new, self.predict(model, list(new.values())), strict=True)
-        return np.stack([self.known[key] for key in keys])
+            known = known | dict(zip(new, self.predict(model, list(new.values())), strict=True))
+        if not self.full:
+            self.known = known
+        return np.stack([known[key] for key in keys])
 
     @contextmanager
     def used_by(self, kind: type) -> Iterator[None]:

@@ -207,6 +207,7 @@ def work(number: int, only: str, journal: Path) -> None:
 
     with memory.used_by(model.TireModel):
         plain = result_of(number, journal)
+    memory.full = True  # many searches would fill the computer's
     tell(AS_IT_IS, plain)
 
     def forked(groups: Sequence[Group]) -> list[dict[str, Any]]:
