@@ -23,6 +23,12 @@ def test_contrasts_lose_what_differs_between_repeats_and_is_known():
     assert len(floor.contrast_blocks(runs, [block, shared, 0.0 * block])) == 1
     slight = shared + 0.4 * block / np.std(sizes)
     assert not floor.contrast_blocks(runs, [slight])
+    # a share of 0.51 counts and one of 0.49 does not, in whatever unit
+    pure = (sizes - np.mean(sizes))[None, :, None] / np.std(sizes) * form
+    for scale in (0.01, 1.0, 100.0):
+        for share, kept in ((0.49, 0), (0.51, 1)):
+            mixed = scale * (share * pure + np.sqrt(1.0 - share**2) * shared)
+            assert len(floor.contrast_blocks(runs, [mixed])) == kept
     found = floor.clean_contrasts(runs, noise + 3.0 * block[0] + 5.0 * shared[0], [block, shared])
     flat = runs.contrast(block).ravel()
     pure = runs.contrast(noise).ravel()
@@ -33,6 +39,11 @@ def test_contrasts_lose_what_differs_between_repeats_and_is_known():
     assert np.std(both) == pytest.approx(np.std(runs.contrast(noise)), rel=0.01)
     twice = floor.clean_contrasts(runs, noise + 3.0 * block[0], [np.concatenate([block, block])])
     np.testing.assert_allclose(twice.ravel(), pure, atol=1e-5)
+    for unit in (1e-3, 1e3):
+        scaled = floor.clean_contrasts(
+            runs, unit * (noise + 3.0 * block[0] + other[0]), [1e4 * other, 1e-4 * block]
+        )
+        np.testing.assert_allclose(scaled, unit * both, rtol=1e-6, atol=unit * 1e-6)
     # contrasts without anything left are no reason to look on
     assert not floor.clean_contrasts(runs, 0.0 * noise, [block]).any()
     # noise is not explained by what happens to look a little like it

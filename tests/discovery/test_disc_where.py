@@ -138,6 +138,10 @@ def test_stretches_beyond_a_limit_are_told_with_their_conditions():
     assert (other.start, other.end) == pytest.approx((1.005, 1.105))
     assert other.level == pytest.approx(3.0) and other.conditions == (runs.condition_names[2],)
     assert not where.events(runs, residual, 8.1)
+    # with five centimetres between them they are two
+    residual[groups[2], 115:120] = 3.0
+    ends = [(e.start, e.end) for e in where.events(runs, residual, 2.0)][1:]
+    assert sorted(ends) == [pytest.approx((1.005, 1.105)), pytest.approx((1.155, 1.205))]
     # two nodes are no stretch
     assert not where.events(runs, np.where(np.arange(SAMPLES) == 7, 99.0, 0.0)
                             * np.ones((RUNS, 1)), 2.0, width=0.02)  # fmt: skip
@@ -149,6 +153,9 @@ def test_the_period_of_a_wave_and_its_share():
     period, share = where.period_of(runs, wave + 1.0, "place", 0.1)
     assert period == pytest.approx(0.31, rel=0.01)
     assert share == pytest.approx(2.0 / (2.0 + 1.0), rel=0.03)
+    assert where.period_of(runs, np.cos(np.pi * PLACE) * np.ones((RUNS, 1)), "place", 0.1)[
+        0
+    ] == pytest.approx(2.0, rel=0.1)
     # what turns with the condition has no period over the place
     turned = wave * np.where(runs.condition % 2, 1.0, -1.0)[:, None]
     assert where.period_of(runs, turned, "place", 0.1)[1] < 0.01
@@ -176,6 +183,9 @@ def test_the_scatter_of_a_condition_makes_no_stretch_of_its_own():
     residual[wide] = np.array([-3.0, 6.0, 6.0])[:, None]
     error = where.standard_errors(runs, residual)
     assert error[2] == pytest.approx(3.0) and not np.delete(error, 2).any()
+    two = runs.subset(np.delete(np.arange(RUNS), wide[0]))
+    levels = np.delete(residual + np.eye(RUNS)[wide[2]][:, None] * 4.0, wide[0], axis=0)
+    assert where.standard_errors(two, levels)[2] == pytest.approx(2.0)
     assert not where.events(runs, residual, 2.0)
     residual[other, 100:110] = 3.0
     residual[wide, 200:210] += 15.0
