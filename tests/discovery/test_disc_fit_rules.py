@@ -140,3 +140,12 @@ def test_numbers_of_a_fit_belong_to_it():
               free=((-1, "a"), (-1, "b"), (0, "c")), known=(1,))  # fmt: skip
     assert fit.loose() == [0, 2]
     np.testing.assert_allclose(fit.residual(np.full((1, 2, 3), 6.0)), 2.0)
+
+
+@pytest.mark.parametrize(
+    ("null", "value", "at_end"),
+    [(1.0, 0.005, True), (1.0, 3.995, True), (1.0, 0.02, False), (0.0, 0.0, False),
+     (0.0, 4.0, True), (4.0, 4.0, False), (4.0, 0.0, True)],
+)  # fmt: skip
+def test_the_end_of_a_range_that_is_no_effect_is_no_limit(null, value, at_end):
+    assert Parameter("a", "1", null, 0.0, 4.0, 0.1).at_end(value, 0.01) == at_end

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from draws import RUNS, SPARE, numbers
 from scipy.stats import f as f_distribution
-from shapes import CONDITIONS, measured
+from shapes import CONDITIONS, REPEATS, measured
 
 from flatplank_analysis.discovery import floor
 
@@ -69,6 +69,19 @@ def test_independent_numbers_of_contrasts():
     assert 10.0 * SPARE < floor.effective_freedom(runs, spread) <= 200.0 * SPARE
 
 
+def test_conditions_with_more_repeats_are_no_more_uneven():
+    """Two repeats here and three there, and the same scatter: the conditions have equal parts."""
+    runs = measured(0).runs.subset(np.delete(np.arange(RUNS), np.arange(0, RUNS, 2 * REPEATS)))
+    contrast = runs.contrast(numbers(19, runs.runs, runs.samples))
+    for group in runs.groups:
+        contrast[group] *= np.sqrt((len(group) - 1) / np.sum(contrast[group] ** 2))
+    spare = runs.runs - CONDITIONS
+    thin = contrast.T @ contrast
+    ratio = np.trace(thin) ** 2 / np.sum(thin**2)
+    per_run = 1.0 / max(1.0 / ratio - 1.0 / spare, 1.0 / 200.0)
+    assert floor.effective_freedom(runs, contrast) == pytest.approx(spare * per_run)
+
+
 def test_few_conditions_with_most_of_the_scatter_are_few_numbers():
     """One form in all runs, of no size but in some conditions: about two numbers in each."""
     runs = measured(0).runs
@@ -114,3 +127,7 @@ def test_the_floor_and_what_is_beyond_it():
     stepped = floor.floor_of(replace(runs, input_noise=(0.5,)), residual, cleaned)
     assert stepped.unexplained**2 == pytest.approx(found.unexplained**2 - 0.25)
     assert floor.floor_of(runs, residual, cleaned, least=9.0).floor == pytest.approx(9.0)
+    # no error is below the floor, and no scatter below none
+    below = floor.floor_of(runs, 0.1 * contrast, cleaned)
+    assert below.unexplained == 0.0 and below.varying == 0.0
+    assert not below.per_condition.any()
