@@ -12,7 +12,15 @@ from ball import Ball, Drag, Wind, throw
 from shapes import LONG, measured, shape
 
 from flatplank_analysis.discovery.effect import Effect, call_hook, variants_of
-from flatplank_analysis.discovery.fit import Fit, Fitter, Term, doubling_step, priors, scale_of
+from flatplank_analysis.discovery.fit import (
+    Fit,
+    Fitter,
+    Term,
+    doubling_step,
+    fit_whitened,
+    priors,
+    scale_of,
+)
 from flatplank_analysis.discovery.parameters import Parameter, param
 from flatplank_analysis.discovery.state import channel_weights, scatter_columns, start_base
 from flatplank_data.errors import FlatplankError
@@ -53,6 +61,33 @@ def test_what_is_known_beforehand_counts_like_a_tenth_of_the_samples():
     samples = ball.runs.measured[0].size
     assert centre == pytest.approx([90.0, 0.0])
     assert strength == pytest.approx([0.1 * samples * 16.0 / 0.5**2, 0.0])
+
+
+def test_what_is_known_beforehand_pulls_at_a_whitened_fit():
+    """g is 9.0 +- 0.05, in steps of 0.1: at 9.2 its weight is 4 and it is pulled by 2 steps."""
+    ball = Straight(throw(1, 0.0).runs)
+    fitter = Fitter(ball, np.ones((1, 1, 1)))
+    fit = replace(fitter.fit(start_base(ball), iterations=1), base=np.array([9.2, 0.01]))
+    strength, pull = fitter.prior_terms(fit, [1, 0])
+    assert strength == pytest.approx([0.0, 4.0]) and pull == pytest.approx([0.0, -8.0])
+
+
+class Known(Ball):
+    """The same ball, with a number that no fit may change to hide an effect."""
+
+    parameters = (replace(Ball.parameters[0], known=True), Ball.parameters[1])
+
+
+def test_a_whitened_fit_leaves_what_is_known():
+    ball = Known(throw(1, 0.0).runs)
+    fitter = Fitter(ball, np.ones((1, 1, 1)))
+    start = fitter.derivative(replace(fitter.fit(start_base(ball)), base=np.array([9.6, 0.0])))
+    start = replace(start, predicted=ball.predict([start.parameter_set()])[0])
+    found = fit_whitened(lambda values: values, fitter, start)
+    assert start.loose() == [1] and found.fit.base[0] == 9.6 and found.fit.base[1] != 0.0
+    left = ball.runs.measured - ball.predict([found.fit.parameter_set()])[0]
+    assert found.chi2 == pytest.approx(np.sum(left**2))
+    assert found.chi2 < np.sum(start.residual(ball.runs.measured) ** 2)
 
 
 def test_derivatives_stay_inside_the_ranges():
@@ -133,6 +168,11 @@ def test_runs_means_contrasts_and_some_of_them():
     assert not once.repeated and [len(g) for g in once.comparable] == [3]
     with pytest.raises(FlatplankError, match="channels, runs, samples"):
         replace(runs, measured=runs.measured[0])
+    for wrong in ({"channels": ("x", "y")}, {"names": runs.names[1:]}):
+        with pytest.raises(FlatplankError, match="measured has shape"):
+            replace(runs, **wrong)
+    twice = runs.subset([0, 1, 2])
+    assert twice.repeated and [len(g) for g in twice.groups] == [2, 1]
 
 
 def test_numbers_of_a_fit_belong_to_it():

@@ -11,7 +11,7 @@ from shapes import LONG, OTHER, TIME, Sum, measured, searched, shape, wave
 
 from flatplank_analysis.discovery.decide import Judge
 from flatplank_analysis.discovery.dispersion import TypicalDispersion
-from flatplank_analysis.discovery.fit import Term
+from flatplank_analysis.discovery.fit import Fitter, Term
 from flatplank_analysis.discovery.parameters import Parameter
 from flatplank_analysis.discovery.refits import Refits
 from flatplank_analysis.discovery.screen import best_per_effect
@@ -126,3 +126,11 @@ def test_the_base_is_fitted_with_the_weights_that_later_fits_use():
     again = state.fitter.fit(state.fit.base)
     assert state.fitter.error(again) > 0.99 * state.fitter.error(state.fit)
     assert state.fit.base[0] == pytest.approx(0.7, abs=0.005)
+
+
+def test_channels_count_by_their_weights():
+    runs = measured(29, noise=0.0).runs
+    x = runs.measured[0]
+    model = Pair(replace(runs, channels=("x", "y"), measured=np.stack([x, x + 2.0])))
+    fit = Fitter(model, np.array([10.0, 1.0])[:, None, None]).fit(start_base(model))
+    assert fit.base == pytest.approx([1.0 + 2.0 / 101.0, 0.1])
