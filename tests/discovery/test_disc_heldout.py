@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from ball import Drag, Shake, throw
+from shapes import LONG, OTHER, TIME, Sum, measured
 
 from flatplank_analysis.discovery import heldout
 from flatplank_analysis.discovery.fit import Fitter, Term
@@ -61,3 +62,59 @@ def test_the_least_within_a_range_where_directions_are_nearly_alike():
     assert np.all(x >= low - 1e-9) and np.all(x <= high + 1e-9)
     assert np.all(pull[x > low + 1e-6] > -tolerance[x > low + 1e-6])
     assert np.all(pull[x < high - 1e-6] < tolerance[x < high - 1e-6])
+
+
+def _by_hand(model: Sum, hidden: list[np.ndarray]) -> tuple[float, float, float]:
+    """Squared errors of a straight line and some columns (runs, samples): without the columns,
+    with sizes from the other conditions, and as fitted to all."""
+    runs, y = model.runs, model.runs.measured[0]
+    line = [np.ones_like(y), np.broadcast_to(TIME, y.shape)]
+
+    def fitted(columns, goal):
+        flat = np.reshape(columns, (len(columns), -1)).T
+        sizes = np.linalg.lstsq(flat, goal.ravel())[0]
+        return sizes, goal - (flat @ sizes).reshape(goal.shape)
+
+    all_sizes, everywhere = fitted([*line, *hidden], y)
+    effects, left_out = np.tensordot(all_sizes[2:], hidden, axes=1), 0.0
+    for rows in runs.groups:
+        elsewhere = ~np.isin(np.arange(runs.runs), rows)[:, None]
+        goal = np.where(elsewhere, y, y - effects)  # the line is that of all conditions
+        sizes = fitted([*line, *(h * elsewhere for h in hidden)], goal)[0][2:]
+        rest = y - np.tensordot(sizes, hidden, axes=1)
+        left_out += float(np.sum(fitted(line, rest)[1][rows] ** 2))
+    return np.sum(fitted(line, y)[1] ** 2), left_out, np.sum(everywhere**2)
+
+
+def test_held_out_is_what_sizes_from_elsewhere_leave():
+    """Sizes that differ from condition to condition, so that those from elsewhere are wrong."""
+    sizes = 0.1 + 0.06 * np.sin(5.0 * np.arange(24) // 3)
+    model = measured(30, (sizes, LONG.form), (0.05, OTHER.form))
+    state = _state(model, LONG, OTHER)
+    columns = [np.array(e.form(model.setting)) for e in (LONG, OTHER)]
+    bare, elsewhere, everywhere = _by_hand(model, columns)
+    wanted = np.sqrt(state.runs.rmse(state.residual[0]) ** 2 + (elsewhere - everywhere) / 24 / 120)
+    assert elsewhere > 1.01 * everywhere
+    assert heldout.rmse(state) == pytest.approx(wanted, rel=1e-5)
+    one = _state(model, LONG)
+    bare, elsewhere, _ = _by_hand(model, columns[:1])
+    assert heldout.gain(one, one.fit, 0) == pytest.approx(1.0 - elsewhere / bare, rel=1e-4)
+
+
+def test_at_the_optimum_of_a_fit_nothing_pulls():
+    """Not even where a prior pulls at the base."""
+    ball = throw(3, 0.0)
+    ball.parameters = (replace(ball.parameters[0], prior=0.05), ball.parameters[1])
+    state = _state(ball, Drag)
+    form = heldout._QuadraticForm(state, state.fit, [0])
+    assert np.abs(form.slope / form.scale).max() < 0.02
+    free = throw(3, 0.0)
+    loose = heldout._QuadraticForm(_state(free, Drag), state.fit, [0])
+    assert np.abs(loose.slope / loose.scale).max() > 1.0
+
+
+def test_steps_end_where_the_first_number_meets_its_range():
+    turn = np.array([[1.0, 0.0, 0.0], [0.0, 2.0, -1.0], [0.0, 0.0, 0.0], [0.0, -4.0, 0.0]])
+    low, high = np.array([-3.0, -2.0, 0.0]), np.array([0.0, 6.0, 5.0])
+    down, up = heldout._step_limits(turn, low, high)
+    assert down.tolist() == [-3.0, -1.0, -np.inf, -1.5] and up.tolist() == [0.0, 0.0, np.inf, 0.5]
