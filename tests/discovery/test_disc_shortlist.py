@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import make_dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,11 +11,14 @@ import pytest
 from ball import Drag, throw
 from decisions import screened
 from scipy.stats import chi2
-from shapes import LONG, OTHER, shape
+from shapes import LONG, OTHER, measured, shape, wave
 
 from flatplank_analysis.discovery import shortlist
+from flatplank_analysis.discovery.dispersion import among_repeats, typical_dispersion
+from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import Fitter
-from flatplank_analysis.discovery.screen import best_per_effect, likeness, screen
+from flatplank_analysis.discovery.parameters import param
+from flatplank_analysis.discovery.screen import _bounded, best_per_effect, likeness, screen
 from flatplank_analysis.discovery.state import (
     channel_weights,
     make_state,
@@ -120,3 +123,62 @@ def test_the_best_of_several_sizes_with_the_base_moved_along():
     assert shortlist.line_search(model, state, item).values == pytest.approx(
         shortlist.line_search_with_drop(model, state, item)[0].values
     )
+
+
+LEVEL = shape("flat", lambda c: 1.0 + 0.0 * c * wave(1.0))
+
+
+def test_a_screened_size_is_that_of_least_squares():
+    """Gain, size and visible share of an effect beside what the model's own columns take."""
+    model = measured(31, (0.05, LONG.form), (-0.03, OTHER.form))
+    fitter = Fitter(model, channel_weights(model, [0.05]))
+    state = make_state(model, fitter, fitter.fit(start_base(model)), [OTHER, LEVEL, LONG])
+    found = screen(state)
+    fit = state.whitened.fit
+    white = state.metric(fit.jacobian).reshape(len(fit.jacobian), -1).T
+    left = state.metric(fit.residual(model.runs.measured)[None]).ravel()
+    pairs = []
+    assert [i.identifier for i in found.ranked] == ["long", "other", "flat"]
+    for item in found.ranked[:2]:
+        column = state.metric(item.candidate.columns).ravel()
+        rest, own = (v - white @ np.linalg.lstsq(white, v)[0] for v in (left, column))
+        size = (own @ rest) / (own @ own)
+        assert item.sizes == pytest.approx([size], rel=1e-4)
+        assert item.gain == pytest.approx((own @ rest) ** 2 / (own @ own), rel=1e-4)
+        assert item.visible == pytest.approx((own @ own) / (column @ column), rel=1e-4)
+        assert np.flatnonzero(item.contribution).size == 1
+        runs = model.runs.runs
+        score = np.sum((rest * own).reshape(-1, runs, model.runs.samples), axis=(0, 2))
+        info = np.sum((own**2).reshape(-1, runs, model.runs.samples), axis=(0, 2))
+        pairs.append(among_repeats(model.runs.comparable, score, info))
+    assert {int(np.flatnonzero(i.contribution)[0]) for i in found.ranked} == {0, 1, 2}
+    # what the model imitates is shown by nothing, and says nothing of the scatter
+    flat = found.ranked[2]
+    assert flat.visible < 1e-6 and flat.gain == 0.0 and flat.sizes.tolist() == [0.0]
+    assert flat.contribution.tolist() == [0.0, 1.0, 0.0]
+    wanted = typical_dispersion([k for k, _ in pairs], [f for _, f in pairs])
+    assert found.typical.dispersion == pytest.approx(wanted.dispersion, rel=1e-3)
+    assert found.typical.freedom == pytest.approx(wanted.freedom, rel=1e-3)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_sizes_beyond_their_range_are_held_and_the_others_solved_again(seed):
+    """Two sizes from -4 to 2 and from -3 to 1 steps; the second counts downwards."""
+    draw = np.random.default_rng(seed)
+    first, second = (
+        param(1.0, unit="1", bounds=(-1.0, 2.0), screen=0.5),
+        param(0.5, unit="1", bounds=(0.4, 0.8), screen=-0.1),
+    )
+    effect = make_dataclass("Both", [("a", float, first), ("b", float, second)], bases=(Effect,),
+                            frozen=True)  # fmt: skip
+    a, goal = draw.standard_normal((9, 2)) @ [[1.0, 0.4], [0.0, 0.8]], np.zeros(9)
+    goal = a @ draw.uniform(-6.0, 6.0, 2)
+    sizes = _bounded(SimpleNamespace(effect=effect), a.T @ a, a.T @ goal)
+    low, high = np.array([-4.0, -3.0]), np.array([2.0, 1.0])
+    np.testing.assert_allclose(sizes, np.clip(sizes, low, high))
+    wanted = np.linalg.lstsq(a, goal)[0]
+    out = (wanted < low) | (wanted > high)
+    wanted = np.clip(wanted, low, high)
+    if out.sum() == 1:
+        wanted[~out] = np.linalg.lstsq(a[:, ~out], goal - a[:, out] @ wanted[out])[0]
+    np.testing.assert_allclose(sizes, np.clip(wanted, low, high))
