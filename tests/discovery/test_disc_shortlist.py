@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from ball import Drag, throw
 from decisions import screened
+from draws import numbers
 from scipy.stats import chi2
 from shapes import LONG, OTHER, measured, shape, wave
 
@@ -130,17 +131,22 @@ LEVEL = shape("flat", lambda c: 1.0 + 0.0 * c * wave(1.0))
 
 def test_a_screened_size_is_that_of_least_squares():
     """Gain, size and visible share of an effect beside what the model's own columns take."""
-    sizes = 0.05 + 0.02 * np.random.default_rng(31).standard_normal((2, 24))
-    model = measured(31, (sizes[0], LONG.form), (-0.6 * sizes[1], OTHER.form))
+    waves = [shape(f"wave {n}", lambda c, n=n: c**2 * wave(n)) for n in (3.5, 4.5, 5.5, 6.5)]
+    effects, scatter = [OTHER, *waves, LEVEL, LONG], numbers(31, 6, 24)
+    model = measured(
+        31, (0.05 + 0.01 * scatter[0], LONG.form), (-0.03 + 0.01 * scatter[1], OTHER.form),
+        *((0.02 * s, e.form) for s, e in zip(scatter[2:], waves, strict=True)),
+    )  # fmt: skip
     fitter = Fitter(model, channel_weights(model, [0.05]))
-    state = make_state(model, fitter, fitter.fit(start_base(model)), [OTHER, LEVEL, LONG])
+    state = make_state(model, fitter, fitter.fit(start_base(model)), effects)
     found = screen(state)
     fit = state.whitened.fit
     white = state.metric(fit.jacobian).reshape(len(fit.jacobian), -1).T
     left = state.metric(fit.residual(model.runs.measured)[None]).ravel()
     pairs = []
-    assert [i.identifier for i in found.ranked] == ["long", "other", "flat"]
-    for item in found.ranked[:2]:
+    gains = [i.gain for i in found.ranked]
+    assert len(gains) == 7 and gains == sorted(gains, reverse=True)
+    for item in found.ranked[:6]:
         column = state.metric(item.candidate.columns).ravel()
         rest, own = (v - white @ np.linalg.lstsq(white, v)[0] for v in (left, column))
         size = (own @ rest) / (own @ own)
@@ -151,12 +157,13 @@ def test_a_screened_size_is_that_of_least_squares():
         runs = model.runs.runs
         score = np.sum((rest * own).reshape(-1, runs, model.runs.samples), axis=(0, 2))
         info = np.sum((own**2).reshape(-1, runs, model.runs.samples), axis=(0, 2))
+        score -= info * score.sum() / info.sum()
         pairs.append(among_repeats(model.runs.comparable, score, info))
-    assert {int(np.flatnonzero(i.contribution)[0]) for i in found.ranked} == {0, 1, 2}
+        assert effects[np.flatnonzero(item.contribution)[0]] is item.candidate.effect
     # what the model imitates is shown by nothing, and says nothing of the scatter
-    flat = found.ranked[2]
+    flat = found.ranked[6]
     assert flat.visible < 1e-6 and flat.gain == 0.0 and flat.sizes.tolist() == [0.0]
-    assert flat.contribution.tolist() == [0.0, 1.0, 0.0]
+    assert flat.identifier == "flat" and flat.contribution.tolist() == np.eye(7)[5].tolist()
     wanted = typical_dispersion([k for k, _ in pairs], [f for _, f in pairs])
     assert wanted.dispersion > 1.5
     assert found.typical.dispersion == pytest.approx(wanted.dispersion, rel=1e-3)
