@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 from draws import RUNS, SPARE, numbers
 from scipy.stats import f as f_distribution
-from shapes import CONDITIONS, REPEATS, measured
+from shapes import CONDITIONS, LONG, NOISE, OTHER, REPEATS, measured, shape, wave
 
 from flatplank_analysis.discovery import floor
+from flatplank_analysis.discovery.fit import Fitter, Term
+from flatplank_analysis.discovery.state import channel_weights, make_state, start_base
 
 
 def test_contrasts_lose_what_differs_between_repeats_and_is_known():
@@ -131,3 +133,27 @@ def test_the_floor_and_what_is_beyond_it():
     below = floor.floor_of(runs, 0.1 * contrast, cleaned)
     assert below.unexplained == 0.0 and below.varying == 0.0
     assert not below.per_condition.any()
+
+
+def test_what_a_known_effect_adds_to_the_scatter_is_no_floor():
+    """A wheel angle differs among repeats: of an effect in the model, or of a candidate. The base
+    and another effect are no reason."""
+    angle = np.tile([1.0, -0.5, -0.6], CONDITIONS)[:, None]
+    turned = shape("turned", lambda c: angle * wave(3.5) + 0.0 * c)
+    model = measured(32, (0.15, turned.form))
+    fitter = Fitter(model, channel_weights(model, [NOISE]))
+
+    def floor_with(terms, effects):
+        # in the model at half of its size, so that the contrasts have the rest
+        held = [Term(e, np.array([0.07]), ("a",)) for e in terms]
+        fit = fitter.fit(start_base(model), held)
+        fit = fitter.with_term(fit, Term(LONG, np.array([0.0])))
+        for e in terms:
+            fit = fitter.with_term(fit, Term(e, np.array([0.0])))
+        return make_state(model, fitter, fit, effects).floors[0]
+
+    for terms, effects in (([turned], []), ([OTHER, turned], []), ([], [OTHER, turned])):
+        found = floor_with(terms, effects)
+        assert found.floor == pytest.approx(NOISE, rel=0.1) and found.varying > 0.4 * NOISE
+    for terms, effects in (([], []), ([OTHER], []), ([], [OTHER])):
+        assert floor_with(terms, effects).floor > 1.3 * NOISE
