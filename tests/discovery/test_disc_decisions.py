@@ -105,6 +105,15 @@ def test_an_effect_stays_while_it_explains_something_beside_the_others():
     assert backward.needed(faint, [faint, AcceptedEffect(decision(drop=9e3))])
 
 
+def test_effects_of_a_wrong_form_and_how_much_their_sizes_differ():
+    """By what is seen now, or was seen when they were refused for it."""
+    odd = decision(OTHER, stretch_q=300.0, reasons=UNEVEN[:1])
+    step = SimpleNamespace(found=[AcceptedEffect(decision()), AcceptedEffect(odd)])
+    assert backward.uneven_terms(step, 2, {}) == ((3, pytest.approx(odd.unevenness)),)
+    known = backward.uneven_terms(step, 2, {"long": 0.3, "other": 0.9})
+    assert known == ((2, 0.3), (3, pytest.approx(odd.unevenness)))
+
+
 def test_what_is_good_enough_for_a_full_refit():
     assert refits.nearly(decision(reasons=UNEVEN, p_repeats=0.019))
     assert not refits.nearly(decision(p_repeats=0.021))

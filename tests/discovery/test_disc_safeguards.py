@@ -81,6 +81,14 @@ def test_what_a_later_effect_explains_goes_again():
     search = searched(model, both, LONG, OTHER)
     assert "both" in names(search.steps[1].found)
     assert names(search.last.found) == {"long", "other"}
+    # also behind an effect that was in the model before
+    known = shape("known", lambda c: c * wave(5.5))
+    model = measured(3, (0.2, known.form), (0.1, LONG.form), (0.07, OTHER.form))
+    terms = (Term(known, np.array([0.2])),)
+    search = searched(model, both, LONG, OTHER, terms=terms)
+    assert "both" in names(search.steps[1].found)
+    assert names(search.last.found) == {"long", "other"}
+    assert search.last.state.fit.terms[0].effect is known
 
 
 def test_drops_are_compared_in_the_same_noise():
