@@ -136,6 +136,8 @@ def test_of_gains_that_cannot_be_told_apart_the_usual_effect_goes_first():
     far = decision(LONG, drop=960.0)
     assert [d for d, _ in refits.preferred([(one, None), (far, None)])] == [one, far]
     assert not refits.preferred([(decision(p_repeats=0.5), None)])
+    many = [(decision(drop=1e3 - 200.0 * i), None) for i in range(4)]
+    assert refits.preferred(many) == many[:3]
     more, same = decision(OTHER, drop=1003.0, parameters=3), decision(LONG, drop=984.0)
     assert [d for d, _ in refits.preferred([(more, None), (same, None)])] == [same, more]
     less = decision(LONG, drop=982.0)

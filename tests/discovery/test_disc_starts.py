@@ -4,11 +4,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from decisions import screened
 from shapes import LONG, OTHER, TIME, Sum, measured, searched, shape, wave
 
+from flatplank_analysis.discovery import refits
 from flatplank_analysis.discovery.decide import Judge
 from flatplank_analysis.discovery.dispersion import TypicalDispersion
 from flatplank_analysis.discovery.fit import Fitter, Term
@@ -18,6 +21,8 @@ from flatplank_analysis.discovery.screen import best_per_effect
 from flatplank_analysis.discovery.search import Options, _Searcher
 from flatplank_analysis.discovery.state import start_base
 from flatplank_analysis.discovery.verdict import AT_FLOOR, diagnose
+
+FOUND = np.array([0.3])
 
 
 class Tone(Sum):
@@ -107,6 +112,18 @@ def test_what_was_refitted_already_is_not_fitted_again_from_its_start_size():
 
     (long, *_) = (i for i in best_per_effect(step.screen) if i.identifier == "long")
     assert fitted([]) == ["long", "other"] and fitted([long]) == ["other"]
+
+
+def test_a_refit_starts_from_what_was_screened_searched_or_measured(monkeypatch):
+    monkeypatch.setattr(refits, "line_search", lambda _m, _s, i: Term(i.candidate.effect, FOUND))
+    gap = shape("gap", LONG.form, starts=classmethod(lambda cls: (1.0, 7.5)))
+    asked = []
+    state = SimpleNamespace(with_term=lambda term, most: asked.append((term, most)))
+    makes = refits.Refits(None, None, {}, {"other": {"a": 0.7}}, {})
+    for effect, start in ((LONG, 0.04), (gap, FOUND[0]), (OTHER, 0.7)):
+        makes.refit(state, screened(effect, 2.0))
+        (term, most) = asked.pop()
+        assert term.effect is effect and term.size == pytest.approx(start) and most == 2
 
 
 class Pair(Sum):
