@@ -36,7 +36,15 @@ def test_what_is_there_is_found():
     (found,) = search.last.found
     assert names([found]) == {"long"}
     assert found.decision.term.size == pytest.approx(0.05, rel=0.1)
-    assert diagnose(search).verdict == FOUND
+    told = diagnose(search).to_dict()
+    (effect,) = told["effects"]
+    assert told["verdict"] == FOUND and told["runs"] == RUNS and effect["name"] == "long"
+    for value, exact in zip(
+        (effect["size"], *effect["interval"]),
+        (found.decision.term.size, *found.decision.interval),
+        strict=True,
+    ):
+        assert value == float(f"{exact:.6g}")
 
 
 def test_the_interval_holds_nine_of_ten():
