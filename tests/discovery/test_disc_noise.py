@@ -86,6 +86,18 @@ def test_noise_of_repeats_is_found():
     np.testing.assert_allclose(np.ptp(found[0].scale.reshape(CONDITIONS, REPEATS), axis=1), 0.0)
 
 
+def test_noise_does_not_depend_on_when_a_clock_was_set():
+    runs = lasting(LONG, 330)
+    residual = drawn(runs, TRUE, 5)
+    contrast = runs.contrast(residual)[None]
+    one, other = (
+        fit_noise(r, contrast, residual[None], _none(r))[0]
+        for r in (runs, replace(runs, time=runs.time + 1000.0))
+    )
+    np.testing.assert_allclose(one.weights, other.weights, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(one.scale, other.scale, rtol=1e-6)
+
+
 def test_without_repeats_every_run_has_its_own_noise():
     runs = lasting(LONG, 330).subset(np.arange(0, CONDITIONS * REPEATS, REPEATS))
     assert not runs.repeated
