@@ -15,6 +15,7 @@ from shapes import LONG, TIME, Sum, measured, shape, wave
 from flatplank_analysis.discovery import invariants, verdict
 from flatplank_analysis.discovery.fit import Fitter, Term
 from flatplank_analysis.discovery.model import FormError
+from flatplank_analysis.discovery.sources import source_of
 from flatplank_analysis.discovery.state import start_base
 from flatplank_analysis.discovery.steps import AcceptedEffect
 
@@ -162,3 +163,11 @@ def test_verdicts(monkeypatch):
     assert told(one)[0] == told(one, free)[0] == verdict.FOUND
     assert told(one, group)[0] == verdict.GROUP and "cannot be told apart" in told(group)[1]
     assert "more than four" in told(crowd)[1] and "more than four" not in told(group)[1]
+
+
+def test_a_campaign_that_cannot_be_decided_is_told_with_its_source():
+    runs = measured(0).runs.subset(np.arange(0, 9, 3))
+    told = verdict.undecidable_diagnosis(runs, 2.0).to_dict()
+    assert told["verdict"] == verdict.UNDECIDED and told["reason"] == verdict.undecidable(runs)
+    assert told["effects"] == [] and told["seconds"] == 2.0 and told["runs"] == 0
+    assert source_of(runs).to_dict().items() <= told.items()
