@@ -228,7 +228,7 @@ class _Searcher:
     def forward(self, step: Step) -> Step | None:
         """Refit the best candidates and add the best one that passes all tests."""
         state = step.state
-        # by the noise of this state; a single effect still has its drop by that of the state before
+        # by the noise of this state; a single effect has its drop by that of the state before
         found = self.backward.retested(step) if len(step.found) == 1 else step.found
         before = sum(f.decision.drop for f in found)
         near = [(s.start.effect.identifier, f) for f in step.found for s in f.suspects if s.near]
