@@ -13,3 +13,8 @@ SPARE = CONDITIONS * (REPEATS - 1)
 
 def numbers(seed: int, *size: int) -> np.ndarray:
     return np.random.default_rng(seed).standard_normal(size)
+
+
+def without(columns: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Values (n,) less what least squares makes of them by columns (n, k)."""
+    return values - columns @ np.linalg.lstsq(columns, values)[0]

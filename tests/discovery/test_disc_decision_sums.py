@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from draws import GROUPS, RUNS, numbers
+from draws import GROUPS, RUNS, numbers, without
 from scipy.stats import f as f_distribution
 from scipy.stats import norm
 from shapes import CONDITIONS, LONG, REPEATS, shape
@@ -165,7 +165,7 @@ def test_what_an_error_of_the_law_does_to_a_score(in_stretches):
     gram, columns, _ = in_stretches
     flat = np.moveaxis(columns[:, :2], 1, 0).reshape(2, -1).T
     x, force = columns[:, 2], columns[:, 8]
-    own = x - (flat @ np.linalg.lstsq(flat, x.ravel(), rcond=None)[0]).reshape(x.shape)
+    own = without(flat, x.ravel()).reshape(x.shape)
     along = np.sum(own * force, axis=1)
     wanted = 0.005**2 * sum(along[g].sum() ** 2 for g in GROUPS)
     state = SimpleNamespace(runs=SimpleNamespace(groups=GROUPS))
@@ -177,7 +177,7 @@ def test_share_of_an_effect_that_others_do_not_make(in_stretches):
     gram, columns, _ = in_stretches
     flat = np.moveaxis(columns, 1, 0).reshape(columns.shape[1], -1).T
     own = flat[:, 2]
-    rest = own - flat[:, [0, 4]] @ np.linalg.lstsq(flat[:, [0, 4]], own, rcond=None)[0]
+    rest = without(flat[:, [0, 4]], own)
     found = decide._visible(gram, [0, 4], 2)
     assert found == pytest.approx((rest @ rest) / (own @ own)) and found < 0.95
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from draws import RUNS, SPARE, numbers
 from scipy.stats import f as f_distribution
-from shapes import CONDITIONS, LONG, NOISE, OTHER, REPEATS, measured, shape, wave
+from shapes import CONDITIONS, NOISE, OTHER, REPEATS, measured, shape, wave
 
 from flatplank_analysis.discovery import floor
 from flatplank_analysis.discovery.fit import Fitter, Term
@@ -26,10 +26,10 @@ def test_contrasts_lose_what_differs_between_repeats_and_is_known():
     slight = shared + 0.4 * block / np.std(sizes)
     assert not floor.contrast_blocks(runs, [slight])
     # a share of 0.51 counts and one of 0.49 does not, in whatever unit
-    pure = (sizes - np.mean(sizes))[None, :, None] / np.std(sizes) * form
+    turned = (sizes - np.mean(sizes))[None, :, None] / np.std(sizes) * form
     for scale in (0.01, 1.0, 100.0):
         for share, kept in ((0.49, 0), (0.51, 1)):
-            mixed = scale * (share * pure + np.sqrt(1.0 - share**2) * shared)
+            mixed = scale * (share * turned + np.sqrt(1.0 - share**2) * shared)
             assert len(floor.contrast_blocks(runs, [mixed])) == kept
     found = floor.clean_contrasts(runs, noise + 3.0 * block[0] + 5.0 * shared[0], [block, shared])
     flat = runs.contrast(block).ravel()
@@ -136,8 +136,8 @@ def test_the_floor_and_what_is_beyond_it():
 
 
 def test_what_a_known_effect_adds_to_the_scatter_is_no_floor():
-    """A wheel angle differs among repeats: of an effect in the model, or of a candidate. The base
-    and another effect are no reason."""
+    """An effect that differs among repeats, as by the wheel angle: one in the model, or one that
+    may be added. Another effect takes nothing of it."""
     angle = np.tile([1.0, -0.5, -0.6], CONDITIONS)[:, None]
     turned = shape("turned", lambda c: angle * wave(3.5) + 0.0 * c)
     model = measured(32, (0.15, turned.form))
@@ -145,11 +145,8 @@ def test_what_a_known_effect_adds_to_the_scatter_is_no_floor():
 
     def floor_with(terms, effects):
         # in the model at half of its size, so that the contrasts have the rest
-        held = [Term(e, np.array([0.07]), ("a",)) for e in terms]
-        fit = fitter.fit(start_base(model), held)
-        fit = fitter.with_term(fit, Term(LONG, np.array([0.0])))
-        for e in terms:
-            fit = fitter.with_term(fit, Term(e, np.array([0.0])))
+        half = [Term(e, np.array([0.07])) for e in terms]
+        fit = fitter.fit(start_base(model), half, iterations=0)
         return make_state(model, fitter, fit, effects).floors[0]
 
     for terms, effects in (([turned], []), ([OTHER, turned], []), ([], [OTHER, turned])):

@@ -7,14 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from draws import without
 from promises import broken
 from scipy.signal import lfilter
-from shapes import CONDITIONS, LONG, NOISE, OTHER, REPEATS, TIME, Sum, measured
+from shapes import CONDITIONS, LONG, NOISE, OTHER, REPEATS, TIME, Sum, measured, searched
 
 from flatplank_analysis.discovery.patterns import _ModelColumns
 from flatplank_analysis.discovery.report.text import text_of
 from flatplank_analysis.discovery.runs import Coordinate
-from flatplank_analysis.discovery.search import Options, run_search
 from flatplank_analysis.discovery.verdict import AT_FLOOR, NONE, diagnose
 
 RUNS = CONDITIONS * REPEATS
@@ -35,7 +35,7 @@ def placed(model: Sum) -> Sum:
 
 
 def judged(model: Sum):
-    result = diagnose(run_search(model, [LONG, OTHER], Options()))
+    result = diagnose(searched(model, LONG, OTHER))
     assert not broken(result)
     return result
 
@@ -79,7 +79,7 @@ def test_what_is_left_in_the_mean_is_told_with_its_place_too():
 
 def test_what_the_model_imitates_is_no_pattern():
     model = placed(measured(1, (2.0 * NOISE, bump)))
-    state = run_search(model, [LONG, OTHER], Options()).last.state
+    state = searched(model, LONG, OTHER).last.state
     fit = state.whitened.fit
     columns = fit.jacobian[fit.loose()]
     own = _ModelColumns(model.runs, state.metric, columns, fit.residual(model.runs.measured))
@@ -89,9 +89,7 @@ def test_what_the_model_imitates_is_no_pattern():
     full[0, 0] = bump(model.setting)
     flat = state.metric(columns).reshape(len(columns), -1).T
     left = state.metric(fit.residual(model.runs.measured)[None]).ravel()
-    rest, new = (
-        v - flat @ np.linalg.lstsq(flat, v)[0] for v in (left, state.metric(full).ravel())
-    )
+    rest, new = (without(flat, v) for v in (left, state.metric(full).ravel()))
     gain = own.gain(full[0, 0])
     assert gain > 100.0 and gain == pytest.approx((new @ rest) ** 2 / (new @ new), rel=1e-4)
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from ball import Drag, throw
 from decisions import screened
-from draws import numbers
+from draws import numbers, without
 from scipy.stats import chi2
 from shapes import LONG, OTHER, measured, shape, wave
 
@@ -126,13 +126,11 @@ def test_the_best_of_several_sizes_with_the_base_moved_along():
     )
 
 
-LEVEL = shape("flat", lambda c: 1.0 + 0.0 * c * wave(1.0))
-
-
 def test_a_screened_size_is_that_of_least_squares():
     """Gain, size and visible share of an effect beside what the model's own columns take."""
     waves = [shape(f"wave {n}", lambda c, n=n: c**2 * wave(n)) for n in (3.5, 4.5, 5.5, 6.5)]
-    effects, scatter = [OTHER, *waves, LEVEL, LONG], numbers(31, 6, 24)
+    level = shape("flat", lambda c: 1.0 + 0.0 * c * wave(1.0))
+    effects, scatter = [OTHER, *waves, level, LONG], numbers(31, 6, 24)
     model = measured(
         31, (0.05 + 0.01 * scatter[0], LONG.form), (-0.03 + 0.01 * scatter[1], OTHER.form),
         *((0.02 * s, e.form) for s, e in zip(scatter[2:], waves, strict=True)),
@@ -148,18 +146,18 @@ def test_a_screened_size_is_that_of_least_squares():
     assert len(gains) == 7 and gains == sorted(gains, reverse=True)
     for item in found.ranked[:6]:
         column = state.metric(item.candidate.columns).ravel()
-        rest, own = (v - white @ np.linalg.lstsq(white, v)[0] for v in (left, column))
+        rest, own = (without(white, v) for v in (left, column))
         size = (own @ rest) / (own @ own)
         assert item.sizes == pytest.approx([size], rel=1e-4)
         assert item.gain == pytest.approx((own @ rest) ** 2 / (own @ own), rel=1e-4)
         assert item.visible == pytest.approx((own @ own) / (column @ column), rel=1e-4)
-        assert np.flatnonzero(item.contribution).size == 1
+        (row,) = np.flatnonzero(item.contribution)
+        assert effects[row] is item.candidate.effect
         runs = model.runs.runs
         score = np.sum((rest * own).reshape(-1, runs, model.runs.samples), axis=(0, 2))
         info = np.sum((own**2).reshape(-1, runs, model.runs.samples), axis=(0, 2))
         score -= info * score.sum() / info.sum()
         pairs.append(among_repeats(model.runs.comparable, score, info))
-        assert effects[np.flatnonzero(item.contribution)[0]] is item.candidate.effect
     # what the model imitates is shown by nothing, and says nothing of the scatter
     flat = found.ranked[6]
     assert flat.visible < 1e-6 and flat.gain == 0.0 and flat.sizes.tolist() == [0.0]
@@ -180,7 +178,7 @@ def test_sizes_beyond_their_range_are_held_and_the_others_solved_again(seed):
     )
     effect = make_dataclass("Both", [("a", float, first), ("b", float, second)], bases=(Effect,),
                             frozen=True)  # fmt: skip
-    a, goal = draw.standard_normal((9, 2)) @ [[1.0, 0.4], [0.0, 0.8]], np.zeros(9)
+    a = draw.standard_normal((9, 2)) @ [[1.0, 0.4], [0.0, 0.8]]
     goal = a @ draw.uniform(-6.0, 6.0, 2)
     sizes = _bounded(SimpleNamespace(effect=effect), a.T @ a, a.T @ goal)
     low, high = np.array([-4.0, -3.0]), np.array([2.0, 1.0])

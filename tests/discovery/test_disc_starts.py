@@ -23,6 +23,8 @@ from flatplank_analysis.discovery.state import start_base
 from flatplank_analysis.discovery.verdict import AT_FLOOR, diagnose
 
 FOUND = np.array([0.3])
+STARTS = classmethod(lambda cls: (1.0, 7.5))
+"""of a gap"""
 
 
 class Tone(Sum):
@@ -85,8 +87,7 @@ class Late(Sum):
 
 
 def test_a_gap_that_ended_at_its_null_is_started_from_its_start_size():
-    starts = classmethod(lambda cls: (1.0, 7.5))
-    gap = shape("gap", LONG.form, starts=starts)
+    gap = shape("gap", LONG.form, starts=STARTS)
     for effect, size in ((gap, 0.25), (LONG, 0.0)):
         model = Late(measured(25, (0.2, LONG.form)).runs)
         searcher = _Searcher(model, [effect], Options())
@@ -99,8 +100,7 @@ def test_a_gap_that_ended_at_its_null_is_started_from_its_start_size():
 
 
 def test_what_was_refitted_already_is_not_fitted_again_from_its_start_size():
-    starts = classmethod(lambda cls: (1.0, 7.5))
-    gaps = [shape(e.identifier, e.form, starts=starts) for e in (LONG, OTHER)]
+    gaps = [shape(e.identifier, e.form, starts=STARTS) for e in (LONG, OTHER)]
     model = measured(28, (0.1, LONG.form))
     searcher = _Searcher(model, [*gaps, shape("plain", lambda c: wave(4.5))], Options())
     step = searcher.step_of(searcher.fitter.fit(start_base(model)), [])
@@ -116,7 +116,7 @@ def test_what_was_refitted_already_is_not_fitted_again_from_its_start_size():
 
 def test_a_refit_starts_from_what_was_screened_searched_or_measured(monkeypatch):
     monkeypatch.setattr(refits, "line_search", lambda _m, _s, i: Term(i.candidate.effect, FOUND))
-    gap = shape("gap", LONG.form, starts=classmethod(lambda cls: (1.0, 7.5)))
+    gap = shape("gap", LONG.form, starts=STARTS)
     asked = []
     state = SimpleNamespace(with_term=lambda term, most: asked.append((term, most)))
     makes = refits.Refits(None, None, {}, {"other": {"a": 0.7}}, {})

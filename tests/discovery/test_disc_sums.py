@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from draws import GROUPS, RUNS, SPARE, numbers
+from draws import GROUPS, RUNS, SPARE, numbers, without
 from scipy.special import digamma, polygamma
 from shapes import CONDITIONS, REPEATS, measured
 
@@ -86,7 +86,7 @@ def test_scores_of_an_amplitude_with_the_base_taken_out():
     gram = Gram.of(np.concatenate([base, x], axis=1), e)
     score, info = dispersion.scores_of(gram, 2)
     flat = np.moveaxis(base, 1, 0).reshape(2, -1).T
-    away = [v - flat @ np.linalg.lstsq(flat, v, rcond=None)[0] for v in (x.ravel(), e.ravel())]
+    away = [without(flat, v) for v in (x.ravel(), e.ravel())]
     own, left = (v.reshape(RUNS, 40) for v in away)
     size = np.sum(own * left) / np.sum(own**2)
     np.testing.assert_allclose(info, np.sum(own**2, axis=1))

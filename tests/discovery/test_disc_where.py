@@ -153,9 +153,8 @@ def test_the_period_of_a_wave_and_its_share():
     period, share = where.period_of(runs, wave + 1.0, "place", 0.1)
     assert period == pytest.approx(0.31, rel=0.01)
     assert share == pytest.approx(2.0 / (2.0 + 1.0), rel=0.03)
-    assert where.period_of(runs, np.cos(np.pi * PLACE) * np.ones((RUNS, 1)), "place", 0.1)[
-        0
-    ] == pytest.approx(2.0, rel=0.1)
+    long = np.cos(np.pi * PLACE) * np.ones((RUNS, 1))
+    assert where.period_of(runs, long, "place", 0.1)[0] == pytest.approx(2.0, rel=0.1)
     # what turns with the condition has no period over the place
     turned = wave * np.where(runs.condition % 2, 1.0, -1.0)[:, None]
     assert where.period_of(runs, turned, "place", 0.1)[1] < 0.01

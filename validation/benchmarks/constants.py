@@ -18,7 +18,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = "flatplank_analysis"
@@ -169,38 +169,54 @@ def page(found: Found) -> str:
 
 
 def _studied(found: Found) -> str:
-    varied = [(key, factor) for key, by_factor in found.items() if key for factor in by_factor]
-    most = max(len(found[key][factor]) for key, factor in varied)
-    known = {c.key: c for c in constants()}
-    cells = [_changed(found, known[k], f) for k, f in varied if k in known]
-    counts = [cell for cell in cells if " of " in cell]
-    idle = sum(cell.startswith("0 of") for cell in counts)
+    pairs = [(c, factor) for c in constants() for factor in FACTORS]
+    seen = [s for s in (_comparison(found, c, factor) for c, factor in pairs) if s.campaigns]
+    entries = [e for of in found.values() for es in of.values() for e in es]
+    together = max(e.get("together", 1) for e in entries)
     return (
-        f"{len(counts)} settings were varied on up to {most} campaigns of the blind kit, "
-        f"seed {SEED} (`validation/benchmarks/sensitivity.py`); {idle} of them change no answer. "
-        "Up to sixteen settings are applied together (sequential bifurcation): where the answer "
-        "stays, it counts for each of them; where not, they are divided, down to single ones. "
-        f"The journal is [beside this page]({PUBLISHED.name}). A number of another value than "
-        "then counts as not varied."
+        f"{len(seen)} settings were varied on up to {max(s.campaigns for s in seen)} campaigns of "
+        f"the blind kit, seed {SEED} (`validation/benchmarks/sensitivity.py`); "
+        f"{sum(not s.other for s in seen)} of them change no answer. Up to {together} settings "
+        "are applied together (sequential bifurcation): where the answer stays, it counts for "
+        "each of them; where not, they are divided, down to single ones. The journal is "
+        f"[beside this page]({PUBLISHED.name}). A number of another value than then counts as not "
+        "varied."
     )
 
 
-def _changed(found, constant: Constant, factor: float) -> str:
+class Comparison(NamedTuple):
+    """Answers with a setting beside those without."""
+
+    campaigns: int
+    other: int
+    """with another verdict or other names"""
+    right: int
+    """more that are right"""
+
+    def __str__(self) -> str:
+        return f"{self.other} of {self.campaigns}, {self.right:+d}" if self.campaigns else "-"
+
+
+def _changed(found: Found, constant: Constant, factor: float) -> str:
     if constant.key in FACTS:
         return "no tuning"
     if constant.folder == PROPOSE:
         return "not in `diagnose`"
+    return str(_comparison(found, constant, factor))
+
+
+def _comparison(found: Found, constant: Constant, factor: float) -> Comparison:
     plain = {_campaign(e): e for e in found.get("", {}).get(1.0, [])}
     varied = [
         e
         for e in found.get(constant.key, {}).get(factor, [])
         if _campaign(e) in plain and e["value"] == str(constant.value)
     ]
-    if not varied:
-        return "-"
-    other = sum(answer_of(e) != answer_of(plain[_campaign(e)]) for e in varied)
-    right = sum(e["right"] - plain[_campaign(e)]["right"] for e in varied)
-    return f"{other} of {len(varied)}, {right:+d}"
+    return Comparison(
+        len(varied),
+        sum(answer_of(e) != answer_of(plain[_campaign(e)]) for e in varied),
+        sum(e["right"] - plain[_campaign(e)]["right"] for e in varied),
+    )
 
 
 def _campaign(entry: Mapping[str, Any]) -> tuple[str, str]:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections import ChainMap
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -27,11 +28,9 @@ class Remembered:
         runs = model.runs.measured
         keys = [(runs.shape, float(runs.sum()), *_key_of(one)) for one in sets]
         new = {key: one for key, one in zip(keys, sets, strict=True) if key not in self.known}
-        known = self.known
+        known = ChainMap({}, self.known) if self.full else self.known
         if new:
-            known = known | dict(zip(new, self.predict(model, list(new.values())), strict=True))
-        if not self.full:
-            self.known = known
+            known.update(zip(new, self.predict(model, list(new.values())), strict=True))
         return np.stack([known[key] for key in keys])
 
     @contextmanager

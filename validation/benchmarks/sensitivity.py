@@ -47,10 +47,6 @@ from constants import (
 )
 from remembered import Remembered
 
-FAILS = "fails"
-"""begin of the verdict of a search that raises an error"""
-
-
 SEARCH = "discovery"
 """folder of the constants that no prediction of the model depends on"""
 TOGETHER = 16
@@ -161,7 +157,7 @@ def result_of(number: int, journal: Path) -> dict[str, Any]:
     try:
         told = diagnose(made[0])
     except Exception as error:  # another number may break the search
-        return {"verdict": f"{FAILS}: {error}", "names": [], "sizes": [], "right": False}
+        return {"verdict": f"fails: {error}", "names": [], "sizes": [], "right": False}
     entry = {"diagnosis": told, "answer": made[1], "case": asdict(full(SEED)[number])}
     return {
         "verdict": told["verdict"],
@@ -179,8 +175,9 @@ def result_apart(number: int, journal: Path, group: Group) -> dict[str, Any]:
     own = {"NUMBA_CACHE_DIR": str(tables_folder(journal) / f"compiled-{name}")}
     words = ["--one", str(number), "--values", json.dumps(values), "--journal", str(journal)]
     done = subprocess.run(
-        [sys.executable, __file__, *words], env=os.environ | own, check=True, capture_output=True
-    )
+        [sys.executable, __file__, *words], env=os.environ | own, check=True,
+        stdout=subprocess.PIPE,
+    )  # fmt: skip
     return json.loads(done.stdout)
 
 
