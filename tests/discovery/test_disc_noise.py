@@ -157,8 +157,8 @@ def test_whitened_noise_is_independent_and_of_unit_size():
     kinds = [ChannelNoise(w, scale) for w in (TRUE, 2.0 * np.eye(8)[0])]
     made = make_whitener(runs, kinds)
     assert list(made.picks) == list(range(0, 900, 3))
-    assert list(made.base_of) == [0] * 12 + [1] * 12
-    for base, run in ((0, 0), (1, 20)):
+    assert list(made.base_of) == [0] * 5 + [1] + [0] * 6 + [2] * 12
+    for base, run in ((0, 0), (2, 20)):
         t = time[made.base_of == base][:, made.picks].mean(axis=0)
         tau = np.abs(t[:, None] - t[None, :])
         covariance = np.tensordot(TRUE, noises._kernel(tau, t[-1] - t[0]), axes=1)
@@ -170,3 +170,31 @@ def test_whitened_noise_is_independent_and_of_unit_size():
     white = made.apply(np.ones((1, runs.runs, 900)), 1)[0]
     np.testing.assert_allclose(white, (1.0 / (2.0**0.5 * scale * rough[:, 0]))[:, None]
                                * np.ones(300), rtol=1e-5)  # fmt: skip
+
+
+def test_the_level_of_a_run_is_no_better_known_where_the_model_is_rough():
+    """The level was multiplied by the roughness, too: an offset over the whole run, smaller there,
+    then looked like no level, and had thirty times the information that the level permits."""
+    runs = lasting(LONG, 300)
+    rough = np.ones_like(runs.time)
+    rough[:, :60] = 2.5
+    noise = ChannelNoise(np.array([1.0, 0, 0, 0, 0, 0, 0, 100.0]), np.ones(runs.runs))
+    made = make_whitener(replace(runs, roughness=rough), [noise])
+    offset = made.apply(np.ones((1, runs.runs, 300)), 0)[0, 0]
+    # alone, the level of variance 100 permits 1/100 at most
+    smooth = make_whitener(runs, [noise]).apply(np.ones((1, runs.runs, 300)), 0)[0, 0]
+    assert 0.0095 < offset @ offset <= smooth @ smooth < 0.01
+
+
+def test_a_rough_place_has_the_noise_and_an_error_of_its_own():
+    """Within it the noise is larger by the factor; with the rest it has the covariance of before."""
+    runs = lasting(LONG, 100)
+    rough = np.ones_like(runs.time)
+    rough[:, :30] = 3.0
+    made = make_whitener(replace(runs, roughness=rough), [ChannelNoise(TRUE, np.ones(runs.runs))])
+    t = runs.time[0]
+    plain = np.tensordot(TRUE, noises._kernel(np.abs(t[:, None] - t), t[-1]), axes=1)
+    wanted = plain.copy()
+    wanted[:30, :30] *= 9.0
+    root = np.linalg.inv(made.factors[0, 0])
+    np.testing.assert_allclose(root @ root.T, wanted, atol=1e-3)

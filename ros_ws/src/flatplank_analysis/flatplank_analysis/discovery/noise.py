@@ -46,16 +46,12 @@ class Whitener:
     factors: dict[tuple[int, int], np.ndarray]
     """inverse Cholesky factors by (channel, time base)"""
     base_of: np.ndarray
-    """(runs,) time base"""
+    """(runs,) time base: runs with the same times and roughness of the nodes"""
     noises: list[ChannelNoise]
-    roughness: np.ndarray | None = None
-    """(runs, samples) factor on the noise"""
 
     def apply(self, values: np.ndarray, channel: int) -> np.ndarray:
         """Whiten values (n, runs, samples) of one channel: (n, runs, picks)."""
         picked = values[..., self.picks]
-        if self.roughness is not None:
-            picked = picked / self.roughness[:, self.picks]
         out = np.empty(picked.shape)
         for base in np.unique(self.base_of):
             rows = self.base_of == base
@@ -208,31 +204,39 @@ def freedom_of(runs: RunSet, noise: ChannelNoise) -> float:
 
 
 def make_whitener(runs: RunSet, noises: list[ChannelNoise]) -> Whitener:
-    """Cholesky factors of the noise for every channel and time base."""
+    """Cholesky factors of the noise for every channel and time base.
+
+    Where the model is inaccurate (`RunSet.roughness`), its error has the covariance of the noise,
+    but is independent of it: the level of a run is as well known there as elsewhere.
+    """
     step = max(1, -(-runs.samples // NODES))
     picks = np.arange(0, runs.samples, step)
-    base_of, bases = _time_bases(runs)
+    rough = np.ones_like(runs.time) if runs.roughness is None else runs.roughness
+    extra = np.sqrt(rough**2 - 1.0)[:, picks]
+    base_of, bases = _time_bases(runs, extra)
     factors = {}
     for b, rows in enumerate(bases):
         t = runs.time[rows][:, picks].mean(axis=0)
         tau = np.abs(t[:, None] - t[None, :])
         parts = _kernel(tau, float(t[-1] - t[0]))
+        more = 1.0 + np.outer(extra[rows[0]], extra[rows[0]])
         for c, noise in enumerate(noises):
-            covariance = np.tensordot(noise.weights, parts, axes=1)
+            covariance = np.tensordot(noise.weights, parts, axes=1) * more
             covariance[np.diag_indices_from(covariance)] *= 1.0 + 1e-6
             lower = cholesky(covariance, lower=True)
             inverse = solve_triangular(lower, np.eye(len(lower)), lower=True)
             factors[c, b] = inverse
-    return Whitener(picks, factors, base_of, noises, runs.roughness)
+    return Whitener(picks, factors, base_of, noises)
 
 
-def _time_bases(runs: RunSet) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Groups of runs whose nodes come at nearly the same times."""
+def _time_bases(runs: RunSet, extra: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Groups of runs whose nodes come at nearly the same times, with the same roughness."""
     bases: list[list[int]] = []
     tolerance = 0.02 * float(np.ptp(runs.time[0]))
     for r in range(runs.runs):
         for rows in bases:
-            if np.max(np.abs(runs.time[r] - runs.time[rows[0]])) < tolerance:
+            near = np.max(np.abs(runs.time[r] - runs.time[rows[0]])) < tolerance
+            if near and np.array_equal(extra[r], extra[rows[0]]):
                 rows.append(r)
                 break
         else:

@@ -46,8 +46,8 @@ class RunSet:
     units: tuple[str, ...] = ()
     """unit of every channel"""
     roughness: np.ndarray | None = None
-    """(runs, samples) factor >= 1 on the noise where the model is known to be inaccurate; for
-    decisions only"""
+    """(runs, samples) factor >= 1 on the noise where the model is known to be inaccurate; the
+    additional part is independent of the noise; for decisions only"""
     input_noise: tuple[float, ...] = ()
     """per channel: prediction error by the resolution of the inputs; it is the same in all
     repeats, which therefore do not show it"""
