@@ -187,7 +187,7 @@ def test_the_level_of_a_run_is_no_better_known_where_the_model_is_rough():
 
 
 def test_a_rough_place_has_the_noise_and_an_error_of_its_own():
-    """Within it the noise is larger by the factor; with the rest it has the covariance of before."""
+    """Within it the noise is larger by the factor; with the rest it correlates as before."""
     runs = lasting(LONG, 100)
     rough = np.ones_like(runs.time)
     rough[:, :30] = 3.0
