@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit
 
 from flatplank_analysis.contact_patch.data import load_runs
-from flatplank_analysis.contact_patch.kernel import play_position
+from flatplank_analysis.contact_patch.laws import play_position
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.tire_runs import side_before
 from flatplank_analysis.discovery.search import run_search

@@ -121,6 +121,10 @@ def test_node_by_node_is_the_sweep():
 
 def test_the_cache_follows_every_file_of_the_kernels(monkeypatch):
     here = compiling.folder()
+    folder = Path(compiling.__file__).parent
+    word = "contact_patch.compiling import"
+    users = [p.name for p in folder.glob("*.py") if word in p.read_text("utf-8")]
+    assert set(compiling.FILES) == {*users, "compiling.py"}
     assert Path(kernel.sweep.stats.cache_path).parent == Path(here)
     read = Path.read_bytes
     for name in compiling.FILES:

@@ -9,7 +9,7 @@ import pytest
 from ball import throw
 from third_campaigns import tables
 
-from flatplank_analysis.contact_patch import kernel
+from flatplank_analysis.contact_patch import kernel, laws
 from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.model import FormError
@@ -64,7 +64,7 @@ def test_it_goes_on_from_there_to_where_it_goes_anyway():
 
 
 def test_more_than_the_friction_is_not_held():
-    assert rolled(0.0, 0.0, 9000.0)[-1] == pytest.approx(kernel.HELD * 3700.0)
+    assert rolled(0.0, 0.0, 9000.0)[-1] == pytest.approx(laws.HELD * 3700.0)
 
 
 def test_the_force_at_rest_is_that_of_turned_wheels_without_the_zero_of_the_channel():

@@ -42,7 +42,7 @@ SOURCES: dict[str, str] = {
     "contact_patch.data.PINION_TURN": "machine, placeholder",
     "contact_patch.grid.SPEED": "machine: fast speed of the plank",
     "contact_patch.parameters.PROTRACTOR": "a tenth of a degree is 1.7 mrad",
-    "contact_patch.kernel.LAW_LEVELS": "slips of the thesis's campaigns and of the blind kit",
+    "contact_patch.laws.LAW_LEVELS": "slips of the thesis's campaigns and of the blind kit",
 }
 """constant -> source of its value, where known"""
 FACTS = (

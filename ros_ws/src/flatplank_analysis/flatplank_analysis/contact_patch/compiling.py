@@ -24,7 +24,7 @@ from numba import njit, types
 from numba.core import config
 from numba.extending import intrinsic
 
-FILES = ("kernel.py", "compiling.py")
+FILES = ("kernel.py", "laws.py", "compiling.py")
 """files whose functions call each other"""
 FAST = dict(nogil=True, error_model="numpy", fastmath={"contract", "arcp", "nsz"})
 """no checks for division by zero; the engine detects non-finite results"""

@@ -278,7 +278,7 @@ class _Searcher:
         to the effects of an earlier step, is refused. None when no refit passes.
         """
         state = step.state
-        stronger = tried
+        further: list[Refit] | None = None
         for _, near in preferred(tried):
             best = state.fit_whitened(near.fit)
             fair, decision = self.tested(judge, best)
@@ -289,8 +289,9 @@ class _Searcher:
             if not passes(decision, misshapen):
                 self.correct(step, tried, (decision, best), near)
                 continue
-            if stronger is tried and not decision.term.effect.generic:
-                stronger = [*tried, *self.refits.further(fair, self.effects)]
+            if further is None and not decision.term.effect.generic:
+                further = self.refits.further(fair, self.effects)
+            stronger = [*tried, *(further or [])]
             if not self.stands_beside_stronger(fair, decision, stronger, misshapen):
                 continue
             # from both bases, because one of them may end at limits of the force law
