@@ -173,10 +173,12 @@ def _studied(found: Found) -> str:
     seen = [s for s in (_comparison(found, c, factor) for c, factor in pairs) if s.campaigns]
     entries = [e for of in found.values() for es in of.values() for e in es]
     together = max(e.get("together", 1) for e in entries)
+    versions = sorted({e["code"] for e in entries})
     return (
         f"{len(seen)} settings were varied on up to {max(s.campaigns for s in seen)} campaigns of "
         f"the blind kit, seed {SEED} (`validation/benchmarks/sensitivity.py`); "
-        f"{sum(not s.other for s in seen)} of them change no answer. Up to {together} settings "
+        f"{sum(not s.other for s in seen)} of them change no answer. Each campaign was diagnosed "
+        f"by one version of the search (of {', '.join(versions)}). Up to {together} settings "
         "are applied together (sequential bifurcation): where the answer stays, it counts for "
         "each of them; where not, they are divided, down to single ones. The journal is "
         f"[beside this page]({PUBLISHED.name}). A number of another value than then counts as not "

@@ -2,6 +2,7 @@
 """What changes in the answers of the search when a tuning constant is halved and doubled.
 
     python validation/benchmarks/sensitivity.py --count 66 --jobs 2
+    python validation/benchmarks/sensitivity.py --first 23 --only 'discovery.*' 'effects.*'
     python validation/benchmarks/constants.py --write docs/constants.md
 
 It diagnoses campaigns of the blind kit and can be stopped and gone on with, also from the
@@ -119,10 +120,11 @@ AS_IT_IS = {"constant": "", "factor": 1.0, "value": "None"}
 Group = Sequence[Setting]
 
 
-def settings_of(only: str) -> list[Setting]:
-    """All settings of constants whose keys match a pattern."""
-    wanted = [c for c in constants() if c.key not in FACTS and c.folder != PROPOSE]
-    return [Setting(c, f) for c in wanted if fnmatch.fnmatch(c.key, only) for f in FACTORS]
+def settings_of(only: Sequence[str]) -> list[Setting]:
+    """All settings of constants whose keys match one of some patterns."""
+    varied = [c for c in constants() if c.key not in FACTS and c.folder != PROPOSE]
+    wanted = [c for c in varied if any(fnmatch.fnmatch(c.key, pattern) for pattern in only)]
+    return [Setting(c, f) for c in wanted for f in FACTORS]
 
 
 def tables_of(number: int, folder: Path) -> tuple[Any, Any] | None:
@@ -181,7 +183,7 @@ def result_apart(number: int, journal: Path, group: Group) -> dict[str, Any]:
     return json.loads(done.stdout)
 
 
-def work(number: int, only: str, journal: Path) -> None:
+def work(number: int, only: Sequence[str], journal: Path) -> None:
     """Diagnose one campaign with all settings that the journal lacks."""
     from flatplank_analysis.contact_patch import model
     from flatplank_validation.blind.journal import code_version
@@ -234,17 +236,17 @@ def work(number: int, only: str, journal: Path) -> None:
         memory.known.clear()
 
 
-def study(only: str, count: int, journal: Path, jobs: int) -> None:
+def study(only: Sequence[str], numbers: Sequence[int], journal: Path, jobs: int) -> None:
     """Diagnose campaigns with every constant halved and doubled, a process for each campaign."""
     journal.parent.mkdir(parents=True, exist_ok=True)
 
     def one(number: int) -> None:
-        words = ["--only", only, "--one", str(number), "--journal", str(journal)]
+        words = ["--only", *only, "--one", str(number), "--journal", str(journal)]
         subprocess.run([sys.executable, __file__, *words], check=True)
-        print(f"campaign {number + 1}/{count}", file=sys.stderr, flush=True)
+        print(f"campaign {number + 1}/{numbers[-1] + 1}", file=sys.stderr, flush=True)
 
     with ThreadPoolExecutor(jobs) as pool:
-        for _ in pool.map(one, range(count)):
+        for _ in pool.map(one, numbers):
             pass
 
 
@@ -252,7 +254,8 @@ def main(arguments: list[str] | None = None) -> int:
     p = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    p.add_argument("--only", default="*", metavar="PATTERN", help="of module.name")
+    p.add_argument("--only", nargs="+", default=["*"], metavar="PATTERN", help="of module.name")
+    p.add_argument("--first", type=int, default=1, help="campaign of the list to begin with")
     p.add_argument("--count", type=int, default=66, help="of the list; about 1 in 10 has no score")
     p.add_argument("--jobs", type=int, default=1, help="processes")
     p.add_argument("--journal", type=Path, default=JOURNAL)
@@ -260,7 +263,7 @@ def main(arguments: list[str] | None = None) -> int:
     p.add_argument("--values", type=json.loads, help=argparse.SUPPRESS)
     o = p.parse_args(arguments)
     if o.one is None:
-        study(o.only, o.count, o.journal, o.jobs)
+        study(o.only, range(o.first - 1, o.count), o.journal, o.jobs)
     elif o.values is None:
         work(o.one, o.only, o.journal)
     else:
