@@ -12,7 +12,7 @@ from ball import Drag, throw
 from decisions import decision, rival
 from shapes import LONG, TIME, Sum, measured, shape, wave
 
-from flatplank_analysis.discovery import invariants, verdict
+from flatplank_analysis.discovery import invariants, verdict, where
 from flatplank_analysis.discovery.fit import Fitter, Term
 from flatplank_analysis.discovery.model import FormError
 from flatplank_analysis.discovery.sources import source_of
@@ -171,3 +171,16 @@ def test_a_campaign_that_cannot_be_decided_is_told_with_its_source():
     assert told["verdict"] == verdict.UNDECIDED and told["reason"] == verdict.undecidable(runs)
     assert told["effects"] == [] and told["seconds"] == 2.0 and told["runs"] == 0
     assert source_of(runs).to_dict().items() <= told.items()
+
+
+def test_programs_get_the_four_clearest_places_of_a_residual():
+    runs = measured(0).runs.subset(np.arange(0, 9, 3))
+    bins = np.linspace(0.0, 2.0, 3)
+    maps = [
+        where.Map(name, "m", bins, np.zeros((3, 2)), np.zeros(2), 0.0, 1.0, (0.5, 1.25), 0.75)
+        for name in "abcdef"
+    ]
+    told = replace(verdict.undecidable_diagnosis(runs, 2.0), maps=tuple(maps)).to_dict()
+    assert [m["coordinate"] for m in told["unexplained"]["where"]] == ["a", "b", "c", "d"]
+    assert told["unexplained"]["where"][0]["range"] == [0.5, 1.25]
+    assert told["unexplained"]["where"][0]["share"] == 0.75
