@@ -7,11 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from shapes import CONDITIONS, REPEATS, measured
+from shapes import CONDITIONS, NOISE, REPEATS, TIME, Sum, measured
 
 from flatplank_analysis.discovery import noise as noises
 from flatplank_analysis.discovery.noise import ChannelNoise, fit_noise, freedom_of, make_whitener
 from flatplank_analysis.discovery.runs import RunSet
+from flatplank_analysis.discovery.search import run_search
 
 LONG = 135.0
 TRUE = np.array([1.0, 0.0, 0.0, 2.0, 0.0, 3.0, 0.0, 0.0])
@@ -198,3 +199,26 @@ def test_a_rough_place_has_the_noise_and_an_error_of_its_own():
     wanted[:30, :30] *= 9.0
     root = np.linalg.inv(made.factors[0, 0])
     np.testing.assert_allclose(root @ root.T, wanted, atol=1e-3)
+
+
+class Turned(Sum):
+    """Its slope scatters from run to run."""
+
+    def scatter_directions(self, base):
+        return ({"slope": 1.0},)
+
+
+def test_the_standard_error_of_a_place_has_the_noise_and_the_scatter_there():
+    """One condition's repeats are alike by chance: the others say how much they scatter."""
+    random = np.random.default_rng(5)
+    slopes = 0.2 * random.standard_normal(CONDITIONS * REPEATS)
+    slopes[:REPEATS] = 0.0
+    model = Turned(measured(3, (slopes, lambda c: TIME)).runs)
+    state = run_search(model, []).last.state
+    error = state.standard_errors
+    assert error.shape == (CONDITIONS, len(TIME))
+    noise, scatter = NOISE / np.sqrt(REPEATS), 0.2 * np.abs(TIME) / np.sqrt(REPEATS)
+    np.testing.assert_allclose(error[:, 0], noise, rtol=0.3)
+    np.testing.assert_allclose(error[:, -1], scatter[-1], rtol=0.4)
+    once = Turned(model.runs.subset(np.arange(0, CONDITIONS * REPEATS, REPEATS)))
+    assert not replace(state, model=once).standard_errors.any()

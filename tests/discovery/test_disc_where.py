@@ -13,6 +13,8 @@ from flatplank_analysis.discovery import where
 from flatplank_analysis.discovery.runs import Coordinate, RunSet
 
 RUNS, SAMPLES = CONDITIONS * REPEATS, 480
+EXACT = np.zeros((CONDITIONS, SAMPLES))
+"""standard errors where nothing scatters"""
 PLACE = np.linspace(0.005, 4.795, SAMPLES)
 """[m] a node every centimetre"""
 
@@ -129,7 +131,7 @@ def test_stretches_beyond_a_limit_are_told_with_their_conditions():
     residual[np.concatenate([groups[1], groups[4]])[:, None], np.arange(300, 305)] = 5.0
     residual[groups[4], 303] = 8.0
     residual[groups[0], 200:205] = 1.9
-    found = where.events(runs, residual, 2.0)
+    found = where.events(runs, residual, 2.0, EXACT)
     assert [e.coordinate for e in found] == ["place", "place"]
     worst, other = found
     assert worst.level == pytest.approx(np.sqrt((4.0 * 25.0 + 64.0) / 5.0))
@@ -137,14 +139,14 @@ def test_stretches_beyond_a_limit_are_told_with_their_conditions():
     assert worst.conditions == (runs.condition_names[1], runs.condition_names[4])
     assert (other.start, other.end) == pytest.approx((1.005, 1.105))
     assert other.level == pytest.approx(3.0) and other.conditions == (runs.condition_names[2],)
-    assert not where.events(runs, residual, 8.1)
+    assert not where.events(runs, residual, 8.1, EXACT)
     # with five centimetres between them they are two
     residual[groups[2], 115:120] = 3.0
-    ends = [(e.start, e.end) for e in where.events(runs, residual, 2.0)][1:]
+    ends = [(e.start, e.end) for e in where.events(runs, residual, 2.0, EXACT)][1:]
     assert sorted(ends) == [pytest.approx((1.005, 1.105)), pytest.approx((1.155, 1.205))]
     # two nodes are no stretch
     assert not where.events(runs, np.where(np.arange(SAMPLES) == 7, 99.0, 0.0)
-                            * np.ones((RUNS, 1)), 2.0, width=0.02)  # fmt: skip
+                            * np.ones((RUNS, 1)), 2.0, EXACT, width=0.02)  # fmt: skip
 
 
 def test_the_period_of_a_wave_and_its_share():
@@ -185,11 +187,24 @@ def test_the_scatter_of_a_condition_makes_no_stretch_of_its_own():
     two = runs.subset(np.delete(np.arange(RUNS), wide[0]))
     levels = np.delete(residual + np.eye(RUNS)[wide[2]][:, None] * 4.0, wide[0], axis=0)
     assert where.standard_errors(two, levels)[2] == pytest.approx(2.0)
-    assert not where.events(runs, residual, 2.0)
+    assert not where.events(runs, residual, 2.0, EXACT)
     residual[other, 100:110] = 3.0
     residual[wide, 200:210] += 15.0
-    found = where.events(runs, residual, 2.0)
+    found = where.events(runs, residual, 2.0, EXACT)
     assert [e.conditions for e in found] == [
         (runs.condition_names[2],),
         (runs.condition_names[4],),
     ]
+
+
+def test_repeats_that_are_alike_by_chance_make_no_place_sure():
+    runs = placed()
+    residual = np.zeros((RUNS, SAMPLES))
+    residual[runs.groups[2], 100:110] = 3.0
+    expected = np.full((CONDITIONS, SAMPLES), 0.7)
+    assert len(where.events(runs, residual, 2.0, expected)) == 1
+    elsewhere = expected.copy()
+    elsewhere[:, :100] = elsewhere[:, 110:] = elsewhere[3:] = 5.0
+    assert len(where.events(runs, residual, 2.0, elsewhere)) == 1
+    elsewhere[2, 95:115] = 1.0
+    assert not where.events(runs, residual, 2.0, elsewhere)

@@ -69,6 +69,20 @@ class State:
         """Independent numbers of all runs in the first channel, by the noise model."""
         return self.runs.runs * noises.freedom_of(self.runs, self.metric.whitener.noises[0])
 
+    @cached_property
+    def standard_errors(self) -> np.ndarray:
+        """Standard error (conditions, samples) of the mean residual of the first channel, by the
+        noise model and the scatter of the tire. Zero without repeats: the noise model then is the
+        residual itself.
+        """
+        runs, noise = self.runs, self.metric.whitener.noises[0]
+        groups = runs.groups
+        if not runs.repeated:
+            return np.zeros((len(groups), runs.samples))
+        sideways = scatter_columns(self.model, self.fit)[:, 0] * self.metric.scatter[:, None, None]
+        variance = noise.weights.sum() * noise.scale[:, None] ** 2 + np.sum(sideways**2, axis=0)
+        return np.sqrt([np.sum(variance[g], axis=0) / len(g) ** 2 for g in groups])
+
     def gram(self, residual: np.ndarray, columns: np.ndarray) -> grams.Gram:
         """Whitened sums of products of any columns and residual."""
         return self.metric.gram(residual, columns)

@@ -140,11 +140,17 @@ def _half(edges: np.ndarray, share: np.ndarray) -> tuple[float, float, float]:
     return float(edges[i]), float(edges[j]), float(total[j] - total[i])
 
 
-def events(runs: RunSet, residual: np.ndarray, limit: float, width: float = 0.05) -> list[Event]:
+def events(
+    runs: RunSet, residual: np.ndarray, limit: float, error: np.ndarray, width: float = 0.05
+) -> list[Event]:
     """Stretches of a place coordinate where the mean residual of a condition exceeds a limit and
-    `SURE` standard errors; the worst first."""
+    `SURE` standard errors; the worst first.
+
+    error (conditions, samples): expected standard error of the mean. Three repeats may be alike by
+    chance, so what they show counts only where it is more.
+    """
     mean = runs.mean(residual)
-    limits = np.maximum(limit, SURE * standard_errors(runs, residual))
+    variance = np.maximum(standard_errors(runs, residual)[:, None], error) ** 2
     out: list[Event] = []
     for name, c in runs.coordinates.items():
         if not c.local:
@@ -155,8 +161,10 @@ def events(runs: RunSet, residual: np.ndarray, limit: float, width: float = 0.05
             x = c.values[rows[0]]
             cell = ((x - low) / width).astype(int)
             count = np.bincount(cell)
-            level = np.sqrt(np.bincount(cell, mean[i] ** 2) / np.maximum(count, 1))
-            for k in np.flatnonzero((level > limits[i]) & (count > 2)):
+            square = np.bincount(cell, mean[i] ** 2) / np.maximum(count, 1)
+            sure = SURE * np.sqrt(np.bincount(cell, variance[i]) / np.maximum(count, 1))
+            level = np.sqrt(square)
+            for k in np.flatnonzero((level > np.maximum(limit, sure)) & (count > 2)):
                 found.setdefault(int(k), []).append((i, float(level[k])))
         out += _joined(name, found, low, width, runs.condition_names)
     return sorted(out, key=lambda e: -e.level)
