@@ -121,6 +121,9 @@ def test_the_best_of_several_sizes_with_the_base_moved_along():
         assert gain == pytest.approx(state.whitened.chi2 - found.chi2, rel=0.05)
     half, _ = shortlist.line_search_with_drop(model, state, replace(item, sizes=np.full(1, 0.4)))
     assert half.values == pytest.approx([0.02])
+    # what was screened as next to nothing is tried with one and three screening steps, too
+    tiny, _ = shortlist.line_search_with_drop(model, state, replace(item, sizes=np.full(1, 0.01)))
+    assert tiny.values == pytest.approx([0.03])
     assert shortlist.line_search(model, state, item).values == pytest.approx(
         shortlist.line_search_with_drop(model, state, item)[0].values
     )

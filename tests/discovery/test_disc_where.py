@@ -88,8 +88,8 @@ def test_bins_of_levels_angles_and_places_that_not_all_runs_see():
 def test_the_coordinate_that_orders_a_residual_comes_first():
     runs = placed()
     rng = np.random.default_rng(1)
-    step = np.where(PLACE < 2.4, -1.0, 1.0) + 0.2 * rng.standard_normal((RUNS, SAMPLES))
-    found = where.make_maps(runs, step, 0.1)
+    step = np.where(PLACE < 2.4, -3.0, 3.0) + 0.6 * rng.standard_normal((RUNS, SAMPLES))
+    found = where.make_maps(runs, step, 0.3)
     assert found[0].coordinate == "place"
     assert found[0].ordered == pytest.approx(1.0 / 1.04, abs=0.01)
     assert found[0].p_value == pytest.approx(1.0 / 61.0)
