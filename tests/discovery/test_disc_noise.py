@@ -15,8 +15,8 @@ from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.discovery.search import run_search
 
 LONG = 135.0
-TRUE = np.array([1.0, 0.0, 0.0, 2.0, 0.0, 3.0, 0.0, 0.0])
-"""white, filtered white, 0.5, 1.5, 5, 15, 50 s, level"""
+TRUE = np.array([1.0, 0.0, 0.0, 2.0, 0.0, 3.0, 0.0, 0.0, 0.0])
+"""white, filtered white, 0.5, 1.5, 5, 15, 50 s, level, drift"""
 
 
 def lasting(seconds: float, samples: int, channels: int = 1) -> RunSet:
@@ -31,8 +31,7 @@ def lasting(seconds: float, samples: int, channels: int = 1) -> RunSet:
 def drawn(runs: RunSet, weights: np.ndarray, seed: int) -> np.ndarray:
     """Noise (runs, samples) with these variances of its components."""
     t = runs.time[0]
-    tau = np.abs(t[:, None] - t[None, :])
-    covariance = np.tensordot(weights, noises._kernel(tau, t[-1] - t[0]), axes=1)
+    covariance = np.tensordot(weights, noises._components(t), axes=1)
     root = np.linalg.cholesky(covariance + 1e-9 * np.eye(len(t)))
     return np.random.default_rng(seed).standard_normal(runs.measured.shape[1:]) @ root.T
 
@@ -45,6 +44,8 @@ def test_correlations_of_the_components(stretch):
     wanted = [tau == 0.0, np.exp(-((tau / 0.15) ** 2))]
     wanted += [np.exp(-tau / t) for t in (0.5, 1.5, 5.0, 15.0, 50.0)]
     np.testing.assert_allclose(found, np.array([*wanted, np.ones(4)]))
+    drift = noises._components(stretch * np.linspace(7.0, 7.0 + LONG, 3))[-1]
+    np.testing.assert_allclose(drift, 3.0 * np.outer([-1, 0, 1], [-1, 0, 1]), atol=1e-9)
 
 
 def test_components_are_told_from_a_covariance():
@@ -52,7 +53,7 @@ def test_components_are_told_from_a_covariance():
     n = 330
     t = np.linspace(0.0, LONG, n)
     tau = np.abs(t[:, None] - t[None, :])
-    kernels = noises._kernel(tau, LONG)
+    kernels = noises._components(t)
     found = noises._weights(np.tensordot(TRUE, kernels, axes=1), kernels, tau)
     # nodes 0.4 s apart cannot tell white noise from filtered
     assert found[0] + found[1] == pytest.approx(1.0 + 0.02 * 6.0, abs=0.01) and found[0] > 0.119
@@ -63,7 +64,7 @@ def test_components_are_told_from_a_covariance():
     seen = noises._without(kernels, level)
     away = np.eye(n) - level @ level.T
     np.testing.assert_allclose(seen, away @ kernels @ away, atol=1e-9)
-    found = noises._weights(np.tensordot(TRUE + 5.0 * np.eye(8)[7], seen, axes=1), seen, tau)
+    found = noises._weights(np.tensordot(TRUE + 5.0 * np.eye(9)[7], seen, axes=1), seen, tau)
     np.testing.assert_allclose(found[2:], TRUE[2:], atol=0.1)
     assert found[7] == 0.0
 
@@ -80,11 +81,27 @@ def test_noise_of_repeats_is_found():
         found.append(noise)
     weights = np.mean([n.weights for n in found], axis=0)
     tau = np.array([0.0, 2.0, 5.0, 12.0, 40.0])
-    of = [w @ noises._kernel(tau, LONG) for w in (weights, TRUE)]
+    of = [w[:-1] @ noises._kernel(tau, LONG) for w in (weights, TRUE)]
     np.testing.assert_allclose(of[0], of[1], atol=0.7)
     assert weights.sum() == pytest.approx(6.0 * 1.02, rel=0.05)
     assert 0.9 < np.mean([n.scale.mean() for n in found]) < 1.1
     np.testing.assert_allclose(np.ptp(found[0].scale.reshape(CONDITIONS, REPEATS), axis=1), 0.0)
+
+
+def test_a_drift_that_differs_from_run_to_run_is_noise_of_its_own():
+    """A random walk and a level, as far as they imitate it, leave it six times too large."""
+    runs = lasting(LONG, 330)
+    ramp = np.broadcast_to(np.linspace(-1.0, 1.0, 330), (1, runs.runs, 330))
+    squares = []
+    for seed in range(4):
+        random = np.random.default_rng(seed)
+        residual = 3.0 * random.standard_normal((runs.runs, 1)) * ramp[0]
+        residual = residual + 0.5 * random.standard_normal(residual.shape)
+        contrast = runs.contrast(residual)[None]
+        made = make_whitener(runs, fit_noise(runs, contrast, 0.0 * contrast, _none(runs)))
+        column, noise = made.apply(ramp, 0)[0], made.apply(residual[None], 0)[0]
+        squares.append(np.sum(column * noise, axis=1) ** 2 / np.sum(column**2, axis=1))
+    assert 0.6 < np.mean(squares) < 1.6
 
 
 def test_noise_does_not_depend_on_when_a_clock_was_set():
@@ -102,7 +119,7 @@ def test_noise_does_not_depend_on_when_a_clock_was_set():
 def test_without_repeats_every_run_has_its_own_noise():
     runs = lasting(LONG, 330).subset(np.arange(0, CONDITIONS * REPEATS, REPEATS))
     assert not runs.repeated
-    residual = drawn(runs, np.eye(8)[0], 3)
+    residual = drawn(runs, np.eye(9)[0], 3)
     residual[2] *= 3.0
     (noise,) = fit_noise(runs, residual[None], residual[None], _none(runs))
     assert noise.scale.argmax() == 2 and noise.scale[2] > 1.3 * np.median(noise.scale)
@@ -127,21 +144,21 @@ def test_what_repeats_share_and_is_rough_is_noise_too():
     residual = np.tile(2.0 * steps + 50.0 * np.sin(runs.time[0] / 10.0), (runs.runs, 1))
     rough = noises._roughness(runs, residual)
     assert rough[:3].sum() == pytest.approx(4.0, rel=0.12) and not rough[3:].any()
-    still = 1e-3 * drawn(runs, np.eye(8)[0], 1)
+    still = 1e-3 * drawn(runs, np.eye(9)[0], 1)
     contrast = runs.contrast(still)[None]
     (alone,) = fit_noise(runs, contrast, 0.0 * contrast, _none(runs))
     (both,) = fit_noise(runs, contrast, residual[None], _none(runs))
     np.testing.assert_allclose(both.weights, np.maximum(alone.weights, rough))
     # slow noise is not rough: the running mean over 3 s takes it out
-    slow = noises._roughness(runs, drawn(runs, np.eye(8)[6], 4))
+    slow = noises._roughness(runs, drawn(runs, np.eye(9)[6], 4))
     assert slow.sum() < 0.05
 
 
 @pytest.mark.parametrize(("samples", "used"), [(120, 120), (900, 225)])
 def test_independent_numbers_in_a_run(samples, used):
     runs = lasting(LONG, samples)
-    for component, wanted in ((0, used), (7, 1.0)):
-        noise = ChannelNoise(3.0 * np.eye(8)[component], np.ones(runs.runs))
+    for component, wanted in ((0, used), (7, 1.0), (8, 1.0)):
+        noise = ChannelNoise(3.0 * np.eye(9)[component], np.ones(runs.runs))
         assert freedom_of(runs, noise) == pytest.approx(wanted)
 
 
@@ -155,14 +172,13 @@ def test_whitened_noise_is_independent_and_of_unit_size():
     rough[5] = 4.0
     runs = replace(runs, time=time, roughness=rough)
     scale = np.linspace(0.5, 2.0, runs.runs)
-    kinds = [ChannelNoise(w, scale) for w in (TRUE, 2.0 * np.eye(8)[0])]
+    kinds = [ChannelNoise(w, scale) for w in (TRUE, 2.0 * np.eye(9)[0])]
     made = make_whitener(runs, kinds)
     assert list(made.picks) == list(range(0, 900, 3))
     assert list(made.base_of) == [0] * 5 + [1] + [0] * 6 + [2] * 12
     for base, run in ((0, 0), (2, 20)):
         t = time[made.base_of == base][:, made.picks].mean(axis=0)
-        tau = np.abs(t[:, None] - t[None, :])
-        covariance = np.tensordot(TRUE, noises._kernel(tau, t[-1] - t[0]), axes=1)
+        covariance = np.tensordot(TRUE, noises._components(t), axes=1)
         root = np.linalg.cholesky(covariance)
         values = np.zeros((300, runs.runs, 900))
         values[:, run, made.picks] = root.T * scale[run] * 2.0
@@ -179,7 +195,7 @@ def test_the_level_of_a_run_is_no_better_known_where_the_model_is_rough():
     runs = lasting(LONG, 300)
     rough = np.ones_like(runs.time)
     rough[:, :60] = 2.5
-    noise = ChannelNoise(np.array([1.0, 0, 0, 0, 0, 0, 0, 100.0]), np.ones(runs.runs))
+    noise = ChannelNoise(np.array([1.0, 0, 0, 0, 0, 0, 0, 100.0, 0]), np.ones(runs.runs))
     made = make_whitener(replace(runs, roughness=rough), [noise])
     offset = made.apply(np.ones((1, runs.runs, 300)), 0)[0, 0]
     # alone, the level of variance 100 permits 1/100 at most
@@ -194,7 +210,7 @@ def test_a_rough_place_has_the_noise_and_an_error_of_its_own():
     rough[:, :30] = 3.0
     made = make_whitener(replace(runs, roughness=rough), [ChannelNoise(TRUE, np.ones(runs.runs))])
     t = runs.time[0]
-    plain = np.tensordot(TRUE, noises._kernel(np.abs(t[:, None] - t), t[-1]), axes=1)
+    plain = np.tensordot(TRUE, noises._components(t), axes=1)
     wanted = plain.copy()
     wanted[:30, :30] *= 9.0
     root = np.linalg.inv(made.factors[0, 0])

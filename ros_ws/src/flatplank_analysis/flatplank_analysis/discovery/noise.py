@@ -2,9 +2,9 @@
 """Noise model from repeat differences, and whitening with it.
 
 Covariance over time = white and filtered white part + exponentials of several time constants + a
-level that differs from run to run, all weights >= 0. In addition the directions in which the
-tire scatters (a gain, an offset) get a random size in every run. Used for screening and decisions
-only.
+level and a linear drift that differ from run to run, all weights >= 0. In addition the directions
+in which the tire scatters (a gain, an offset) get a random size in every run. Used for screening
+and decisions only.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class ChannelNoise:
     """Noise of one channel."""
 
     weights: np.ndarray
-    """variances: white, filtered white, exponentials, level"""
+    """variances, in the mean over a run: white, filtered white, exponentials, level, drift"""
     scale: np.ndarray
     """(runs,) factor on the standard deviation"""
 
@@ -105,18 +105,26 @@ def _roughness(runs: RunSet, residual: np.ndarray) -> np.ndarray:
     basis = _kernel(lags * (even[1] - even[0]), total)
     short = [0, 1, 2]
     weights, _ = nnls(basis[short].T, level)
-    out = np.zeros(len(basis))
+    out = np.zeros(len(basis) + 1)
     out[short] = weights
     return out
 
 
 def _kernel(tau: np.ndarray, total: float) -> np.ndarray:
-    """Correlations at time lag tau, (components, ...)."""
+    """Correlations at time lag tau of the components but the drift, (components, ...)."""
     stretch = total / 135.0
     same = (tau < 1e-9).astype(float)
     near = np.exp(-((tau / (2.0 * 0.075 * stretch)) ** 2))
     slow = [np.exp(-tau / (t * stretch)) for t in TIMES]
     return np.stack([same, near, *slow, np.ones_like(tau)])
+
+
+def _components(t: np.ndarray) -> np.ndarray:
+    """Correlations of all components between times (n,), shape (components, n, n)."""
+    total = float(t[-1] - t[0])
+    drift = np.sqrt(12.0) * (t - t.mean()) / total
+    stationary = _kernel(np.abs(t[:, None] - t), total)
+    return np.concatenate([stationary, np.outer(drift, drift)[None]])
 
 
 def _channel(runs: RunSet, contrast: np.ndarray, directions: np.ndarray) -> ChannelNoise:
@@ -126,7 +134,7 @@ def _channel(runs: RunSet, contrast: np.ndarray, directions: np.ndarray) -> Chan
     spare = np.array([max(len(g) - 1.0, 1.0) for g in groups])
     t = runs.time[np.concatenate(groups)][:, picks].mean(axis=0)
     tau = np.abs(t[:, None] - t[None, :])
-    kernels = _kernel(tau, float(t[-1] - t[0]))
+    kernels = _components(t)
     product, expected = np.zeros_like(tau), np.zeros_like(kernels)
     energy, traces = [], []
     for g, own in zip(groups, spare, strict=True):
@@ -198,8 +206,7 @@ def _drawn(own: float, usual: float, spare: float) -> float:
 def freedom_of(runs: RunSet, noise: ChannelNoise) -> float:
     """Independent numbers in a run by the noise model: participation ratio of its covariance."""
     t = runs.time.mean(axis=0)[:: max(1, runs.samples // 200)]
-    tau = np.abs(t[:, None] - t[None, :])
-    covariance = np.tensordot(noise.weights, _kernel(tau, float(t[-1] - t[0])), axes=1)
+    covariance = np.tensordot(noise.weights, _components(t), axes=1)
     return float(np.trace(covariance) ** 2 / max(float(np.sum(covariance**2)), 1e-30))
 
 
@@ -217,8 +224,7 @@ def make_whitener(runs: RunSet, noises: list[ChannelNoise]) -> Whitener:
     factors = {}
     for b, rows in enumerate(bases):
         t = runs.time[rows][:, picks].mean(axis=0)
-        tau = np.abs(t[:, None] - t[None, :])
-        parts = _kernel(tau, float(t[-1] - t[0]))
+        parts = _components(t)
         more = 1.0 + np.outer(extra[rows[0]], extra[rows[0]])
         for c, noise in enumerate(noises):
             covariance = np.tensordot(noise.weights, parts, axes=1) * more
