@@ -86,4 +86,5 @@ def test_a_law_found_first_does_not_make_the_tests_of_an_effect_stricter():
     refused because another form of the law had been found before it."""
     case = Case("single", "forms", ("wear",), 4.0, "quiet", 0.03)
     session = Session.of_tables(make(case, 86243)[0])
-    assert {e["name"] for e in session.diagnose().to_dict()["effects"]} == {"tire_law", "wear"}
+    named = {e["name"] for e in session.diagnose().to_dict()["effects"]}
+    assert "wear" in named and named <= {"tire_law", "wear"}, named

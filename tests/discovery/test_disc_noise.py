@@ -104,6 +104,18 @@ def test_a_drift_that_differs_from_run_to_run_is_noise_of_its_own():
     assert 0.6 < np.mean(squares) < 1.6
 
 
+def test_a_level_that_the_scatter_hides_is_no_larger_than_what_repeats_show():
+    """A gain of a force that hardly changes is nearly a level: the rest of it says little."""
+    runs = lasting(LONG, 330)
+    gain = 1.0 + 0.05 * np.sin(runs.time[0] / 5.0)
+    directions = np.broadcast_to(gain, (1, 1, runs.runs, 330)).copy()
+    for seed in range(4):
+        contrast = runs.contrast(drawn(runs, TRUE, seed))[None]
+        (noise,) = fit_noise(runs, contrast, 0.0 * contrast, directions)
+        seen = np.sum(contrast**2) / (CONDITIONS * (REPEATS - 1) * 330)
+        assert noise.weights[7] == 0.0 or noise.weights.sum() <= 1.001 * seen
+
+
 def test_noise_does_not_depend_on_when_a_clock_was_set():
     runs = lasting(LONG, 330)
     residual = drawn(runs, TRUE, 5)

@@ -21,6 +21,8 @@ TIMES = (0.5, 1.5, 5.0, 15.0, 50.0)
 """[s] time constants, scaled to a run of 135 s"""
 NODES = 430
 """largest number of nodes per run that decisions use"""
+LEVEL = 2 + len(TIMES)
+"""index of the level among the noise components"""
 SLOW = 2
 """index of the first noise component that is not sensor noise"""
 HIDDEN = 1e-6
@@ -147,6 +149,11 @@ def _channel(runs: RunSet, contrast: np.ndarray, directions: np.ndarray) -> Chan
         energy.append(float(np.sum(d**2)))
         traces.append(np.trace(part, axis1=1, axis2=2))
     weights = _weights(product, expected, tau)
+    # the directions hide most of a level: what they leave determines it badly, but it is no larger
+    # than all that the repeats show
+    shown = float(np.sum(contrast[np.concatenate(groups)] ** 2)) / (spare.sum() * runs.samples)
+    excess = max(float(weights.sum()) - shown, 0.0)
+    weights[LEVEL] = max(weights[LEVEL] - excess, 0.0)
     usual = np.array([float(weights @ trace) for trace in traces])
     scale = np.ones(runs.runs)
     for g, total, k, normal in zip(groups, energy, spare, usual, strict=True):
