@@ -38,13 +38,13 @@ def test_answers_speak_the_words_of_the_grammar():
 
 
 def test_a_sentence_that_leaves_less_is_proposed_in_the_place_of_what_was_found():
-    """Without crosstalk from Mx in the library one from Fz imitates it."""
-    case = Case("left_out", "second", "crosstalk_mx", "usual", 0.0, "small", 1)
-    assert case in full(67314)
-    said = journal.solve(case, 67314)["proposal"]
+    """A difference of stiffness between driving and braking imitates a zero that warms up."""
+    case = Case("force", "second", "warming", "usual", 0.0, "small", 0)
+    assert case in full(70923)
+    said = journal.solve(case, 70923)["proposal"]
     assert said["diagnosis"] == "found" and said["verdict"] == "proposed"
-    assert (said["family"], said["coordinate"], said["shape"]) == ("signal", "mx", "ramp")
-    assert "in place of crosstalk_fz" in said["reason"]
+    assert (said["family"], said["shape"]) == ("signal", "relaxation")
+    assert "in place of drive_brake_stiffness" in said["reason"]
 
 
 def test_a_sentence_is_proposed_where_nothing_was_found():
