@@ -117,7 +117,7 @@ def state_of(unexplained, floors, largest, form, p=1e-9):
         runs=runs,
         floors=levels,
         residual=np.zeros((2, 2, 4)),
-        standard_errors=np.zeros((2, 4)),
+        expected_errors=np.zeros((2, 4)),
         model=SimpleNamespace(form=form),
         patterns=SimpleNamespace(strongest=lambda _bump, _wave: None),
     )

@@ -243,10 +243,10 @@ def test_the_standard_error_of_a_place_has_the_noise_and_the_scatter_there():
     slopes[:REPEATS] = 0.0
     model = Turned(measured(3, (slopes, lambda c: TIME)).runs)
     state = run_search(model, []).last.state
-    error = state.standard_errors
+    error = state.expected_errors
     assert error.shape == (CONDITIONS, len(TIME))
     noise, scatter = NOISE / np.sqrt(REPEATS), 0.2 * np.abs(TIME) / np.sqrt(REPEATS)
     np.testing.assert_allclose(error[:, 0], noise, rtol=0.3)
     np.testing.assert_allclose(error[:, -1], scatter[-1], rtol=0.4)
     once = Turned(model.runs.subset(np.arange(0, CONDITIONS * REPEATS, REPEATS)))
-    assert not replace(state, model=once).standard_errors.any()
+    assert not replace(state, model=once).expected_errors.any()

@@ -49,7 +49,7 @@ def state_left(varying: float = 0.0, error: float = 0.0, bump: float = 0.0):
     found = SimpleNamespace(size=bump, words=lambda: "a bump")
     return SimpleNamespace(
         runs=runs, floors=[level], model=SimpleNamespace(form=FormError()),
-        residual=np.full(runs.measured.shape, error), standard_errors=0.0,
+        residual=np.full(runs.measured.shape, error), expected_errors=0.0,
         patterns=SimpleNamespace(strongest=lambda *_: found if bump else None),
     )  # fmt: skip
 

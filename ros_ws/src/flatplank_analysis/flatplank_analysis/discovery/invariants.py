@@ -90,7 +90,7 @@ def residual_of_consequence(state: State, found: bool) -> str:
             left, floor = brief(level.unexplained), brief(level.floor)
             return f"{left} is left in {name} (floor {floor})"
     allowed = limits(state)
-    events = where.events(state.runs, state.residual[0], allowed.stretch, state.standard_errors)
+    events = where.events(state.runs, state.residual[0], allowed.stretch, state.expected_errors)
     if events:
         level = events[0].level
         return f"a stretch of 5 cm in {names[0]} is {level / main.floor:.1f} floors off"

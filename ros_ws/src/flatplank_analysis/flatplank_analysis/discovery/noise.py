@@ -134,7 +134,8 @@ def _channel(runs: RunSet, contrast: np.ndarray, directions: np.ndarray) -> Chan
     # without repeats the residual is taken as noise, each run separately
     groups = [g for g in runs.groups if len(g) > 1] or [np.array([r]) for r in range(runs.runs)]
     spare = np.array([max(len(g) - 1.0, 1.0) for g in groups])
-    t = runs.time[np.concatenate(groups)][:, picks].mean(axis=0)
+    rows = np.concatenate(groups)
+    t = runs.time[rows][:, picks].mean(axis=0)
     tau = np.abs(t[:, None] - t[None, :])
     kernels = _components(t)
     product, expected = np.zeros_like(tau), np.zeros_like(kernels)
@@ -151,7 +152,7 @@ def _channel(runs: RunSet, contrast: np.ndarray, directions: np.ndarray) -> Chan
     weights = _weights(product, expected, tau)
     # the directions hide most of a level: what they leave determines it badly, but it is no larger
     # than all that the repeats show
-    shown = float(np.sum(contrast[np.concatenate(groups)] ** 2)) / (spare.sum() * runs.samples)
+    shown = float(np.sum(contrast[rows] ** 2)) / (spare.sum() * runs.samples)
     excess = max(float(weights.sum()) - shown, 0.0)
     weights[LEVEL] = max(weights[LEVEL] - excess, 0.0)
     usual = np.array([float(weights @ trace) for trace in traces])

@@ -70,7 +70,7 @@ class State:
         return self.runs.runs * noises.freedom_of(self.runs, self.metric.whitener.noises[0])
 
     @cached_property
-    def standard_errors(self) -> np.ndarray:
+    def expected_errors(self) -> np.ndarray:
         """Standard error (conditions, samples) of the mean residual of the first channel, by the
         noise model and the scatter of the tire. Zero without repeats: the noise model then is the
         residual itself.
