@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from shapes import (
@@ -158,6 +160,8 @@ def test_a_size_that_does_not_matter_is_not_named():
     assert searched(measured(4, (0.03, LONG.form)), LONG).last.found
     search = searched(measured(4, (0.035, LONG.form)), slight)
     assert refusals(search, "slight") == ("present, negligible",)
+    told = r"slight of 0\.03\d* is in the data, but below .* \(0\.05\): not named"
+    assert re.search(told, diagnose(search).reason)
 
 
 def test_scatter_from_run_to_run_is_no_effect():
@@ -295,5 +299,6 @@ def test_what_no_effect_explains_is_said():
     model = measured(12, (0.2, lambda c: (1.0 + 0.5 * c) * wave(6.5)))
     result = diagnose(searched(model, LONG, OTHER))
     assert result.verdict == NONE
+    assert "; no effect of the library explains it" in result.reason
     assert result.unexplained > result.floor
     assert diagnose(searched(measured(12), LONG, OTHER)).verdict == AT_FLOOR

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from ball import Drag, throw
 from decisions import decision, rival
-from shapes import LONG, TIME, Sum, measured, shape, wave
+from shapes import LONG, OTHER, TIME, Sum, measured, shape, wave
 
 from flatplank_analysis.discovery import invariants, verdict, where
+from flatplank_analysis.discovery.decide import UNEVEN
 from flatplank_analysis.discovery.fit import Fitter, Term
 from flatplank_analysis.discovery.model import FormError
 from flatplank_analysis.discovery.sources import source_of
@@ -131,13 +132,13 @@ def test_a_gap_of_another_channel_is_not_lost_at_its_null():
     assert invariants.error_of(fitter, fit) <= invariants.error_of(fitter, old)
 
 
-def judged(found, left="", lawful=None, unseen=(), monkeypatch=None):
+def judged(found, left="", lawful=None, unseen=(), refits=(), monkeypatch=None):
     """The verdict where these effects were found and this is left, before and after polishing."""
     state, polished = SimpleNamespace(floors=[SimpleNamespace(floor=1.0)]), object()
     what = {id(state): left, id(polished): lawful}
     monkeypatch.setattr(invariants, "residual_of_consequence", lambda s, _found: what[id(s)])
     monkeypatch.setattr(verdict, "unidentifiable", lambda _screen, _looked_at: list(unseen))
-    steps = SimpleNamespace(state=state, found=found, screen=None)
+    steps = SimpleNamespace(state=state, found=found, screen=None, refits=refits)
     search = SimpleNamespace(with_law_effects=None if lawful is None else polished, looked_at={})
     return verdict._verdict(search, steps)
 
@@ -152,6 +153,10 @@ def test_verdicts(monkeypatch):
     crowd = replace(one, rivals=tuple(rival(f"r{i}", False, True) for i in range(4)))
     assert told()[0] == verdict.AT_FLOOR
     assert told(left="5 N")[0] == verdict.NONE and "5 N" in told(left="5 N")[1]
+    slight = [decision(OTHER, reasons=("present, negligible",), drop=d, matters=d) for d in (2, 3)]
+    there = "other of 0.1 is in the data, but below the size that matters (3)"
+    assert there in told(left="5 N", refits=slight)[1]
+    assert "no effect" in told(left="5 N", refits=[decision(reasons=UNEVEN)])[1]
     assert told(left="5 N", lawful="4 N")[0] == verdict.NONE
     assert told(left="5 N", lawful="")[0] == verdict.LAW
     assert "machine is in order" in told(left="5 N", lawful="")[1]

@@ -46,13 +46,10 @@ OTHER = 0.4
 """`SAME` for a fault of another form than the effect, when no residual of consequence remains"""
 NEARLY = 0.15
 """`SAME` for such a fault when a residual remains: half of the smallest value of false effects"""
-PER_FREEDOM, PER_FREEDOM_TIRE = 6.0, 12.0
-"""permitted sum of squares of the size along the run or among conditions, per degree of freedom:
-of an effect of the machine, and of the tire, where errors of the model's form look like it"""
+PER_FREEDOM = 6.0
+"""permitted sum of squares of the size along the run or among conditions, per degree of freedom"""
 LOCAL = 5.0
 """factor on `SAME` along the run for an effect that acts in a part of the run only"""
-PRIOR = 4.0
-"""least weight, in degrees of freedom, of the dispersion among repeats in that among conditions"""
 CONDITIONS = 0.0005
 """p-value required among conditions: strict, because they are few and because errors of the law's
 form and of accepted effects also differ between conditions"""
@@ -124,6 +121,11 @@ class Decision:
         return uneven and not self.term.effect.generic and self.unevenness < OTHER
 
     @property
+    def slight(self) -> bool:
+        """True when only its size is below what matters."""
+        return self.reasons == (NEGLIGIBLE,)
+
+    @property
     def residue(self) -> float:
         """Part of the drop that its wrong form leaves."""
         return self.unevenness * self.drop if self.misshapen else 0.0
@@ -177,14 +179,13 @@ class Judge:
         kappa_c, freedom_c = among_conditions(runs.groups, local, info)
         # an effect that shows in two conditions has one degree of freedom: too few for a
         # dispersion of its own, so it is shrunk towards that among repeats
-        prior_freedom = max(PRIOR, self.typical.freedom)
-        shrunk = (freedom_c * kappa_c + prior_freedom * kappa) / (freedom_c + prior_freedom)
+        all_freedom = freedom_c + self.typical.freedom
+        shrunk = (freedom_c * kappa_c + self.typical.freedom * kappa) / all_freedom
         whole = max(float(info.sum()), 1e-30)
         along = _along(gram, base)
         shrunk += _of_the_law(state, along[:, FORCE]) / whole
         stretch_q, stretch_n = _stretch_test(gram, base)
         condition_q, condition_n = _condition_test(state, local, info)
-        per_freedom = PER_FREEDOM_TIRE if term.effect.kind == "tire" else PER_FREEDOM
         local_factor = LOCAL if term.effect.local else 1.0
         # the model's law has not the form of the tire's; repeats do not show this error, and the
         # smaller the visible share of an effect, the more of its size the law can imitate
@@ -195,8 +196,8 @@ class Judge:
         form = FORM**2 / max(visible, 1e-9)
         variance = max(kappa, shrunk) / whole + form
         allowed = (
-            per_freedom * stretch_n + local_factor * SAME * drop,
-            per_freedom * condition_n + SAME * drop,
+            PER_FREEDOM * stretch_n + local_factor * SAME * drop,
+            PER_FREEDOM * condition_n + SAME * drop,
         )
         if stretch_q > allowed[0] or condition_q > allowed[1]:
             # a fault of another form has a different size in every stretch and condition
@@ -208,7 +209,7 @@ class Judge:
         firm = drop if uneven is None else min(drop, _drop_beside(gram, base))
         p_repeats = _p_value(firm, k, kappa, freedom)
         # without repeats only conditions remain, which must then meet the family-wise level
-        p_conditions = _p_value(firm, k, shrunk, freedom_c + prior_freedom)
+        p_conditions = _p_value(firm, k, shrunk, all_freedom)
         decision = Decision(
             term=term,
             drop=drop,

@@ -13,7 +13,7 @@ import numpy as np
 from flatplank_analysis.discovery import heldout, invariants
 from flatplank_analysis.discovery import screen as screens
 from flatplank_analysis.discovery.backward import Backward, uneven_terms
-from flatplank_analysis.discovery.decide import NEARLY, NEGLIGIBLE, UNEVEN, Decision, Judge
+from flatplank_analysis.discovery.decide import NEARLY, UNEVEN, Decision, Judge
 from flatplank_analysis.discovery.effect import Effect, variants_of
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term, Whitened
 from flatplank_analysis.discovery.model import Model, starts_of
@@ -350,7 +350,7 @@ class _Searcher:
             return True
         for other, fit in tried:
             law = other.term.effect.generic and other.p_repeats <= other.level
-            if not law and set(other.reasons) != {NEGLIGIBLE}:
+            if not (law or other.slight):
                 continue
             price = math.log(judge.state.independent)
             own = decision.drop - price * decision.parameters

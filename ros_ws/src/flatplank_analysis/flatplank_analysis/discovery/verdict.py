@@ -27,7 +27,7 @@ from flatplank_analysis.discovery.sources import (
 )
 from flatplank_analysis.discovery.steps import LARGEST_CLASS, AcceptedEffect, Search, Step
 from flatplank_data.errors import FlatplankError
-from flatplank_data.wording import brief
+from flatplank_data.wording import brief, quantity
 
 AT_FLOOR = "at floor"
 GROUP = "found group"
@@ -248,7 +248,7 @@ def _verdict(search: Search, last: Step) -> tuple[str, str]:
         if lawful:
             doubtful = unidentifiable(last.screen, search.looked_at)
             return LAW, left + by_law + ("" if doubtful else ", the machine is in order")
-        return NONE, f"{left}; no effect of the library explains it"
+        return NONE, f"{left}; {_unexplained(last)}"
     if not named and (lawful or not left):
         return LAW, "the machine is in order; the force law is of another form"
     if left:
@@ -259,6 +259,19 @@ def _verdict(search: Search, last: Step) -> tuple[str, str]:
     if crowd:
         return GROUP, "some effects cannot be told apart with these runs"
     return FOUND, "down to the floor"
+
+
+def _unexplained(last: Step) -> str:
+    """Why nothing explains a residual, in words."""
+    slight = max((d for d in last.refits if d.slight), key=lambda d: d.drop, default=None)
+    if slight is None:
+        return "no effect of the library explains it"
+    unit = slight.term.effect.main_parameter().unit
+    size, matters = quantity(slight.term.size, unit), quantity(slight.matters, unit)
+    return (
+        f"{slight.term.effect.identifier} of {size} is in the data, but below the size that "
+        f"matters ({matters}): not named; no other effect of the library explains it"
+    )
 
 
 def _period(runs: RunSet, residual: np.ndarray, verdict: str) -> tuple[float, float]:
