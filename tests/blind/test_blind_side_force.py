@@ -38,3 +38,11 @@ def test_what_an_effect_of_no_consequence_explains_has_no_other_name(monkeypatch
     case = Case("single", "forms", ("crosstalk_fy",), 1.5, "coloured", 0.03, "angles", rung="c")
     found = diagnosed(case, 52817, "crosstalk_fy", "crosstalk_mz")
     assert {e["name"] for e in found["effects"]} <= {"crosstalk_fy"}, found
+
+
+@pytest.mark.timeout(300)
+def test_the_direction_of_both_forces_is_no_difference_between_driving_and_braking():
+    """No scatter of the grip hides it, so that a small error of the base's form was named."""
+    case = Case("none", "circle", (), 1.0, "trending", 0.03, "combined", 4)
+    names = "drive_brake_asymmetry", "load_loss_braking", "combined_slip", "tire_law"
+    assert diagnosed(case, 36914, *names)["verdict"] == "at floor"

@@ -161,16 +161,18 @@ def test_what_a_wrong_form_may_leave(monkeypatch):
 
 
 def test_what_an_error_of_the_law_does_to_a_score(in_stretches):
-    """One factor on the force per condition, half a hundredth, on what the base leaves of it."""
+    """One factor on the force per condition, by default half a hundredth, on what the base leaves
+    of it."""
     gram, columns, _ = in_stretches
     flat = np.moveaxis(columns[:, :2], 1, 0).reshape(2, -1).T
     x, force = columns[:, 2], columns[:, 8]
     own = without(flat, x.ravel()).reshape(x.shape)
     along = np.sum(own * force, axis=1)
-    wanted = 0.005**2 * sum(along[g].sum() ** 2 for g in GROUPS)
-    state = SimpleNamespace(runs=SimpleNamespace(groups=GROUPS))
     by_force = decide._along(gram, 2)[:, decide.FORCE]
-    assert decide._of_the_law(state, by_force) == pytest.approx(wanted)
+    for model, law in ((None, 0.005), (SimpleNamespace(form=FormError(law=0.03)), 0.03)):
+        state = SimpleNamespace(runs=SimpleNamespace(groups=GROUPS), model=model)
+        wanted = law**2 * sum(along[g].sum() ** 2 for g in GROUPS)
+        assert decide._of_the_law(state, by_force) == pytest.approx(wanted)
 
 
 def test_share_of_an_effect_that_others_do_not_make(in_stretches):

@@ -70,11 +70,13 @@ def test_fifty_campaigns_with_nothing_hidden_are_at_the_floor():
 @pytest.mark.long
 @pytest.mark.timeout(1200)
 def test_the_form_band_is_what_tires_of_other_form_show():
-    *_, mean, stretch, side, patterns = lines_of_form(3)
+    *_, mean, stretch, side, law, later, patterns = lines_of_form(3)
     for line in (mean, stretch, side):
         most, band = (float(word.strip(",%")) for word in line.split() if "%" in word)
         assert 0.5 * band < most <= band, line
-    assert ": 0 of" in patterns
+    (rms, band) = (float(word.strip(",%")) for word in law.split() if "%" in word)
+    assert 0.5 * band < rms < 1.5 * band, law
+    assert "mm" in later and ": 0 of" in patterns
 
 
 def test_an_effect_that_makes_it_worse_goes_on_from_where_it_does_nothing(found):

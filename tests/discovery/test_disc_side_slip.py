@@ -4,6 +4,8 @@ not ask for more than the form of the model can give."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from ball import throw
@@ -11,6 +13,7 @@ from third_campaigns import tables
 
 from flatplank_analysis.contact_patch import kernel, laws
 from flatplank_analysis.contact_patch.data import from_tables
+from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.model import FormError
 from flatplank_analysis.discovery.noise import ChannelNoise, no_quieter
@@ -91,6 +94,12 @@ def test_a_quiet_channel_weighs_what_the_form_of_the_model_allows():
     assert weight == pytest.approx(100.0 / largest)
     (weight,) = channel_weights(model, [0.03 * largest])[:, 0, 0]
     assert weight == pytest.approx(1.0 / (largest * np.hypot(0.03, 0.01)))
+
+
+def test_with_side_slip_the_form_of_the_law_is_known_less_well():
+    straight, turned = (TireModel(from_tables(tables(d, 1))) for d in ("wide_loads", "combined"))
+    assert straight.form == TireModel.form and turned.form.law == 4.0 * straight.form.law
+    assert replace(turned.form, law=straight.form.law) == straight.form
 
 
 def test_what_the_form_misses_beside_the_first_channel_is_no_evidence():

@@ -10,13 +10,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatplank_analysis.contact_patch.grid import SPEED
-from flatplank_analysis.contact_patch.model import TireModel
+from flatplank_analysis.contact_patch.model import LAW_WITH_SIDE_SLIP, TireModel
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import where
+from flatplank_analysis.discovery.decide import Judge
+from flatplank_analysis.discovery.dispersion import TypicalDispersion
 from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.model import form_error_of
 from flatplank_analysis.discovery.verdict import AT_FLOOR, Diagnosis
 from flatplank_analysis.effects.force_channel import TimeSkew
+from flatplank_analysis.effects.force_law import DriveBrakeAsymmetry, DriveBrakeStiffness
+from flatplank_analysis.effects.load import LoadLossBraking
 from flatplank_data.table import MeasurementTable
 from flatplank_validation.blind.cases import measured_table
 from flatplank_validation.blind.noise import NOISES, RELATIVE, noise
@@ -29,6 +33,11 @@ SCATTERS = (0.0, 0.01)
 """scatter of the tire from run to run, used in turn [-]"""
 QUIET = 1.0
 """noise at which the form error of the base model is visible [N]"""
+LAW_NOISE = 7.5, 0.02
+"""noise [N] and scatter with which the error of the force law with side slip is measured: with
+scatter the direction of both forces decides, which it does not hide"""
+LIKE_A_LAW = (DriveBrakeAsymmetry, LoadLossBraking, DriveBrakeStiffness)
+"""effects that look like another force law"""
 
 
 RESTING = tuple(world for world in WORLDS if world != "plant")
@@ -92,14 +101,17 @@ def form_errors(count: int, seed: int = 1) -> Iterator[FormError]:
             state = Session.of_tables(nothing_hidden(world, number, QUIET)).fit(None).state
             runs, largest = state.runs, float(state.runs.largest[0])
             beyond = float(np.sqrt(np.mean(runs.mean(state.residual[0]) ** 2)))
-            events = where.events(runs, state.residual[0], 0.0, state.expected_errors)
+            # what exceeds the scatter of its own repeats, however small
+            unlimited = np.zeros_like(state.expected_errors)
+            events = where.events(runs, state.residual[0], 0.0, unlimited)
+            stretch = max((e.level for e in events), default=0.0)
             band = form_error_of(state.model)
             pattern = state.patterns.strongest(band.bump * largest, band.wave * largest)
             told = f"{pattern.words()}, {abs(pattern.size) / largest:.2%}" if pattern else ""
             skewed = state.with_term(Term(TimeSkew, TimeSkew.vector({"skew": 1e-3})), most=12)
             shift = skewed.fit.terms[-1].size * SPEED
             yield FormError(
-                world, number, beyond / largest, events[0].level / largest, shift, told
+                world, number, beyond / largest, stretch / largest, shift, told
             )
 
 
@@ -139,6 +151,23 @@ def side_errors(count: int, seed: int = 1) -> Iterator[tuple[str, int, float]]:
             yield f"{world} {design}", number, float(np.max(means / runs.largest[1:]))
 
 
+def law_errors(count: int, seed: int = 1) -> Iterator[tuple[str, int, str, float]]:
+    """Error of the force law of the base with side slip, as a share of the force, from the size of
+    effects that are not there: (world, seed, effect, error)."""
+    level, scatter = LAW_NOISE
+    for world in COMBINED:
+        for number in range(seed, seed + count):
+            tables = nothing_hidden(world, number, level, scatter, design="combined")
+            state = Session.of_tables(tables).fit(None).state
+            judge = Judge(state, state.whitened.chi2, TypicalDispersion())
+            for effect in LIKE_A_LAW:
+                start = Term(effect, effect.vector({effect.main_parameter().name: 0.01}))
+                found = state.with_term(start, most=12)
+                decision = judge.decide(found, len(found.fit.terms) - 1, 1.0)
+                share = form_error_of(state.model).law / decision.law_error
+                yield world, number, effect.identifier, share * abs(decision.term.size)
+
+
 def lines_of_form(count: int) -> Iterator[str]:
     """Lines with every tire, and the largest error beside the form error that the decision
     assumes."""
@@ -154,6 +183,10 @@ def lines_of_form(count: int) -> Iterator[str]:
     for campaign, seed, share in side_errors(count):
         sideways.append(share)
         yield f"{campaign} {seed}: {share:.3%} in Fy"
+    laws = []
+    for world, seed, name, share in law_errors(count):
+        laws.append(share)
+        yield f"{world} combined {seed}: {share:.2%} in the law, from {name}"
     most = {
         "in the mean": (max(f.mean for f in found), band.mean),
         "within 5 cm": (max(f.stretch for f in found), band.stretch),
@@ -162,6 +195,8 @@ def lines_of_form(count: int) -> Iterator[str]:
     for what, (share, limit) in most.items():
         yield f"most {what}: {share:.3%}, band {limit:.3%}"
     later = float(np.sqrt(np.mean([f.shift**2 for f in found])))
+    law = float(np.sqrt(np.mean(np.square(laws))))
+    yield f"law with side slip, rms: {law:.2%}, band {LAW_WITH_SIDE_SLIP:.2%}"
     yield f"later, rms: {1e3 * later:.3f} mm, band {1e3 * band.shift:.3f} mm"
     yield (
         f"bumps and waves beyond the band ({band.bump:.2%}, {band.wave:.2%}): "

@@ -12,7 +12,11 @@ import numpy as np
 
 from flatplank_analysis.contact_patch import kernel
 from flatplank_analysis.contact_patch.grid import SPEED
-from flatplank_analysis.contact_patch.parameters import base_parameters, other_starts
+from flatplank_analysis.contact_patch.parameters import (
+    base_parameters,
+    other_starts,
+    with_side_slip,
+)
 from flatplank_analysis.contact_patch.tire_runs import TireRuns
 from flatplank_analysis.discovery.effect import call_hook, hook_error
 from flatplank_analysis.discovery.model import FormError, ParameterSet
@@ -21,6 +25,9 @@ from flatplank_analysis.effects.base import Block, Motion, Node, Signal, Tire
 
 CHUNK = 48
 """parameter sets computed at once"""
+LAW_WITH_SIDE_SLIP = 0.02
+"""`FormError.law` where runs have side slip: no scatter of the grip hides the direction of the two
+forces together, and that of another tire differs from the model's"""
 THREADS = min(4, os.cpu_count() or 1)
 _POOL = ThreadPoolExecutor(max_workers=THREADS)
 
@@ -41,6 +48,8 @@ class TireModel:
     def __init__(self, data: TireRuns) -> None:
         self.data = data
         self.runs: RunSet = data.runs
+        if with_side_slip(data):
+            self.form = replace(TireModel.form, law=LAW_WITH_SIDE_SLIP)
         self.parameters = base_parameters(data)
         self.starts = other_starts(self.parameters)
         self._names = [p.name for p in self.parameters]

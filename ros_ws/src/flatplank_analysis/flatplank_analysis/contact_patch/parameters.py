@@ -56,10 +56,15 @@ def along_plank(data: TireRuns) -> float:
     return 0.0 if float(short @ lost) > 0.5 * float(lost @ lost) else -1.0
 
 
+def with_side_slip(data: TireRuns) -> bool:
+    """True when some runs have side slip."""
+    return bool(np.abs(data.alpha).max() > SIDE_SLIP)
+
+
 def base_parameters(data: TireRuns) -> tuple[Parameter, ...]:
     """Parameters of the base for a campaign, start values in `null`, scales in `screen`."""
     load = data.reference.load
-    turned = bool(np.abs(data.alpha).max() > SIDE_SLIP)
+    turned = with_side_slip(data)
     shown = {
         "always": True,
         "load within a run": moving_load(data.load) > LEAST_LOAD,

@@ -34,9 +34,6 @@ FORM = 0.03
 """error of the form of the model's force law, as a share of a fully visible effect"""
 FAINT = 0.05
 """visible share of an effect below which its visibility beside the bare model is computed, too"""
-LAW = 0.005
-"""standard deviation of the model's force law per condition, as a share of the force; repeats do
-not show it, and it limits the precision of effects that are proportional to the force"""
 STRETCHES = 5
 """parts of a run, of equal information, whose sizes of the effect are compared"""
 SAME = 0.015
@@ -50,6 +47,8 @@ PER_FREEDOM = 6.0
 """permitted sum of squares of the size along the run or among conditions, per degree of freedom"""
 LOCAL = 5.0
 """factor on `SAME` along the run for an effect that acts in a part of the run only"""
+PRIOR = 4.0
+"""least weight, in degrees of freedom, of the dispersion among repeats in that among conditions"""
 CONDITIONS = 0.0005
 """p-value required among conditions: strict, because they are few and because errors of the law's
 form and of accepted effects also differ between conditions"""
@@ -99,6 +98,8 @@ class Decision:
     """share of the squared error in left-out conditions that the effect removes"""
     reasons: tuple[str, ...]
     """why it was refused; empty when accepted"""
+    law_error: float = 0.0
+    """standard deviation of the size by the error of the force law (`FormError.law`)"""
 
     @property
     def accepted(self) -> bool:
@@ -179,11 +180,12 @@ class Judge:
         kappa_c, freedom_c = among_conditions(runs.groups, local, info)
         # an effect that shows in two conditions has one degree of freedom: too few for a
         # dispersion of its own, so it is shrunk towards that among repeats
-        all_freedom = freedom_c + self.typical.freedom
-        shrunk = (freedom_c * kappa_c + self.typical.freedom * kappa) / all_freedom
+        prior_freedom = max(PRIOR, self.typical.freedom)
+        shrunk = (freedom_c * kappa_c + prior_freedom * kappa) / (freedom_c + prior_freedom)
         whole = max(float(info.sum()), 1e-30)
         along = _along(gram, base)
-        shrunk += _of_the_law(state, along[:, FORCE]) / whole
+        by_law = _of_the_law(state, along[:, FORCE])
+        shrunk += by_law / whole
         stretch_q, stretch_n = _stretch_test(gram, base)
         condition_q, condition_n = _condition_test(state, local, info)
         local_factor = LOCAL if term.effect.local else 1.0
@@ -209,7 +211,7 @@ class Judge:
         firm = drop if uneven is None else min(drop, _drop_beside(gram, base))
         p_repeats = _p_value(firm, k, kappa, freedom)
         # without repeats only conditions remain, which must then meet the family-wise level
-        p_conditions = _p_value(firm, k, shrunk, all_freedom)
+        p_conditions = _p_value(firm, k, shrunk, freedom_c + prior_freedom)
         decision = Decision(
             term=term,
             drop=drop,
@@ -227,6 +229,7 @@ class Judge:
             interval=(term.size - spread, term.size + spread),
             held_out_gain=float("nan") if plain is None else heldout.gain(state, plain, index),
             reasons=(),
+            law_error=abs(term.size) * float(np.sqrt(by_law)) / whole,
         )
         return replace(decision, reasons=tuple(self._reasons(decision)))
 
@@ -314,9 +317,10 @@ def _conditions(state: State) -> list[np.ndarray]:
 
 
 def _of_the_law(state: State, along: np.ndarray) -> float:
-    """Variance of the score by a relative error of the law, independent in each condition; along
-    (runs,): score by the force."""
-    return LAW**2 * sum(float(along[g].sum()) ** 2 for g in state.runs.groups)
+    """Variance of the score by a relative error of the law (`FormError.law`), independent in each
+    condition; along (runs,): score by the force."""
+    scores = [float(along[g].sum()) for g in state.runs.groups]
+    return form_error_of(state.model).law ** 2 * sum(s**2 for s in scores)
 
 
 def _along(gram: Gram, base: int) -> np.ndarray:

@@ -28,8 +28,8 @@ class ParameterSet:
 class FormError:
     """Error of a model on systems with other equations than its own: the form error.
 
-    Shares of the largest signal, but for `shift`. They are measured separately, because no floor
-    shows this error.
+    Shares of the largest signal, but for `law` and `shift`. They are measured separately, because
+    no floor shows this error.
     """
 
     mean: float = 0.0
@@ -42,6 +42,9 @@ class FormError:
     """largest wave in the mean residual over a place"""
     side: float = 0.0
     """`mean` for the other channels"""
+    law: float = 0.005
+    """standard deviation of the signal per condition, as a share of it; it limits the precision of
+    effects that are proportional to the signal"""
     shift: float = 0.0
     """standard deviation of the place at which signals rise and fall, in the unit of the place"""
 

@@ -19,9 +19,10 @@ import numpy as np
 
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.tire_runs import TireRuns
-from flatplank_analysis.discovery.decide import LAW, Decision
+from flatplank_analysis.discovery.decide import Decision
 from flatplank_analysis.discovery.fit import Fit, Fitter, priors
 from flatplank_analysis.discovery.gram import Metric
+from flatplank_analysis.discovery.model import form_error_of
 from flatplank_analysis.discovery.noise import ChannelNoise, make_whitener
 from flatplank_analysis.discovery.shortlist import EVIDENCE
 from flatplank_analysis.discovery.state import State, scatter_columns
@@ -130,7 +131,7 @@ def _negative_log_density(state: State, fit: Fit, data: TireRuns, rows: np.ndarr
     known = np.zeros_like(products)
     n = len(loose)
     known[:n, :n] = _information(state, fit, loose)
-    known[n:, n:] = np.eye(len(law)) / LAW**2
+    known[n:, n:] = np.eye(len(law)) / form_error_of(model).law ** 2
     both = known + products
     explained = float(scores @ np.linalg.solve(both, scores))
     grown = np.linalg.slogdet(both)[1] - np.linalg.slogdet(known)[1]
