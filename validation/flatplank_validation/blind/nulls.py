@@ -110,9 +110,7 @@ def form_errors(count: int, seed: int = 1) -> Iterator[FormError]:
             told = f"{pattern.words()}, {abs(pattern.size) / largest:.2%}" if pattern else ""
             skewed = state.with_term(Term(TimeSkew, TimeSkew.vector({"skew": 1e-3})), most=12)
             shift = skewed.fit.terms[-1].size * SPEED
-            yield FormError(
-                world, number, beyond / largest, stretch / largest, shift, told
-            )
+            yield FormError(world, number, beyond / largest, stretch / largest, shift, told)
 
 
 def lines_of_nulls(count: int) -> Iterator[str]:
