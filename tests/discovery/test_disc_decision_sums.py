@@ -175,6 +175,15 @@ def test_what_an_error_of_the_law_does_to_a_score(in_stretches):
         assert decide._of_the_law(state, by_force) == pytest.approx(wanted)
 
 
+def test_signals_that_rise_later_are_lower_by_their_slope_over_the_place():
+    place = np.tile(np.linspace(0.0, 1.0, 11), (2, 1))
+    slopes = np.array([300.0, -50.0])[:, None]
+    runs = SimpleNamespace(coordinates={"place": SimpleNamespace(values=place, local=True)})
+    state = SimpleNamespace(runs=runs, model=SimpleNamespace(form=FormError(shift=1e-3)))
+    found = decide._shifted(state, (slopes * place)[None])
+    np.testing.assert_allclose(found, -1e-3 * np.broadcast_to(slopes, (1, 2, 11)))
+
+
 def test_share_of_an_effect_that_others_do_not_make(in_stretches):
     gram, columns, _ = in_stretches
     flat = np.moveaxis(columns, 1, 0).reshape(columns.shape[1], -1).T
