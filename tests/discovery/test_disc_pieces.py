@@ -106,6 +106,9 @@ def test_the_same_values_upwards_and_downwards():
             assert (u[nodes[0]], u[nodes[-1]]) == pytest.approx(edges, abs=0.02)
         np.testing.assert_allclose(u[up], u[down], atol=0.01)
     assert recurring.up_and_down_pieces(runs_of(np.linspace(0.0, 1.0, SAMPLES))) is None
+    # a step of the sensor back and forth is no turn
+    shaken = u + np.diff(u).max() * np.cos(np.pi * np.arange(SAMPLES) / 2.0)
+    assert recurring.up_and_down_pieces(runs_of(shaken)).names == pieces.names
     # a little way back is none
     hook = np.concatenate([np.linspace(0.0, 1.0, 700), np.linspace(1.0, 0.7, 260)])
     assert recurring.up_and_down_pieces(runs_of(hook)) is None
