@@ -102,8 +102,8 @@ def form_errors(count: int, seed: int = 1) -> Iterator[FormError]:
             runs, largest = state.runs, float(state.runs.largest[0])
             beyond = float(np.sqrt(np.mean(runs.mean(state.residual[0]) ** 2)))
             # what exceeds the scatter of its own repeats, however small
-            unlimited = np.zeros_like(state.expected_errors)
-            events = where.events(runs, state.residual[0], 0.0, unlimited)
+            unexpected = np.zeros_like(state.expected_errors)
+            events = where.events(runs, state.residual[0], 0.0, unexpected)
             stretch = max((e.level for e in events), default=0.0)
             band = form_error_of(state.model)
             pattern = state.patterns.strongest(band.bump * largest, band.wave * largest)

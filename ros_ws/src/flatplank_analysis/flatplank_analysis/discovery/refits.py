@@ -99,7 +99,7 @@ class Refits:
         """
         d, warm = pair
         start = self.fitter.known_at_null(warm.fit)
-        if start is warm.fit or not {NEGLIGIBLE} >= set(d.reasons):
+        if start is warm.fit or not (d.accepted or d.slight):
             return pair
         found = judge.state.fit_whitened(start)
         return (self.newest(judge, found), found) if found.chi2 < warm.chi2 + ENOUGH else pair
