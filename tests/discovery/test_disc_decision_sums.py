@@ -161,18 +161,31 @@ def test_what_a_wrong_form_may_leave(monkeypatch):
 
 
 def test_what_an_error_of_the_law_does_to_a_score(in_stretches):
-    """One factor on the force per condition, by default half a hundredth, on what the base leaves
+    """One factor on the signal per condition, by default half a hundredth, on what the base leaves
     of it."""
     gram, columns, _ = in_stretches
     flat = np.moveaxis(columns[:, :2], 1, 0).reshape(2, -1).T
     x, force = columns[:, 2], columns[:, 8]
     own = without(flat, x.ravel()).reshape(x.shape)
     along = np.sum(own * force, axis=1)
-    by_force = decide._along(gram, 2)[:, decide.FORCE]
+    by_force = decide._along(gram, 2)[:, 8:9]
     for model, law in ((None, 0.005), (SimpleNamespace(form=FormError(law=0.03)), 0.03)):
         state = SimpleNamespace(runs=SimpleNamespace(groups=GROUPS), model=model)
         wanted = law**2 * sum(along[g].sum() ** 2 for g in GROUPS)
         assert decide._of_the_law(state, by_force) == pytest.approx(wanted)
+
+
+def test_an_error_of_the_law_is_each_channel_s_own():
+    """One factor on both forces would not turn them: no scatter of the grip would, and the law of
+    another tire does."""
+    turned = np.array([[3.0, -3.0]] * RUNS)
+    state = SimpleNamespace(runs=SimpleNamespace(groups=GROUPS), model=None)
+    wanted = 0.005**2 * sum(2.0 * (3.0 * len(g)) ** 2 for g in GROUPS)
+    assert decide._of_the_law(state, turned) == pytest.approx(wanted)
+    signals = numbers(36, 2, RUNS, 5)
+    single = decide._single_channels(signals)
+    np.testing.assert_array_equal(single.sum(axis=0), signals)
+    assert not single[0, 1].any() and not single[1, 0].any()
 
 
 def test_signals_that_rise_later_are_lower_by_their_slope_over_the_place():

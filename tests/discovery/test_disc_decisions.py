@@ -26,6 +26,7 @@ from flatplank_analysis.discovery.state import (
 from flatplank_analysis.discovery.steps import AcceptedEffect
 
 NO_RUNS = SimpleNamespace(runs=None)
+BEYOND = ("its interval reaches beyond its physical range",)
 
 
 @pytest.mark.parametrize(
@@ -41,15 +42,18 @@ NO_RUNS = SimpleNamespace(runs=None)
         ({"interval": (-0.01, 0.2)}, ("its interval covers zero",)),
         ({"term": Term(LONG, np.array([5.0]))}, ("at the end of its physical range",)),
         ({"term": Term(LONG, np.array([-0.1])), "interval": (-0.2, -0.1)}, ()),
+        ({"interval": (0.1, 5.0)}, ()), ({"interval": (0.1, 5.1)}, BEYOND),
+        ({"term": Term(LONG, np.array([-4.8])), "interval": (-5.1, -4.5)}, BEYOND),
     ],
 )  # fmt: skip
 def test_every_reason_has_its_bound(changes, reasons):
     assert tuple(decide._reasons(decision(**changes), 0.005)) == reasons
 
 
-def test_a_free_form_may_have_no_sign():
+def test_a_free_form_has_no_sign_and_no_range():
     free = shape("free", LONG.form, generic=True)
-    assert not list(decide._reasons(decision(free, interval=(-0.1, 0.3)), 0.005))
+    for interval in ((-0.1, 0.3), (0.1, 5.1)):
+        assert not list(decide._reasons(decision(free, interval=interval), 0.005))
 
 
 def test_a_first_effect_that_is_sure_among_repeats_needs_less_among_conditions():

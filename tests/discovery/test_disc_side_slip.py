@@ -98,7 +98,7 @@ def test_a_quiet_channel_weighs_what_the_form_of_the_model_allows():
 
 def test_with_side_slip_the_form_of_the_law_is_known_less_well():
     straight, turned = (TireModel(from_tables(tables(d, 1))) for d in ("wide_loads", "combined"))
-    assert straight.form == TireModel.form and turned.form.law == 4.0 * straight.form.law
+    assert straight.form == TireModel.form and turned.form.law == 2.0 * straight.form.law
     assert replace(turned.form, law=straight.form.law) == straight.form
 
 

@@ -25,9 +25,9 @@ from flatplank_analysis.effects.base import Block, Motion, Node, Signal, Tire
 
 CHUNK = 48
 """parameter sets computed at once"""
-LAW_WITH_SIDE_SLIP = 0.02
+LAW_WITH_SIDE_SLIP = 0.01
 """`FormError.law` where runs have side slip: no scatter of the grip hides the direction of the two
-forces together, and that of another tire differs from the model's"""
+forces together, and that of another tire differs from the model's by a hundredth"""
 THREADS = min(4, os.cpu_count() or 1)
 _POOL = ThreadPoolExecutor(max_workers=THREADS)
 

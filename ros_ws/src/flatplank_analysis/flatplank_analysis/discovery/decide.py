@@ -59,10 +59,6 @@ form could look like the effect"""
 SHARE = 0.003
 """least drop of chi2 of a further effect, as a share of the drop explained already"""
 
-SHIFTED, FORCE = -2, -1
-"""columns of the sums of a test: the shifted signals and the signals themselves"""
-
-
 NEGLIGIBLE = "present, negligible"
 """reason that applies to a size of no consequence"""
 UNEVEN = ("not the same size along the run", "not the same size in every condition")
@@ -171,8 +167,8 @@ class Judge:
         own = [i for i in fit.loose() if fit.free[i] not in linear]
         pieces = _stretches(state, direction)
         uneven = self._uneven_beside(fit, index)
-        shifted, force = _shifted(state, fit.predicted)[None], fit.predicted[None]
-        gram = state.sums(fit, own, direction[None], pieces, shifted, force, uneven=uneven)
+        shifted, signals = _shifted(state, fit.predicted)[None], _single_channels(fit.predicted)
+        gram = state.sums(fit, own, direction[None], pieces, shifted, signals, uneven=uneven)
         base = len(own) + (0 if uneven is None else len(uneven.strength))
         k = len([1 for owner, _ in fit.free if owner == index])
         local, info = scores_of(gram, base)
@@ -184,7 +180,7 @@ class Judge:
         shrunk = (freedom_c * kappa_c + prior_freedom * kappa) / (freedom_c + prior_freedom)
         whole = max(float(info.sum()), 1e-30)
         along = _along(gram, base)
-        by_law = _of_the_law(state, along[:, FORCE])
+        by_law = _of_the_law(state, along[:, -len(signals) :])
         shrunk += by_law / whole
         stretch_q, stretch_n = _stretch_test(gram, base)
         condition_q, condition_n = _condition_test(state, local, info)
@@ -205,7 +201,7 @@ class Judge:
             # a fault of another form has a different size in every stretch and condition
             variance += max(stretch_q, condition_q) / max(drop, 1e-30) / (STRETCHES - 1)
         # the repeats estimate the variance; the model's shift has a known one
-        late = float(along[:, SHIFTED].sum()) / whole
+        late = float(along[:, -len(signals) - 1].sum()) / whole
         relative = np.hypot(student.ppf(0.95, freedom) * np.sqrt(variance), norm.ppf(0.95) * late)
         spread = abs(term.size) * float(relative)
         firm = drop if uneven is None else min(drop, _drop_beside(gram, base))
@@ -280,6 +276,8 @@ def _reasons(d: Decision, conditions: float) -> Iterator[str]:
         yield "its interval covers zero"
     if at_edge(d.term):
         yield "at the end of its physical range"
+    elif beyond_range(d):
+        yield "its interval reaches beyond its physical range"
 
 
 def at_edge(term: Term) -> bool:
@@ -290,6 +288,13 @@ def at_edge(term: Term) -> bool:
     if not np.isfinite(width) or p.null == p.upper:
         return False
     return bool(high or (low and p.null != p.lower))
+
+
+def beyond_range(d: Decision) -> bool:
+    """True when the interval of a size contains an end of its physical range other than its null;
+    a free form has no such size."""
+    p, (low, high) = d.term.effect.main_parameter(), d.interval
+    return not d.term.effect.generic and (high > p.upper != p.null or low < p.lower != p.null)
 
 
 def _visible(gram: Gram, others: Sequence[int], column: int) -> float:
@@ -318,9 +323,15 @@ def _conditions(state: State) -> list[np.ndarray]:
 
 def _of_the_law(state: State, along: np.ndarray) -> float:
     """Variance of the score by a relative error of the law (`FormError.law`), independent in each
-    condition; along (runs,): score by the force."""
-    scores = [float(along[g].sum()) for g in state.runs.groups]
-    return form_error_of(state.model).law ** 2 * sum(s**2 for s in scores)
+    condition and channel; along (runs, channels): score by the signal of each channel."""
+    scores = [along[g].sum(axis=0) for g in state.runs.groups]
+    return form_error_of(state.model).law ** 2 * float(np.sum(np.square(scores)))
+
+
+def _single_channels(signals: np.ndarray) -> np.ndarray:
+    """Signals (channels, runs, samples), each channel alone with the others at zero (channels,
+    channels, runs, samples)."""
+    return np.eye(len(signals))[:, :, None, None] * signals
 
 
 def _along(gram: Gram, base: int) -> np.ndarray:

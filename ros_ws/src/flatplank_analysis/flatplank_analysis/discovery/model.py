@@ -43,8 +43,8 @@ class FormError:
     side: float = 0.0
     """`mean` for the other channels"""
     law: float = 0.005
-    """standard deviation of the signal per condition, as a share of it; it limits the precision of
-    effects that are proportional to the signal"""
+    """standard deviation of a signal per condition, as a share of it, independent in each channel;
+    it limits the precision of effects that are proportional to the signals"""
     shift: float = 0.0
     """standard deviation of the place at which signals rise and fall, in the unit of the place"""
 
