@@ -147,10 +147,10 @@ def events(
     `SURE` standard errors; the worst first.
 
     error (conditions, samples): expected standard error of the mean. Three repeats may be alike by
-    chance, so what they show counts only where it is more.
+    chance, so what they show, along the run and in the stretch, counts only where it is more.
     """
-    mean = runs.mean(residual)
-    variance = np.maximum(standard_errors(runs, residual)[:, None], error) ** 2
+    mean, own = runs.mean(residual), variances(runs, residual)
+    variance = np.maximum(own.mean(axis=1)[:, None], error**2)
     out: list[Event] = []
     for name, c in runs.coordinates.items():
         if not c.local:
@@ -162,7 +162,8 @@ def events(
             cell = ((x - low) / width).astype(int)
             count = np.bincount(cell)
             square = np.bincount(cell, mean[i] ** 2) / np.maximum(count, 1)
-            sure = SURE * np.sqrt(np.bincount(cell, variance[i]) / np.maximum(count, 1))
+            least = np.maximum(np.bincount(cell, variance[i]), np.bincount(cell, own[i]))
+            sure = SURE * np.sqrt(least / np.maximum(count, 1))
             level = np.sqrt(square)
             for k in np.flatnonzero((level > np.maximum(limit, sure)) & (count > 2)):
                 found.setdefault(int(k), []).append((i, float(level[k])))
@@ -170,13 +171,12 @@ def events(
     return sorted(out, key=lambda e: -e.level)
 
 
-def standard_errors(runs: RunSet, residual: np.ndarray) -> np.ndarray:
-    """Standard error of the mean residual (conditions,), from the repeats of each condition,
+def variances(runs: RunSet, residual: np.ndarray) -> np.ndarray:
+    """Variance of the mean residual (conditions, samples), from the repeats of each condition,
     because the scatter of a tire grows with its force. Zero without repeats."""
-    square = np.mean(runs.contrast(residual) ** 2, axis=1)
-    counts = np.array([len(g) for g in runs.groups])
-    within = np.array([float(np.sum(square[g])) for g in runs.groups])
-    return np.sqrt(within / np.maximum(counts - 1, 1) / counts)
+    square = runs.contrast(residual) ** 2
+    within = np.array([square[g].sum(axis=0) / max(len(g) - 1, 1) for g in runs.groups])
+    return within / np.array([len(g) for g in runs.groups])[:, None]
 
 
 def _joined(name, found, low, width, labels) -> list[Event]:
