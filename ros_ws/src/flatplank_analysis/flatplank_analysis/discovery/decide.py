@@ -45,8 +45,6 @@ NEARLY = 0.15
 """`SAME` for such a fault when a residual remains: half of the smallest value of false effects"""
 PER_FREEDOM = 6.0
 """permitted sum of squares of the size along the run or among conditions, per degree of freedom"""
-LOCAL = 5.0
-"""factor on `SAME` along the run for an effect that acts in a part of the run only"""
 PRIOR = 4.0
 """least weight, in degrees of freedom, of the dispersion among repeats in that among conditions"""
 CONDITIONS = 0.0005
@@ -184,7 +182,6 @@ class Judge:
         shrunk += by_law / whole
         stretch_q, stretch_n = _stretch_test(gram, base)
         condition_q, condition_n = _condition_test(state, local, info)
-        local_factor = LOCAL if term.effect.local else 1.0
         # the model's law has not the form of the tire's; repeats do not show this error, and the
         # smaller the visible share of an effect, the more of its size the law can imitate
         beside = [row for row, i in enumerate(own) if fit.free[i][0] != index]
@@ -194,7 +191,7 @@ class Judge:
         form = FORM**2 / max(visible, 1e-9)
         variance = max(kappa, shrunk) / whole + form
         allowed = (
-            PER_FREEDOM * stretch_n + local_factor * SAME * drop,
+            PER_FREEDOM * stretch_n + SAME * drop,
             PER_FREEDOM * condition_n + SAME * drop,
         )
         if stretch_q > allowed[0] or condition_q > allowed[1]:

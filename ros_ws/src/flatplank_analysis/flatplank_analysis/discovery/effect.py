@@ -48,8 +48,6 @@ class Effect:
     """True for a part of the model's own law: what it alone explains is no fault of the machine"""
     instances: ClassVar[int] = 1
     """largest number of instances in one model, at different places"""
-    local: ClassVar[bool] = False
-    """True when it acts at one place only: its size cannot be compared along the run"""
     rarity: ClassVar[int] = 0
     """of indistinguishable effects the one with the lowest number is named first"""
     in_base: ClassVar[float] = 0.0

@@ -102,7 +102,6 @@ class WornPatch(TireEffect):
     check = "Look at the place; move the step to another position: the dip stays on the plank."
     removes = "New sandpaper."
     instances = 3
-    local = True
 
     depth: float = param(
         0.0, unit="1", bounds=(-0.3, 0.7), screen=0.05, matters=0.01,

@@ -16,7 +16,7 @@ from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.effects.registry import effects_in
 from flatplank_analysis.proposal.hooks import NONE
 from flatplank_analysis.proposal.proposed import Proposed
-from flatplank_analysis.proposal.shapes.base import PLACE, Shape, literal
+from flatplank_analysis.proposal.shapes.base import Shape, literal
 from flatplank_analysis.proposal.sites import Site
 from flatplank_data.errors import FlatplankError
 from flatplank_data.wording import quantity, span
@@ -79,7 +79,6 @@ def text_of(s: Sentence) -> str:
         *_text("check", check_of(s)),
         *([f"    ranges = {ranges}"] if site.coordinate.name else []),
         *([f"    order = {hook.order}"] if hook.order else []),
-        *(["    local = True"] if s.shape.name == "bump" and seen.kind == PLACE else []),
         *_interval(s),
         "", *_fields(s), "",
         f"    def {hook.method}(self, {hook.method}: {_CLASSES[hook.method]}) -> None:",
