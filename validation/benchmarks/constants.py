@@ -47,7 +47,6 @@ SOURCES: dict[str, str] = {
 }
 """constant -> source of its value, where known"""
 FACTS = (
-    "discovery.decide.SHIFTED", "discovery.decide.FORCE",
     "contact_patch.denoising.ORDERS", "contact_patch.data.PINION_TURN", "contact_patch.grid.SPEED",
     "contact_patch.grid.SAMPLE", "contact_patch.kernel.ROWS", "contact_patch.kernel.WIDE",
     "contact_patch.model.CHUNK", "proposal.confirm.STEP", "proposal.picture.WIDEST",
