@@ -172,6 +172,39 @@ def test_which_wrong_form_is_completed():
     assert completed(odd, weaker, found=[AcceptedEffect(decision(), alike)]) == [odd]
 
 
+def test_one_effect_takes_the_place_of_several_that_imitate_it():
+    """By twenty more than they explain together, times its scatter; it was refused for its form
+    alone, and is none of them."""
+    state = SimpleNamespace(
+        whitened=SimpleNamespace(chi2=5000.0), with_term=lambda term, most: (term, most),
+        fit_whitened=lambda fit: SimpleNamespace(chi2=4500.0),
+    )  # fmt: skip
+    last = SimpleNamespace(whitened=SimpleNamespace(fit=None))
+    screen_ = SimpleNamespace(typical=None)
+    several = [AcceptedEffect(decision(OTHER))]
+    free = [AcceptedEffect(decision(shape("free", LONG.form, generic=True)))]
+
+    def taken(odd, found=several):
+        first = SimpleNamespace(state=state, screen=screen_, refits=[decision(OTHER), *odd])
+        steps = [first, SimpleNamespace(state=last, found=found)]
+        self = SimpleNamespace(take=lambda *what, misshapen: (*what, misshapen))
+        return search._Searcher.single_effect_step(self, steps)
+
+    def odd(drop, dispersion, effect=LONG):
+        facts = dict(drop=drop, dispersion=dispersion, reasons=UNEVEN, stretch_q=0.3 * drop)
+        return decision(effect, **facts)
+
+    for dispersion, evidence in ((0.5, 20.0), (3.0, 60.0)):
+        best = odd(501.0 + evidence, dispersion)
+        where, judge, tried, misshapen = taken([odd(100.0, 1.0), best])
+        assert tried == [(best, (best.term, 2))] and misshapen
+        assert where.state is state and judge.without == 5000.0
+        assert taken([odd(499.0 + evidence, dispersion)]) is None
+    assert taken([]) is None and taken([odd(900.0, 1.0)], free) is None
+    assert taken([odd(900.0, 1.0)], [*free, *several]) is not None
+    assert taken([odd(900.0, 1.0, OTHER)]) is None
+
+
 def test_difference_that_is_no_evidence():
     """Twenty, times the scatter; three hundredths of the drop; what makes an effect at all."""
     assert rivals.indecisive_difference(decision(drop=1.0, dispersion=0.2)) == 20.0

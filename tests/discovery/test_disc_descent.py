@@ -145,6 +145,17 @@ def test_no_jacobian_is_made_when_none_is_left():
     assert end.point.energy < 4.84 + (100.0 * 0.44) ** 2
 
 
+@pytest.mark.parametrize("given", [True, False])
+def test_at_the_bottom_nothing_more_is_asked(given):
+    """The Jacobian at the start says that there is nothing to gain."""
+    problem, asked = _bent(10.0)
+    bottom = np.ones(2)
+    columns = problem.jacobian(bottom, np.zeros(0)) if given else None
+    end = descend(problem, bottom, columns)
+    assert asked[0] == 1 and end.steps == 1 and end.fresh is not given
+    assert end.point.z.tolist() == [1.0, 1.0] and end.point.energy == 0.0
+
+
 @pytest.mark.parametrize("seed", range(40))
 def test_a_bounded_step_is_the_best_one_in_its_box(seed):
     """Against a solver that is known to be right, many walls in the way."""

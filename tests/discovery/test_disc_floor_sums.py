@@ -54,6 +54,35 @@ def test_contrasts_lose_what_differs_between_repeats_and_is_known():
     assert np.abs(floor.clean_contrasts(runs, shared[0], [block])).max() < 1e-12
 
 
+def test_columns_must_explain_more_than_as_many_numbers_of_noise():
+    """One form with other sizes in every run: seventeen independent numbers, of which a block of
+    eight columns takes eight. What it explains is compared with the nine that are left."""
+    runs = measured(0).runs
+    form = numbers(16, runs.samples)
+    sizes = np.linalg.svd(runs.contrast(numbers(23, RUNS, SPARE)))[0][:, :SPARE]
+    block, inside, beside = sizes[:, :8].T, sizes[:, :8].sum(axis=1), sizes[:, 8:].sum(axis=1)
+    columns = block[:, :, None] * form
+
+    def kept(share: float) -> bool:
+        contrast = (np.sqrt(share) * inside + np.sqrt(1.0 - share) * beside)[:, None] * form
+        left = floor.clean_contrasts(runs, contrast, [columns])
+        # either all is left, or what is beside
+        rest = np.sqrt(1.0 - share) * beside[:, None] * form
+        whole = np.allclose(left, contrast)
+        assert whole or np.allclose(left, rest, atol=1e-5)
+        return whole
+
+    def needed(share: float) -> bool:
+        contrast = (np.sqrt(share) * inside + np.sqrt(1.0 - share) * beside)[:, None] * form
+        spare = floor.effective_freedom(runs, contrast) - 8.0
+        ratio = share / (1.0 - share) / 8.0 * spare
+        return f_distribution.sf(ratio, 8, spare) > 0.005
+
+    shares = np.linspace(0.5, 0.98, 25)
+    assert [kept(s) for s in shares] == [needed(s) for s in shares]
+    assert 5 < sum(map(kept, shares)) < 20
+
+
 def test_independent_numbers_of_contrasts():
     """One form in all runs has one number per run; white noise has many."""
     runs = measured(0).runs
@@ -154,3 +183,14 @@ def test_what_a_known_effect_adds_to_the_scatter_is_no_floor():
         assert found.floor == pytest.approx(NOISE, rel=0.1) and found.varying > 0.4 * NOISE
     for terms, effects in (([], []), ([OTHER], []), ([], [OTHER])):
         assert floor_with(terms, effects).floor > 1.3 * NOISE
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_an_effect_that_pulls_in_one_direction_only_is_no_floor_either(sign):
+    lifts = np.tile([0.0, 0.0, 1.5], CONDITIONS)[:, None] * (1.1 + wave(3.5))
+    one = shape("one", lambda c: sign * lifts + 0.0 * c)
+    model = measured(33, (0.1, one.form))
+    fitter = Fitter(model, channel_weights(model, [NOISE]))
+    fit = fitter.fit(start_base(model))
+    assert make_state(model, fitter, fit, []).floors[0].floor > 1.3 * NOISE
+    assert make_state(model, fitter, fit, [one]).floors[0].floor == pytest.approx(NOISE, rel=0.1)

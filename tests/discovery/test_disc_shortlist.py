@@ -97,6 +97,16 @@ def test_a_screened_size_far_below_what_matters_is_none():
     assert not shortlist.negligible(screened(least, -2.6))
 
 
+def test_a_size_of_no_consequence_is_refitted_only_where_several_are_tried():
+    """A gap that was screened from its null shows less than it is."""
+    several = classmethod(lambda cls: (1.0, 7.5))
+    for starts, wanted in ((LONG.starts, []), (several, ["small"])):
+        small = screened(shape("small", LONG.form, matters=0.1, starts=starts), 2.4)
+        result = SimpleNamespace(ranked=[small], projected=np.eye(9))
+        listed = shortlist.shortlist(result, {"small": 1}, 5)
+        assert [i.identifier for i in listed] == wanted
+
+
 def test_a_term_starts_at_its_screened_size_within_its_range():
     bounded = shape("bounded", LONG.form, bound=0.05)
     item = screened(bounded, 2.0)

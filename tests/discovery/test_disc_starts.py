@@ -8,13 +8,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from decisions import screened
+from decisions import decision, screened
 from shapes import LONG, OTHER, TIME, Sum, measured, searched, shape, wave
 
 from flatplank_analysis.discovery import refits
 from flatplank_analysis.discovery.decide import Judge
 from flatplank_analysis.discovery.dispersion import TypicalDispersion
-from flatplank_analysis.discovery.fit import Fitter, Term
+from flatplank_analysis.discovery.fit import Fitter, Term, Whitened
 from flatplank_analysis.discovery.parameters import Parameter
 from flatplank_analysis.discovery.refits import Refits
 from flatplank_analysis.discovery.screen import best_per_effect
@@ -124,6 +124,32 @@ def test_a_refit_starts_from_what_was_screened_searched_or_measured(monkeypatch)
         makes.refit(state, screened(effect, 2.0))
         (term, most) = asked.pop()
         assert term.effect is effect and term.size == pytest.approx(start) and most == 2
+
+
+@pytest.mark.parametrize(
+    ("reasons", "rise", "freed"),
+    [
+        ((), 0.4, True), (("present, negligible",), 0.4, True), (("at all",), 0.4, False),
+        ((), 0.6, False),
+    ],
+)  # fmt: skip
+def test_known_numbers_give_back_what_they_took_of_an_effect(reasons, rise, freed):
+    """Where the effect is there, however small, and explains as much without them."""
+
+    class Told(Refits):
+        def newest(self, _judge, found):
+            return f"judged at {found.chi2}"
+
+    warm, back = Whitened("at the end", 100.0), Whitened("at the null", 100.0 + rise)
+    fits = {"at the end": "at the null", "at the null": "at the null"}
+    makes = Told(None, SimpleNamespace(known_at_null=fits.get), {}, {}, {})
+    judge = SimpleNamespace(state=SimpleNamespace(fit_whitened={"at the null": back}.get))
+    pair = decision(reasons=reasons), warm
+    found = makes.with_known_at_null(judge, pair)
+    assert found == ((f"judged at {back.chi2}", back) if freed else pair)
+    # none was at an end
+    there = pair[0], replace(warm, fit="at the null")
+    assert makes.with_known_at_null(judge, there) is there
 
 
 class Pair(Sum):

@@ -66,6 +66,17 @@ def test_what_is_left_is_said_in_words():
     assert rest(state_left(error=1.09), True) == rest(state_left(error=1.11), False) == ""
 
 
+def test_a_mean_residual_is_told_where_it_is_sure_and_counts():
+    def told(unexplained: float, p_value: float) -> str:
+        state = state_left()
+        vars(state.floors[0]).update(floor=2.3421, unexplained=unexplained, p_value=p_value)
+        return invariants.residual_of_consequence(state, True)
+
+    assert told(7.0432, 9e-4) == "7.0 is left in z (floor 2.3)"
+    assert told(7.0432, 1.1e-3) == told(0.29 * 2.3421, 9e-4) == ""
+    assert told(0.31 * 2.3421, 9e-4) == "0.73 is left in z (floor 2.3)"
+
+
 def test_a_base_is_far_off_when_it_is_so_everywhere():
     runs = measured(0).runs
     force = np.where(runs.condition == 0, 1.0, 100.0)[:, None] * np.ones(runs.samples)

@@ -69,7 +69,7 @@ class Metric:
         scatter (d,)."""
         self.whitener, self.scatter = whitener, scatter
         self._sideways = None
-        if len(directions) and np.any(scatter > 0.0):
+        if np.any(scatter > 0.0):
             loose = np.moveaxis(self._white(directions), 0, 1) * scatter[:, None]
             values, vectors = np.linalg.eigh(loose @ np.swapaxes(loose, 1, 2))
             values = np.maximum(values, 1e-30)

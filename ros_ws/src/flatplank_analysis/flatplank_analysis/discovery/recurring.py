@@ -143,14 +143,17 @@ def _runs_of(true: np.ndarray) -> list[np.ndarray]:
 
 
 def _pieces(runs: RunSet, found: Sequence[_Stretch]) -> Pieces | None:
-    """Pieces that occur at least twice, with equal node counts; None when too few recur."""
+    """Pieces that occur at least twice, with equal node counts; None when too few recur.
+
+    None of `found` is shorter than `SHORTEST`.
+    """
     labels = [label for _, label, _ in found]
-    again = [s for s in found if labels.count(s[1]) > 1 and len(s[2]) >= 2]
+    again = [s for s in found if labels.count(s[1]) > 1]
     used = [len(np.unique(np.concatenate([n for r, _, n in again if r == run] or [[]])))
             for run in range(runs.runs)]  # fmt: skip
     if not again or min(used) < COVER * runs.samples:
         return None
-    count = max(SHORTEST, min(len(nodes) for _, _, nodes in again))
+    count = min(len(nodes) for _, _, nodes in again)
     names = tuple(dict.fromkeys(label for _, label, _ in again))
     at = [
         nodes[np.round(np.linspace(0, len(nodes) - 1, count)).astype(int)] for *_, nodes in again
