@@ -146,6 +146,9 @@ def test_of_gains_that_cannot_be_told_apart_the_usual_effect_goes_first():
     assert [d for d, _ in refits.preferred([(more, None), (same, None)])] == [same, more]
     less = decision(LONG, drop=982.0)
     assert [d for d, _ in refits.preferred([(more, None), (less, None)])] == [more, less]
+    # the more the scores scatter, the less a difference decides
+    wide, same = replace(more, dispersion=2.0), decision(LONG, drop=965.0)
+    assert [d for d, _ in refits.preferred([(wide, None), (same, None)])] == [same, wide]
     # a wrong form makes rarer effects indistinguishable, not simpler ones better
     odd = replace(more, reasons=UNEVEN[:1], stretch_q=300.0)
     assert [d for d, _ in refits.preferred([(odd, None), (less, None)])] == [odd, less]

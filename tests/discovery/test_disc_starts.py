@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import make_dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -15,7 +15,7 @@ from flatplank_analysis.discovery import refits
 from flatplank_analysis.discovery.decide import Judge
 from flatplank_analysis.discovery.dispersion import TypicalDispersion
 from flatplank_analysis.discovery.fit import Fitter, Term, Whitened
-from flatplank_analysis.discovery.parameters import Parameter
+from flatplank_analysis.discovery.parameters import Parameter, param
 from flatplank_analysis.discovery.refits import Refits
 from flatplank_analysis.discovery.screen import best_per_effect
 from flatplank_analysis.discovery.search import Options, _Searcher
@@ -114,6 +114,29 @@ def test_what_was_refitted_already_is_not_fitted_again_from_its_start_size():
     assert fitted([]) == ["long", "other"] and fitted([long]) == ["other"]
 
 
+def test_two_at_most_are_fitted_from_their_start_sizes():
+    """Those that the screening shows best: a fit from the start values of the base takes long."""
+    forms = {"first": LONG.form, "second": OTHER.form, "third": lambda c: wave(4.5)}
+    gaps = [shape(name, form, starts=STARTS) for name, form in forms.items()]
+    model = measured(28, (0.1, LONG.form), (0.05, OTHER.form), (0.07, forms["third"]))
+    searcher = _Searcher(model, gaps, Options())
+    step = searcher.step_of(searcher.fitter.fit(start_base(model)), [])
+    judge = Judge(step.state, step.state.whitened.chi2, step.screen.typical)
+    found = searcher.refits.with_start_sizes(judge, step.screen, [])
+    assert [d.term.effect.identifier for d, _ in found] == ["first", "third"]
+
+    class Told(Refits):
+        """The fit shows another order than the screening."""
+
+        def newest(self, _judge, found):
+            effect = found.fit.terms[-1].effect
+            return decision(effect, drop={"first": 100.0, "third": 900.0}[effect.identifier])
+
+    makes = Told(model, searcher.fitter, {}, {}, {})
+    found = makes.with_start_sizes(judge, step.screen, [])
+    assert [d.term.effect.identifier for d, _ in found] == ["third", "first"]
+
+
 def test_a_refit_starts_from_what_was_screened_searched_or_measured(monkeypatch):
     monkeypatch.setattr(refits, "line_search", lambda _m, _s, i: Term(i.candidate.effect, FOUND))
     gap = shape("gap", LONG.form, starts=STARTS)
@@ -150,6 +173,73 @@ def test_known_numbers_give_back_what_they_took_of_an_effect(reasons, rise, free
     # none was at an end
     there = pair[0], replace(warm, fit="at the null")
     assert makes.with_known_at_null(judge, there) is there
+
+
+def test_what_was_refused_is_fitted_again_when_it_may_explain_most():
+    """Of the two that explain most: what was refused, may exceed the scatter, and explains more
+    than what was accepted."""
+    refused = ("not the same size along the run",)
+    again = []
+
+    class Told(Refits):
+        """A refit is its own decision; one from the start values explains half more."""
+
+        def refit(self, _state, item):
+            return item
+
+        def newest(self, _judge, found):
+            return found
+
+        def converged(self, _judge, pair):
+            return pair
+
+        def with_known_at_null(self, _judge, pair):
+            return pair
+
+        def restarted(self, _state, warm):
+            again.append(warm)
+            return replace(warm, drop=1.5 * warm.drop, reasons=())
+
+    makes, judge = Told(None, None, {}, {}, {}), SimpleNamespace(state=None)
+
+    def fitted_again(*decisions):
+        again.clear()
+        found = makes.of(judge, decisions)
+        drops = [d.drop for d, _ in found]
+        assert drops == sorted(drops, reverse=True)
+        assert all(d.accepted for d, fit in found if d.drop > 1000.0) and len(found) == 3
+        return again[:]
+
+    low, mid, high = (decision(drop=d, reasons=refused) for d in (400.0, 700.0, 900.0))
+    assert fitted_again(low, mid, high) == [high, mid]
+    good = replace(mid, reasons=())
+    assert fitted_again(low, good, high) == [high]
+    assert fitted_again(low, replace(good, drop=1000.0), high) == []
+    assert fitted_again(low, mid, replace(high, p_repeats=0.021)) == [mid]
+    assert fitted_again(low, mid, replace(high, p_repeats=0.019)) == [
+        replace(high, p_repeats=0.019),
+        mid,
+    ]
+
+
+def test_a_form_that_is_never_named_pays_for_every_column_of_everything_looked_at():
+    """It starts from nothing, and has six Jacobians at most."""
+    second = param(0.0, unit="1", bounds=(-1.0, 1.0), screen=0.1)
+    form = make_dataclass("form", [("b", float, second)], bases=(LONG,), frozen=True)
+    law = shape("law", OTHER.form, generic=True, further=form)
+    asked = []
+
+    def with_term(term, most):
+        asked.append((term.effect, term.values.tolist(), most))
+        return Whitened(SimpleNamespace(terms=("one", "two", term)), 0.0)
+
+    judge = SimpleNamespace(
+        state=SimpleNamespace(with_term=with_term), decide=lambda *what: (what[1], what[2])
+    )
+    makes = Refits(None, None, {}, {}, dict.fromkeys("abcde", 1))
+    ((told, fit),) = makes.further(judge, [LONG, law, OTHER])
+    assert told == (2, 10) and fit.fit.terms[-1].effect is form
+    assert asked == [(form, [0.0, 0.0], 6)]
 
 
 class Pair(Sum):
