@@ -41,6 +41,11 @@ def test_what_the_tire_can_feign_is_told_when_the_residual_asks_for_it():
 
     faint = screened(LONG, 1.0, gain=1.01 * least, visible=0.004)
     assert told(faint) == ["long"]
+    # scores that scatter less than the noise are luck
+    typical.dispersion = 0.4
+    assert told(replace(faint, gain=0.51 * least)) == ["long"]
+    assert told(replace(faint, gain=0.49 * least)) == []
+    typical.dispersion = 2.0
     assert told(screened(OTHER, 1.0, gain=2.0 * least, visible=0.004), faint) == ["other", "long"]
     assert told(screened(LONG, 1.0, gain=0.99 * least, visible=0.004)) == []
     assert told(screened(LONG, 1.0, gain=1.01 * least, visible=0.006)) == []
@@ -95,6 +100,13 @@ def test_a_screened_size_far_below_what_matters_is_none():
     least = shape("least", LONG.form, matters=0.1)
     assert shortlist.negligible(screened(least, 2.4))
     assert not shortlist.negligible(screened(least, -2.6))
+    # steps count from the null, and what the base takes counts, too
+    size = param(0.06, unit="1", bounds=(-1.0, 1.0), screen=0.02, matters=0.1)
+    apart = make_dataclass("apart", [("a", float, size)], bases=(Effect,), frozen=True)
+    assert shortlist.negligible(screened(apart, -2.0))
+    assert not shortlist.negligible(screened(apart, 2.0))
+    apart.in_base = 0.04
+    assert not shortlist.negligible(screened(apart, -2.0))
 
 
 def test_a_size_of_no_consequence_is_refitted_only_where_several_are_tried():

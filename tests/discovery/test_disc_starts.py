@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import make_dataclass, replace
 from types import SimpleNamespace
 
@@ -72,6 +73,22 @@ def test_a_base_in_a_corner_is_fitted_from_elsewhere():
         judge, [None]
     )
     assert taken.chi2 == pytest.approx(freed.chi2)
+
+
+def test_a_search_tells_what_it_does_and_how_long_it_took():
+    heard = measured(20, (1.0, lambda c: np.sin(2.0 * np.pi * 1.2 * TIME)), (0.1, LONG.form))
+    tone = Tone(replace(heard.runs, measured=heard.runs.measured - 0.1 * TIME))
+    tone.starts = ({"pitch": 2.5}, {"pitch": 1.15})
+    told, began = [], time.perf_counter()
+    search = searched(tone, LONG, OTHER, progress=lambda *what: told.append(what))
+    assert 0.0 < search.base_fit < search.first_ranking < search.seconds
+    assert search.seconds < time.perf_counter() - began
+    wanted = (
+        ("fit of the base", 0.0), ("screening", 0.15), ("other starts of the base", 0.17),
+        ("screening", 0.15), ("refits, step 1", 0.2), ("screening", 0.15),
+        ("refits, step 2", 0.35), ("effects that could stand in for what was found", 0.9),
+    )  # fmt: skip
+    assert told == [(text, pytest.approx(share)) for text, share in wanted]
 
 
 class Late(Sum):
