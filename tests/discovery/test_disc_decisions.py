@@ -3,18 +3,19 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import make_dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from ball import Drag, Shake, Wind, throw
-from decisions import RUNS, decision, rival
+from decisions import RUNS, decision, rival, screened
 from shapes import CONDITIONS, LONG, OTHER, REPEATS, measured, shape
 
 from flatplank_analysis.discovery import backward, decide, refits, rivals, search
 from flatplank_analysis.discovery.decide import SHARE, UNEVEN, Judge
-from flatplank_analysis.discovery.fit import Fitter, Term
+from flatplank_analysis.discovery.fit import Fitter, Term, Whitened
+from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.rivals import AlternativeEffect
 from flatplank_analysis.discovery.screen import best_per_effect, screen
 from flatplank_analysis.discovery.state import (
@@ -220,8 +221,11 @@ def test_difference_that_is_no_evidence():
 
 def test_what_is_looked_for_at_many_places_pays_for_it():
     places = shape("places", LONG.form, scanned=classmethod(lambda cls, runs: runs.runs))
-    found = search.bonferroni_divisors([LONG, OTHER, places], measured(0))
-    assert found == {"long": 3, "other": 3, "places": 3 * RUNS}
+    fields = [(n, float, param(0.0, unit="1", bounds=(-1, 1), screen=0.1)) for n in "bcd"]
+    four = make_dataclass("four", fields, bases=(places,), frozen=True)
+    four.identifier = "four"
+    found = search.bonferroni_divisors([LONG, OTHER, places, four], measured(0))
+    assert found == {"long": 4, "other": 4, "places": 4 * RUNS, "four": 4 * 4 * RUNS}
 
 
 def test_first_weights_are_the_smaller_scatter():
@@ -264,6 +268,75 @@ def test_what_stands_in_for_an_effect_looks_like_it_or_promises_as_much():
         of[scale] = {s.start.effect for s in found if not s.near}
     assert Wind in of[0.5] and Wind not in of[2.0]
     assert Drag not in of[0.5]
+
+
+def test_which_effects_may_explain_the_same(monkeypatch):
+    """Those that look like it, whatever they act over, and those over the same coordinate from
+    three tenths of its drop on; where several sizes are tried, by the best of them."""
+    own = replace(screened(LONG, 1.0), contribution=np.eye(9)[1])
+
+    def asked(effect, gain=301.0, visible=0.5, like=0.0):
+        item = screened(effect, 2.0, gain, visible)
+        products = np.eye(9)
+        products[0, 1] = products[1, 0] = like
+        ranking = SimpleNamespace(ranked=[item, own], projected=products)
+        return [
+            (s.start.effect, s.start.size, s.near)
+            for s in rivals.suspects(None, None, ranking, decision(LONG))
+        ]
+
+    assert asked(OTHER) == [(OTHER, 0.04, False)] and asked(OTHER, gain=299.0) == []
+    assert asked(OTHER, gain=0.0, like=0.81) == [(OTHER, 0.04, True)]
+    assert asked(OTHER, gain=0.0, like=0.79) == []
+    away = shape("away", OTHER.form, coordinate="angle")
+    assert asked(away) == [] and asked(away, like=0.81) == [(away, 0.04, True)]
+    # a third of what may be named: the base may take less of it once the effect is gone
+    assert asked(OTHER, visible=0.0017) and not asked(OTHER, visible=0.0016)
+    assert not asked(shape("free", OTHER.form, generic=True)) and not asked(LONG)
+    gap = shape("gap", OTHER.form, starts=classmethod(lambda cls: (1.0, 3.0)))
+    best = [(Term(gap, np.array([0.3])), 301.0), (Term(gap, np.array([0.3])), 299.0)]
+    monkeypatch.setattr(rivals, "line_search_with_drop", lambda *_: best.pop(0))
+    assert asked(gap, gain=0.0) == [(gap, 0.3, False)] and asked(gap, gain=900.0) == []
+
+
+def test_what_takes_the_place_of_an_effect_is_of_its_class_or_excluded():
+    """Refitted with five Jacobians; to the end where it may come as near as three hundredths of
+    the drop. No size of no consequence is of the class, and none at an end of its range."""
+    first = {"a": 29.0, "b": 31.0, "c": 299.0, "d": 301.0, "small": 5.0, "edge": 6.0, "in": 0.0}
+    last = {"b": 7.0, "c": 32.0}
+    sizes = {"small": 0.04, "edge": -5.0, "b": -0.06}
+    terms = {
+        name: Term(shape(name, LONG.form, matters=0.05), np.array([sizes.get(name, 0.06)]))
+        for name in first
+    }
+    fitter = SimpleNamespace(
+        without_term=lambda fit, index: (fit, index),
+        with_term=lambda less, start: SimpleNamespace(terms=(less, start)),
+    )
+    asked = []
+
+    def refitted(fit, most=12):
+        assert fit.terms[0] == ("whole", 3)
+        name = fit.terms[-1].effect.identifier
+        asked.append((name, most))
+        return Whitened(fit, 1000.0 + (first if most == 5 else last)[name])
+
+    state = SimpleNamespace(
+        fit=SimpleNamespace(terms=[terms["in"]]), whitened=Whitened("whole", 1000.0),
+        fit_whitened=refitted,
+    )  # fmt: skip
+    tried = [AlternativeEffect(term, name == "a") for name, term in terms.items()]
+    found = rivals.rivals(fitter, state, 3, decision(drop=1000.0), tried, 0.0)
+    told = [(r.name, r.excess, r.near, r.excluded) for r in found]
+    assert told == [
+        ("small", 5.0, False, True), ("edge", 6.0, False, True), ("b", 7.0, False, False),
+        ("a", 29.0, True, False), ("c", 32.0, False, True), ("d", 301.0, False, True),
+    ]  # fmt: skip
+    assert [name for name, most in asked if most == 12] == ["b", "c"]
+    # what all effects explain makes the difference that decides
+    found = rivals.rivals(fitter, state, 3, decision(drop=1000.0), tried, 1e5)
+    assert {r.name for r in found if not r.excluded} == {"a", "b", "c"}
+    assert ("b", 12) not in asked[-7:]
 
 
 def test_pieces_of_the_law_are_set_free_together():

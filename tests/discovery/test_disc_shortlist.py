@@ -12,7 +12,7 @@ from ball import Drag, throw
 from decisions import screened
 from draws import numbers, without
 from scipy.stats import chi2
-from shapes import LONG, OTHER, measured, shape, wave
+from shapes import LONG, OTHER, TIME, Sum, measured, shape, wave
 
 from flatplank_analysis.discovery import shortlist
 from flatplank_analysis.discovery.dispersion import among_repeats, typical_dispersion
@@ -149,6 +149,53 @@ def test_the_best_of_several_sizes_with_the_base_moved_along():
     assert shortlist.line_search(model, state, item).values == pytest.approx(
         shortlist.line_search_with_drop(model, state, item)[0].values
     )
+
+
+@pytest.mark.parametrize("times", [0.5, 1.0, 1.5, 2.2, 3.3, 5.0])
+def test_sizes_from_half_to_five_times_the_screened_one_are_tried(times):
+    """Where the base is not at its best for the effect, its step is taken along: least squares
+    of the residual by the base, with the effect at that size."""
+    model = measured(34, (0.1, LONG.form), (0.1, OTHER.form))
+    fitter = Fitter(model, channel_weights(model, [0.05]))
+    state = make_state(model, fitter, fitter.fit(start_base(model)), [LONG])
+    far = fitter.fit(np.array([0.8, 0.15]), iterations=0)
+    state = replace(state, whitened=replace(state.whitened, fit=far))
+    (item,) = best_per_effect(screen(state))
+    # five steps of 0.02
+    item = replace(item, sizes=np.full(1, 5.0 / times))
+    term, gain = shortlist.line_search_with_drop(model, state, item)
+    assert term.values == pytest.approx([0.1])
+    white = state.metric(far.jacobian).reshape(len(far.jacobian), -1).T
+    left = far.residual(model.runs.measured)
+    with_ = left - 0.1 * LONG.form(model.setting)
+    before, after = (state.metric(v[None]).ravel() for v in (left, with_))
+    rest = without(white, after)
+    assert gain == pytest.approx(before @ before - rest @ rest, rel=1e-6)
+
+
+def test_an_effect_of_two_sizes_is_tried_with_their_ratio():
+    """Half as large, as large ...; where both were screened as nothing, from one step of each."""
+    sizes = {n: param(0.0, unit="1", bounds=(-5.0, 5.0), screen=0.02) for n in "ab"}
+    fields = [(name, float, one) for name, one in sizes.items()]
+    pair = make_dataclass("pair", fields, bases=(Effect,), frozen=True)
+
+    class Pairs(Sum):
+        def predict(self, sets):
+            out = np.empty((len(sets), *self.runs.measured.shape))
+            for row, one in zip(out, sets, strict=True):
+                row[0] = one.base[0] + one.base[1] * TIME
+                for _, (a, b) in one.effects:
+                    row[0] += a * LONG.form(self.setting) + b * OTHER.form(self.setting)
+            return out
+
+    for hidden, screened_sizes in (((0.1, 0.2), (5.0, 10.0)), ((0.06, 0.06), (0.0, 0.0))):
+        forms = zip(hidden, (LONG.form, OTHER.form), strict=True)
+        model = Pairs(measured(35, *forms).runs)
+        fitter = Fitter(model, channel_weights(model, [0.05]))
+        state = make_state(model, fitter, fitter.fit(start_base(model)), [pair])
+        (item,) = best_per_effect(screen(state))
+        item = replace(item, sizes=np.array(screened_sizes))
+        assert shortlist.line_search(model, state, item).values == pytest.approx(hidden)
 
 
 def test_a_screened_size_is_that_of_least_squares():
