@@ -181,16 +181,18 @@ def test_one_effect_takes_the_place_of_several_that_imitate_it():
     alone, and is none of them."""
     state = SimpleNamespace(
         whitened=SimpleNamespace(chi2=5000.0), with_term=lambda term, most: (term, most),
-        fit_whitened=lambda fit: SimpleNamespace(chi2=4500.0),
+        fit_whitened=lambda fit: SimpleNamespace(chi2={"last": 4500.0, "second": 4900.0}[fit]),
     )  # fmt: skip
-    last = SimpleNamespace(whitened=SimpleNamespace(fit=None))
+    second, last = (
+        SimpleNamespace(whitened=SimpleNamespace(fit=name)) for name in ("second", "last")
+    )
     screen_ = SimpleNamespace(typical=None)
     several = [AcceptedEffect(decision(OTHER))]
     free = [AcceptedEffect(decision(shape("free", LONG.form, generic=True)))]
 
     def taken(odd, found=several):
         first = SimpleNamespace(state=state, screen=screen_, refits=[decision(OTHER), *odd])
-        steps = [first, SimpleNamespace(state=last, found=found)]
+        steps = [first, *(SimpleNamespace(state=s, found=found) for s in (second, last))]
         self = SimpleNamespace(take=lambda *what, misshapen: (*what, misshapen))
         return search._Searcher.single_effect_step(self, steps)
 

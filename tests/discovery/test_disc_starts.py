@@ -54,6 +54,8 @@ def test_a_base_in_a_corner_is_fitted_from_elsewhere():
     search = searched(tone, LONG, OTHER)
     assert search.starts == 3 and diagnose(search).verdict == AT_FLOOR
     assert search.last.state.fit.base[1] == pytest.approx(1.2, abs=0.01)
+    # where nothing is left, no other start is tried
+    assert searched(tone, LONG, start={"pitch": 1.15}).starts == 1
     # an effect that was found from there is fitted with the base from its start as well
     state = search.last.state
     searcher = _Searcher(tone, [LONG], Options(start={"pitch": 1.15}))
