@@ -134,10 +134,13 @@ def make_candidates(
                 values = effect.vector(setting | {p.name: p.null + p.screen})
                 sets.append(ParameterSet(own.base, (*own.effects, (effect, values))))
             plan.append((effect, setting, slice(begin, len(sets))))
-    predicted = model.predict(sets) - fit.predicted if sets else np.zeros((0,))
-    made = [Candidate(effect, setting, predicted[rows]) for effect, setting, rows in plan]
+    if not sets:
+        return []
+    changes = model.predict(sets)
+    changes -= fit.predicted
+    made = [Candidate(effect, setting, changes[rows]) for effect, setting, rows in plan]
     for c in made:
-        if not np.isfinite(c.columns).all():
+        if not np.isfinite(c.columns.sum()):
             where = f"effect {c.effect.identifier}"
             raise FlatplankError("predicts NaN or infinity", where, "check its range")
     return [c for c in made if can_show(model.runs, c.columns)]
