@@ -88,6 +88,20 @@ def test_noise_of_repeats_is_found():
     np.testing.assert_allclose(np.ptp(found[0].scale.reshape(CONDITIONS, REPEATS), axis=1), 0.0)
 
 
+def test_noise_that_is_too_quiet_gets_larger_slow_components():
+    """In equal parts, until the whole has the level; the noise of the sensor is known."""
+    noise = ChannelNoise(TRUE, np.array([0.5, 1.0, 1.0, 1.0, 3.0]))
+    louder = noises.no_quieter(noise, 4.0)
+    assert louder.weights.sum() == pytest.approx(16.0)
+    np.testing.assert_allclose(louder.weights[:2], TRUE[:2])
+    np.testing.assert_allclose(louder.weights[2:] - TRUE[2:], 10.0 / 7.0)
+    assert noise.weights is TRUE and TRUE.sum() == 6.0 and louder.scale is noise.scale
+    # its own level is 6 ** 0.5
+    assert noises.no_quieter(noise, 2.4) is noise and noises.no_quieter(noise, 2.5) is not noise
+    twice = replace(noise, scale=2.0 * noise.scale)
+    assert noises.no_quieter(twice, 4.8) is twice and noises.no_quieter(twice, 5.0) is not twice
+
+
 def test_a_drift_that_differs_from_run_to_run_is_noise_of_its_own():
     """A random walk and a level, as far as they imitate it, leave it six times too large."""
     runs = lasting(LONG, 330)
@@ -199,6 +213,21 @@ def test_whitened_noise_is_independent_and_of_unit_size():
     white = made.apply(np.ones((1, runs.runs, 900)), 1)[0]
     np.testing.assert_allclose(white, (1.0 / (2.0**0.5 * scale * rough[:, 0]))[:, None]
                                * np.ones(300), rtol=1e-5)  # fmt: skip
+
+
+def test_runs_of_nearly_the_same_times_share_a_whitening():
+    """Within two hundredths of the length of the first one, everywhere along the run."""
+    runs = lasting(LONG, 60)
+    time = runs.time.copy()
+    time[1] += 0.019 * LONG
+    time[2] += 0.021 * LONG
+    time[3] -= 0.021 * LONG
+    time[4, 30] += 0.021 * LONG
+    time[5] = time[2] + 0.019 * LONG
+    noise = ChannelNoise(np.eye(9)[0], np.ones(runs.runs))
+    made = make_whitener(replace(runs, time=time), [noise])
+    assert made.base_of[:7].tolist() == [0, 0, 1, 2, 3, 1, 0]
+    assert sorted(made.factors) == [(0, base) for base in range(4)]
 
 
 def test_the_level_of_a_run_is_no_better_known_where_the_model_is_rough():

@@ -102,9 +102,9 @@ def test_a_wrong_form_is_added_where_it_is_nearly_right_or_leaves_nothing(monkey
 
     monkeypatch.setattr(invariants, "residual_of_consequence", left)
 
-    def completed(tried, taken):
+    def completed(tried, taken, which=0):
         def take(_step, _judge, best, misshapen):
-            assert best == tried[:1] and misshapen
+            assert best == [tried[which]] and misshapen
             return taken
 
         step = SimpleNamespace(found=[])
@@ -122,6 +122,9 @@ def test_a_wrong_form_is_added_where_it_is_nearly_right_or_leaves_nothing(monkey
         assert asked.pop() == ("after", True)
     assert completed([], far) is None and completed([(decision(), None)], far) is None
     assert completed(pair, None) is None
+    # of two that cannot be told apart it is the more common one
+    rare = odd(shape("rare", LONG.form, rarity=1), drop=1005.0)
+    assert completed([(rare, None), *pair], near, which=1) is near
 
 
 def test_what_a_step_judges_its_refits_by(monkeypatch):

@@ -16,6 +16,7 @@ from flatplank_analysis.discovery import invariants, verdict, where
 from flatplank_analysis.discovery.decide import UNEVEN
 from flatplank_analysis.discovery.fit import Fitter, Term
 from flatplank_analysis.discovery.model import FormError
+from flatplank_analysis.discovery.runs import Coordinate
 from flatplank_analysis.discovery.sources import source_of
 from flatplank_analysis.discovery.state import start_base
 from flatplank_analysis.discovery.steps import AcceptedEffect
@@ -75,6 +76,22 @@ def test_a_mean_residual_is_told_where_it_is_sure_and_counts():
     assert told(7.0432, 9e-4) == "7.0 is left in z (floor 2.3)"
     assert told(7.0432, 1.1e-3) == told(0.29 * 2.3421, 9e-4) == ""
     assert told(0.31 * 2.3421, 9e-4) == "0.73 is left in z (floor 2.3)"
+
+
+def test_a_stretch_is_told_in_floors():
+    """A centimetre from node to node nearly; five are off by three floors."""
+    state = state_left()
+    runs = state.runs
+    place = Coordinate(runs.time / 4.0, "m", local=True)
+    state.runs = replace(runs, coordinates={"place": place})
+    state.floors[0].floor = 1.5
+    state.residual = np.zeros(runs.measured.shape)
+    state.residual[:, :, 40:55] = 4.5
+    state.expected_errors = np.zeros((len(runs.groups), runs.samples))
+    told = invariants.residual_of_consequence(state, True)
+    assert told == "a stretch of 5 cm in z is 3.0 floors off"
+    state.residual *= 0.65
+    assert not invariants.residual_of_consequence(state, False)
 
 
 def test_a_base_is_far_off_when_it_is_so_everywhere():
