@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import make_dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -18,6 +18,7 @@ from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.gram import Gram
 from flatplank_analysis.discovery.model import FormError
 from flatplank_analysis.discovery.nextrun import weight_of
+from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.state import Candidate
 from flatplank_analysis.discovery.verdict import detectable_sizes
 
@@ -88,6 +89,25 @@ def test_smallest_size_that_is_found():
     assert (name, unit) == ("long", "1") and size == pytest.approx(0.02 * need / 2.0)
     hidden = SimpleNamespace(screen=SimpleNamespace(ranked=[replace(seen, visible=1e-4)]))
     assert not detectable_sizes(hidden, {})
+
+    def asked(effect, columns):
+        one = replace(seen, candidate=candidate(np.zeros(0), effect), information=columns)
+        return detectable_sizes(SimpleNamespace(screen=SimpleNamespace(ranked=[one])), {})
+
+    # what nobody looked for elsewhere has the whole level; a size has no sign
+    once = norm.isf(0.05 / 2) + norm.isf(0.2)
+    size = param(0.0, unit="N", bounds=(-1.0, 1.0), screen=-0.04)
+    more = param(0.0, unit="1", bounds=(-1.0, 1.0))
+    fields = [("b", float, more), ("c", float, size)]
+    two = make_dataclass("two", fields, bases=(LONG,), frozen=True)
+    two.identifier, two.main = "two", "c"
+    assert asked(two, np.array([[1.0, 0.0], [0.0, 16.0]])) == {
+        "two": (pytest.approx(0.04 * once / 4.0), "N")
+    }
+    # a size that is not screened, or of a form without a cause, is none; nor what is not shown
+    two.main = "b"
+    assert not asked(two, np.eye(2)) and not asked(shape("free", LONG.form, generic=True), info)
+    assert not asked(LONG, np.zeros((1, 1)))
 
 
 @pytest.fixture

@@ -32,12 +32,12 @@ def odd(effect=LONG, share: float = 0.2, **changes):
 @pytest.mark.parametrize(
     ("other", "asked"),
     [
-        # ln of the independent numbers is 5: 1.03 times 995 beside 3 parameters
-        (decision(FREE, drop=1041.0, parameters=3), True),
-        (decision(FREE, drop=1039.0, parameters=3), False),
-        (decision(FREE, drop=1041.0, parameters=3, p_repeats=0.011), False),
-        (decision(OTHER, drop=1041.0, parameters=3, reasons=("present, negligible",)), True),
-        (decision(OTHER, drop=1039.0, parameters=3, reasons=("present, negligible",)), False),
+        # ln of the independent numbers is 5: 1.03 times 990 beside 3 parameters
+        (decision(FREE, drop=1035.0, parameters=3), True),
+        (decision(FREE, drop=1034.0, parameters=3), False),
+        (decision(FREE, drop=1035.0, parameters=3, p_repeats=0.011), False),
+        (decision(OTHER, drop=1035.0, parameters=3, reasons=("present, negligible",)), True),
+        (decision(OTHER, drop=1034.0, parameters=3, reasons=("present, negligible",)), False),
         (decision(OTHER, drop=9000.0), False),
         (odd(OTHER, drop=9000.0), False),
     ],
@@ -54,7 +54,7 @@ def test_an_effect_is_tested_beside_what_explains_more_and_is_not_named(other, a
         refits=SimpleNamespace(newest=newest),
     )
     state = SimpleNamespace(independent=math.exp(5.0), fit_whitened=lambda fit: fit)
-    judge, own = Judge(state, 7000.0, None), decision(LONG, drop=1000.0)
+    judge, own = Judge(state, 7000.0, None), decision(LONG, drop=1000.0, parameters=2)
 
     def stands(one, misshapen):
         tried = [(other, Whitened("with the other", 5000.0))]

@@ -217,3 +217,79 @@ def test_programs_get_the_four_clearest_places_of_a_residual():
     assert [m["coordinate"] for m in told["unexplained"]["where"]] == ["a", "b", "c", "d"]
     assert told["unexplained"]["where"][0]["range"] == [0.5, 1.25]
     assert told["unexplained"]["where"][0]["share"] == 0.75
+
+
+def test_why_a_campaign_cannot_be_decided():
+    runs = measured(0).runs
+    assert verdict.undecidable(runs) == verdict.undecidable(runs.subset(np.arange(6))) == ""
+    assert verdict.undecidable(replace(runs, contradicted=("one", "other"))) == "one; other"
+    assert verdict.undecidable(runs.subset(np.arange(5))).startswith("5 runs: at least 6 ")
+    same = np.zeros(runs.runs, dtype=int)
+    one = replace(runs, condition=same, condition_names=("one",))
+    assert verdict.undecidable(one).startswith("one condition only")
+
+
+def test_a_base_that_is_far_off_is_told_with_what_was_tried(monkeypatch):
+    monkeypatch.setattr(
+        invariants, "far_off", lambda state: {"off": "9 of 10 in x"}.get(state, "")
+    )
+    found = [AcceptedEffect(decision()), AcceptedEffect(decision(OTHER))]
+
+    def told(state, effects):
+        last = SimpleNamespace(state=state, found=effects)
+        model = SimpleNamespace(runs=measured(0).runs)
+        return verdict._unsettled(SimpleNamespace(model=model, last=last, starts=3))
+
+    assert told("near", found) == ("", "")
+    name, why = told("off", found)
+    assert name == verdict.UNDECIDED and "worst 9 of 10 in x; tried: 3 starts of the base, " in why
+    assert "and beside it long, other;" in why and "beside" not in told("off", [])[1]
+
+
+def test_what_stands_beside_a_verdict(monkeypatch):
+    """One step position, what the tire imitates, wrong forms, and numbers at their ends."""
+    ends = {"white": {"g": "g = 15", "late": "late = 0.1"}, "plain": {"late": "late = 0.1"}}
+    monkeypatch.setattr(invariants, "parameters_at_ends", lambda _fitter, fit: ends.get(fit, {}))
+    monkeypatch.setattr(verdict, "unidentifiable", lambda _screen, looked: looked["names"])
+
+    def notes(steps=(), unseen=(), found=(), fits=("", "")):
+        state = SimpleNamespace(fitter=None, whitened=SimpleNamespace(fit=fits[0]), fit=fits[1])
+        last = SimpleNamespace(state=state, screen=None, found=found)
+        runs = SimpleNamespace(facts={"step": np.array(steps)} if steps else {})
+        search = SimpleNamespace(last=last, looked_at={"names": list(unseen)})
+        return list(verdict._notes(runs, search))
+
+    assert notes() == notes(steps=(1.0, 1.06)) == notes(steps=(np.nan, np.nan)) == []
+    for steps in ((1.0, 1.04, np.nan), (2.0,)):
+        (note,) = notes(steps=steps)
+        assert note.startswith("one step position in all runs")
+    (note,) = notes(unseen=["slow", "fast"])
+    assert note.startswith("what is left points to slow, fast, but ")
+    wrong = AcceptedEffect(decision(reasons=UNEVEN, stretch_q=200.0))
+    (note,) = notes(found=[AcceptedEffect(decision(OTHER)), wrong])
+    assert note.startswith(f"long: {UNEVEN[0]}, {UNEVEN[1]}; ")
+    assert notes(fits=("white", "plain")) == ["at an end of its range: g = 15, late = 0.1"]
+    assert notes(fits=("", "plain")) == ["at an end of its range: late = 0.1"]
+
+
+def test_a_period_is_looked_for_only_where_something_is_left():
+    """Over the plank; a wave of 8 cm in every condition."""
+    runs = measured(0).runs
+    place = np.linspace(0.0, 4.0, 480) * np.ones((runs.runs, 1))
+    runs = replace(
+        runs, measured=np.zeros((1, *place.shape)), time=place,
+        coordinates={"plank position": Coordinate(place, "m", local=True)},
+    )  # fmt: skip
+    residual = np.cos(2.0 * np.pi * place / 0.08)
+    for name in (verdict.NONE, verdict.PARTLY):
+        period, share = verdict._period(runs, residual, name)
+        assert period == pytest.approx(0.08, rel=0.01) and share == pytest.approx(1.0, rel=0.05)
+    # the shortest that is looked for is 15 mm
+    short = np.cos(2.0 * np.pi * place / 0.024)
+    assert verdict._period(runs, short, verdict.NONE)[0] == pytest.approx(0.024, rel=0.01)
+    elsewhere = replace(runs, coordinates={"angle": runs.coordinates["plank position"]})
+    for told in (
+        verdict._period(runs, residual, verdict.AT_FLOOR),
+        verdict._period(elsewhere, residual, verdict.NONE),
+    ):
+        assert np.isnan(told[0]) and told[1] == 0.0
