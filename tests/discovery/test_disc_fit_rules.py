@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from ball import Ball, Drag, Wind, throw
-from shapes import LONG, measured, shape
+from shapes import LONG, OTHER, TIME, measured, shape
 
 from flatplank_analysis.discovery.effect import Effect, call_hook, variants_of
 from flatplank_analysis.discovery.fit import (
@@ -22,7 +22,12 @@ from flatplank_analysis.discovery.fit import (
     scale_of,
 )
 from flatplank_analysis.discovery.parameters import Parameter, param
-from flatplank_analysis.discovery.state import channel_weights, scatter_columns, start_base
+from flatplank_analysis.discovery.state import (
+    channel_weights,
+    make_candidates,
+    scatter_columns,
+    start_base,
+)
 from flatplank_data.errors import FlatplankError
 
 
@@ -123,6 +128,58 @@ def test_derivatives_stay_inside_the_ranges():
     assert inner.jacobian[0][0, 0, -1] == pytest.approx(-0.5 * 0.1 * 4.0, rel=0.15)
 
 
+def test_directions_of_the_scatter_are_sums_over_the_numbers_that_are_fitted():
+    """In units of each number; what is not fitted does not scatter."""
+    ball = throw(1, 0.0)
+    fixed = replace(ball.parameters[0], name="fixed", screen=0.0)
+    ball.parameters = (*ball.parameters, fixed)
+    ball.scatter_directions = lambda base: ({"g": 0.5, "late": -0.02, "fixed": 1.0}, {"g": 1.0})
+    whole = ball.predict
+    ball.predict = lambda sets: whole([replace(one, base=one.base[:2]) for one in sets])
+    fit = Fitter(ball, np.ones((1, 1, 1))).fit(start_base(ball), iterations=0)
+    both, one = scatter_columns(ball, fit)
+    np.testing.assert_allclose(both, 5.0 * fit.jacobian[0] - 2.0 * fit.jacobian[1])
+    np.testing.assert_allclose(one, 10.0 * fit.jacobian[0])
+    ball.scatter_directions = lambda base: ()
+    assert scatter_columns(ball, fit).shape == (0, 1, ball.runs.runs, ball.runs.samples)
+
+
+def test_columns_of_effects_that_may_be_added():
+    """By one screening step in every setting, beside what is in the model; an effect goes in as
+    often as it may, and only where the runs can tell it from the base."""
+    model = measured(0)
+    fitter = Fitter(model, np.ones((1, 1, 1)))
+    terms = [Term(OTHER, np.array([0.3])), Term(LONG, np.array([0.2]))]
+    fit = fitter.fit(start_base(model), terms, iterations=0)
+    twice = shape("twice", OTHER.form, instances=2)
+    settings = classmethod(lambda cls, runs, residual: [{"at": 1.0}, {"at": residual.max()}])
+    place = param(0.0, unit="m", bounds=(-9.0, 9.0))
+    moved = make_dataclass("moved", [("at", float, place)], bases=(LONG,), frozen=True)
+    moved.variants, moved.form = settings, staticmethod(lambda c: 3.0 * LONG.form(c))
+    hidden = shape("hidden", LONG.form, separable=classmethod(lambda cls, runs: False))
+
+    def made(*effects):
+        found = make_candidates(model, fit, effects, np.full((1, 1, 1), 2.0))
+        return [(c.effect, c.setting, c.columns) for c in found]
+
+    assert made(OTHER, hidden, LONG) == [] and made() == []
+    (one, setting, columns), *others = made(twice, moved)
+    assert (one, setting, len(others)) == (twice, {}, 2)
+    np.testing.assert_allclose(columns[0, 0], 0.02 * OTHER.form(model.setting), atol=1e-12)
+    for (effect, setting, columns), at in zip(others, (1.0, 2.0), strict=True):
+        assert effect is moved and setting == {"at": at}
+        np.testing.assert_allclose(columns[0, 0], 0.06 * LONG.form(model.setting), atol=1e-12)
+    again = replace(fit, terms=(*fit.terms, Term(twice, np.array([0.1]))))
+    assert [c.effect for c in make_candidates(model, again, [twice], model.runs.measured)] == [
+        twice
+    ]
+    again = replace(again, terms=(*again.terms, again.terms[-1]))
+    assert make_candidates(model, again, [twice], model.runs.measured) == []
+    endless = shape("endless", lambda c: np.inf * np.ones_like(c * TIME))
+    with pytest.raises(FlatplankError, match=r"effect endless.*NaN or infinity|NaN or inf"):
+        made(endless)
+
+
 def test_growth_of_an_effect_by_its_own_size():
     ball = throw(1, 0.0)
     fitter = Fitter(ball, np.ones((1, 1, 1)))
@@ -178,6 +235,11 @@ def test_runs_means_contrasts_and_some_of_them():
     np.testing.assert_allclose(runs.mean(values)[:, 0], [0.5, 3.0, 5.0])
     np.testing.assert_allclose(runs.contrast(values)[:, 0], [-0.5, 0.5, -1.0, 0.0, 1.0, 0.0])
     assert runs.rmse(values) == pytest.approx(np.sqrt(55.0 / 6.0))
+    # one of two repeats, one of three, and one alone
+    for run, largest in ((0, 15.0), (3, 10.0), (5, 30.0)):
+        spike = np.zeros(runs.measured.shape)
+        spike[0, run, 7] = -30.0
+        assert replace(runs, measured=spike).largest == pytest.approx([largest])
     assert runs.facts["setting"][5] == measured(5).runs.facts["setting"][9]
     assert runs.repeated and len(runs.comparable) == 3
     once = runs.subset([0, 2, 5])
