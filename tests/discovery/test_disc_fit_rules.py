@@ -158,8 +158,8 @@ def test_columns_of_effects_that_may_be_added():
     moved.variants, moved.form = settings, staticmethod(lambda c: 3.0 * LONG.form(c))
     hidden = shape("hidden", LONG.form, separable=classmethod(lambda cls, runs: False))
 
-    def made(*effects):
-        found = make_candidates(model, fit, effects, np.full((1, 1, 1), 2.0))
+    def made(*effects, beside=fit):
+        found = make_candidates(model, beside, effects, np.full((1, 1, 1), 2.0))
         return [(c.effect, c.setting, c.columns) for c in found]
 
     assert made(OTHER, hidden, LONG) == [] and made() == []
@@ -170,11 +170,9 @@ def test_columns_of_effects_that_may_be_added():
         assert effect is moved and setting == {"at": at}
         np.testing.assert_allclose(columns[0, 0], 0.06 * LONG.form(model.setting), atol=1e-12)
     again = replace(fit, terms=(*fit.terms, Term(twice, np.array([0.1]))))
-    assert [c.effect for c in make_candidates(model, again, [twice], model.runs.measured)] == [
-        twice
-    ]
+    assert [effect for effect, *_ in made(twice, beside=again)] == [twice]
     again = replace(again, terms=(*again.terms, again.terms[-1]))
-    assert make_candidates(model, again, [twice], model.runs.measured) == []
+    assert made(twice, beside=again) == []
     endless = shape("endless", lambda c: np.inf * np.ones_like(c * TIME))
     with pytest.raises(FlatplankError, match=r"effect endless.*NaN or infinity|NaN or inf"):
         made(endless)

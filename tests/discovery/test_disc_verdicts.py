@@ -63,6 +63,11 @@ def test_what_is_left_is_said_in_words():
     # ordered differences count where nothing is named, the error where something is
     assert "differs between repeats" in rest(state_left(varying=0.6), False)
     assert rest(state_left(varying=0.59), False) == rest(state_left(varying=0.6), True) == ""
+    twice = state_left(varying=1.21)
+    twice.floors[0].floor = 2.0
+    assert rest(twice, False) == "1.2 in z differs between repeats in an ordered way"
+    twice.floors[0].varying = 1.19
+    assert rest(twice, False) == ""
     assert "more than 1.1 floors" in rest(state_left(error=1.11), True)
     assert rest(state_left(error=1.09), True) == rest(state_left(error=1.11), False) == ""
 
