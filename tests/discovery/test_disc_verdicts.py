@@ -16,6 +16,7 @@ from flatplank_analysis.discovery import invariants, verdict, where
 from flatplank_analysis.discovery.decide import UNEVEN
 from flatplank_analysis.discovery.fit import Fitter, Term
 from flatplank_analysis.discovery.model import FormError
+from flatplank_analysis.discovery.parameters import Parameter
 from flatplank_analysis.discovery.runs import Coordinate
 from flatplank_analysis.discovery.sources import source_of
 from flatplank_analysis.discovery.state import start_base
@@ -119,6 +120,12 @@ def test_a_base_is_far_off_when_it_is_so_everywhere():
     # the one that hardly has a force is not asked; five floors of 2 are asked for as well
     floors[0].floor = 3.0
     assert told(10.1) == "" and told(18.0) != ""
+    # nor is a tenth of the force far off, however low the floor; the worst is so by its share
+    floors[0].floor = 0.1
+    assert told(9.9) == "" and told(10.1) != ""
+    force[runs.condition == 5] = 20.0
+    runs = replace(runs, measured=np.stack([force, 0.0 * force]))
+    assert told(12.0).startswith(f"12 of 20 in {runs.condition_names[5]}")
 
 
 def test_a_fit_must_not_raise_the_error():
@@ -163,6 +170,101 @@ def test_a_gap_of_another_channel_is_not_lost_at_its_null():
     fit = invariants.not_raising_error(fitter, old, [best])
     assert fit.terms[0].values[0] > 0.07
     assert invariants.error_of(fitter, fit) <= invariants.error_of(fitter, old)
+
+
+def test_fits_that_raise_the_error_are_followed_by_others_in_turn(monkeypatch):
+    """With less and less weight of the other channels, from nothing and from what raised it; then
+    of the effect alone; last without it."""
+    asked, good = [], {}
+    old = SimpleNamespace(base="old", terms=(Term(OTHER, np.array([0.3])),), error=1.0)
+
+    class Told:
+        def __init__(self, model, weight):
+            self.model, self.weight = model, weight
+
+        def fit(self, base, terms, iterations=25):
+            asked.append((self.weight.tolist(), base, [t.size for t in terms], iterations))
+            error = good.get(len(asked), 2.0)
+            return SimpleNamespace(base=base, terms=tuple(terms), error=error)
+
+    def only_last(fitter, _old, terms):
+        return fitter.fit("only", terms)
+
+    monkeypatch.setattr(invariants, "Fitter", Told)
+    monkeypatch.setattr(invariants, "_fit_only_last", only_last)
+    monkeypatch.setattr(invariants, "error_of", lambda fitter, fit: fit.error)
+    last = Term(LONG, np.array([0.2]))
+    worse = SimpleNamespace(base="worse", terms=(*old.terms, last), chi2=5.0, error=3.0)
+    worst = SimpleNamespace(base="worst", terms=(*old.terms, last), chi2=6.0, error=0.5)
+    fitter = Told("model", np.array([4.0, 8.0]))
+    wanted = [
+        ([4.0, 8.0 * tilt], base, [0.3, size], 25)
+        for tilt in (1.0, 0.3, 0.1, 0.01)
+        for base, size in (("old", 0.0), ("worse", 0.2))
+    ]
+    wanted += [([4.0, 8.0], "only", [0.3, size], 25) for size in (0.0, 0.2)]
+    wanted += [([4.0, 8.0], "old", [0.3, 0.0], 0)]
+    # one that does nothing is none, whatever its error
+    for low, count in (((), 11), ((1, 3, 9), 11), ((4,), 4), ((10,), 10)):
+        asked.clear()
+        good.clear()
+        good.update(dict.fromkeys(low, 1.0))
+        found = invariants.not_raising_error(fitter, old, [worst, worse])
+        assert asked == wanted[:count] and len(wanted) == 11
+        assert [t.size for t in found.terms] == wanted[count - 1][2]
+    worse.error = 1.0
+    assert invariants.not_raising_error(fitter, old, [worst, worse]) is worse
+
+
+@pytest.mark.parametrize(
+    ("upper", "late", "told"),
+    [
+        # a thousandth of the range of 0.2 s; of the unit of 0.01 s where it has no other end
+        (0.1, -0.0999, True), (0.1, -0.0997, False), (0.1, 0.0999, True), (0.1, 0.0997, False),
+        (np.inf, -0.099992, True), (np.inf, -0.09998, False),
+    ],
+)  # fmt: skip
+def test_a_number_of_the_base_at_an_end_of_its_range_is_told(upper, late, told):
+    ball = throw(1, 0.02)
+    ball.parameters = (ball.parameters[0], replace(ball.parameters[1], upper=upper))
+    fitter = Fitter(ball, np.full((1, 1, 1), 50.0))
+    fit = fitter.fit(np.array([14.9, late]), [Term(Drag, np.array([0.0]))], iterations=0)
+    ends = invariants.parameters_at_ends(fitter, fit)
+    assert ends == ({"late": f"late = {late:.5g} (range -0.1 to {upper:g})"} if told else {})
+
+
+class Sided(Sum):
+    """Level and slope of both channels, and an offset of the second one, which has the effects."""
+
+    parameters = (*Sum.parameters, Parameter("side", "1", 0.0, -5.0, 5.0, 0.1))
+
+    def predict(self, sets):
+        out = np.empty((len(sets), *self.runs.measured.shape))
+        for row, one in zip(out, sets, strict=True):
+            row[:] = one.base[0] + one.base[1] * TIME
+            row[1] += one.base[2] + sum(v[0] * e.form(self.setting) for e, v in one.effects)
+        return out
+
+
+def test_only_what_leaves_the_first_channel_alone_is_fitted_with_an_effect():
+    """By least squares in the second channel, in which the slope is another one."""
+    runs = measured(36).runs
+    x = runs.measured[0]
+    y = 1.4 - 0.2 * TIME + 0.3 * (1.0 + wave(1.5)) + 0.0 * x
+    model = Sided(replace(runs, channels=("x", "y"), measured=np.stack([x, y])))
+    parameters = model.parameters
+    fitter = Fitter(model, np.array([5.0, 1.0])[:, None, None])
+    old = fitter.fit(start_base(model))
+    fit = invariants._fit_only_last(
+        fitter, old, [Term(OTHER, np.array([0.1])), Term(LONG, np.array([0.0]))]
+    )
+    assert fit.base[:2].tolist() == old.base[:2].tolist() and model.parameters is parameters
+    assert fit.terms[0].size == 0.1 and fit.terms[0].fixed == ()
+    rest = y - old.base[0] - old.base[1] * TIME - 0.1 * OTHER.form(model.setting)
+    columns = np.stack([np.ones(x.size), LONG.form(model.setting).ravel()], axis=1)
+    side, size = np.linalg.lstsq(columns, rest.ravel())[0]
+    assert (fit.base[2], fit.terms[1].size) == pytest.approx((side, size), rel=1e-4)
+    assert len(fit.free) == 5 and len(fit.jacobian) == 5
 
 
 def judged(found, left="", lawful=None, unseen=(), refits=(), monkeypatch=None):
