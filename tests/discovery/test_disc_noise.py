@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -279,3 +280,23 @@ def test_the_standard_error_of_a_place_has_the_noise_and_the_scatter_there():
     np.testing.assert_allclose(error[:, -1], scatter[-1], rtol=0.4)
     once = Turned(model.runs.subset(np.arange(0, CONDITIONS * REPEATS, REPEATS)))
     assert not replace(state, model=once).expected_errors.any()
+
+
+def test_errors_and_independent_numbers_of_a_state_by_its_noise():
+    """The variance of a mean is that of its runs over the square of their number; a level of each
+    run is one number, white noise one per node."""
+    model = Turned(measured(3).runs.subset(np.arange(1, CONDITIONS * REPEATS)))
+    runs, state = model.runs, run_search(model, []).last.state
+    scale = np.linspace(0.5, 2.0, runs.runs)
+
+    def with_noise(weights):
+        whitener = SimpleNamespace(noises=[ChannelNoise(weights, scale)])
+        metric = SimpleNamespace(whitener=whitener, scatter=np.array([0.3]))
+        return replace(state, metric=metric)
+
+    of_run = 6.0 * scale[:, None] ** 2 + (0.3 * TIME) ** 2
+    wanted = [np.sqrt(np.sum(of_run[g], axis=0)) / len(g) for g in runs.groups]
+    np.testing.assert_allclose(with_noise(TRUE).expected_errors, wanted)
+    for component, each in ((7, 1), (0, len(TIME))):
+        found = with_noise(2.0 * np.eye(9)[component]).independent
+        assert found == pytest.approx(runs.runs * each)
