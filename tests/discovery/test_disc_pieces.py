@@ -29,6 +29,12 @@ def runs_of(*inputs: np.ndarray, **more: np.ndarray) -> RunSet:
     return replace(runs, inputs={**runs.inputs, **more})
 
 
+def runs_of_any(u: np.ndarray) -> RunSet:
+    """A record of any length, of which nothing but the input is asked."""
+    one = measured(sine()).runs
+    return replace(one, inputs={"u": u[None]}, measured=np.zeros((1, 1, len(u))))
+
+
 def nodes_of(pieces, name: str) -> list[np.ndarray]:
     return list(pieces.nodes[pieces.condition == pieces.names.index(name)])
 
@@ -54,6 +60,34 @@ def test_laps_begin_where_the_input_does():
     pieces = recurring.lap_pieces(runs_of(waits))
     first = nodes_of(pieces, pieces.names[0])
     assert [n[0] for n in first] == [120 + 120 * lap for lap in range(7)]
+
+
+def test_an_input_moves_once_it_is_off_by_a_five_hundredth():
+    """Of its range, up or down; the last node before that is the first one of a lap."""
+    for sign in (1.0, -1.0):
+        values = 0.5 + sign * np.array([[0.0, 0.001, 0.0019, 0.0021, 0.1, 0.0]])
+        assert recurring._begin(values) == 2
+        two = np.concatenate([0.0 * values, values])
+        assert recurring._begin(two) == 2
+    assert recurring._begin(np.array([[0.0, 1.0, 0.0]])) == 0
+
+
+def test_a_period_is_the_first_shift_after_which_all_is_equal():
+    """Within two hundredths of the range, after the input has been elsewhere."""
+    lap = np.concatenate([np.linspace(0.0, 1.0, 10), np.linspace(1.0, 0.0, 10)])
+    three = np.tile(lap, 3)
+    assert recurring._period(three[None]) == 20 and recurring._period(three[None, :39]) == 0
+    worn = three + 0.019 * (np.arange(60) >= 40)
+    assert recurring._period(worn[None]) == 20
+    worn = three + 0.021 * (np.arange(60) >= 40)
+    assert recurring._period(worn[None]) == 0
+    # the first of two swings of another size is none
+    small = np.tile(np.concatenate([lap, 0.8 * lap]), 2)
+    assert recurring._period(small[None]) == 40
+    # nor is a node of twelve that all the others are like
+    slow = np.linspace(0.0, 0.02, 30) * 15.0
+    assert recurring._period(slow[None]) == 0
+    assert recurring._period(np.tile([0.0, 1.0], 30)[None]) == 12
 
 
 def test_no_laps_where_the_input_does_not_come_again():
@@ -85,6 +119,35 @@ def test_levels_that_are_held_and_held_again():
     assert np.abs(np.diff(u, prepend=u[0]))[used].max() < 0.02 * 0.1 * np.ptp(u)
 
 
+def test_levels_that_are_nearly_the_same_are_one():
+    """In steps of a twenty-fifth of the range; held for a twenty-fifth of the record."""
+    moves = np.linspace(0.0, 1.0, 3)[1:-1]
+
+    def levels(*held: float, nodes: int = 100):
+        pieces = [np.full(nodes, h) for h in held]
+        joints = [a + (b - a) * moves for a, b in zip(held, held[1:], strict=False)]
+        u = np.concatenate([x for pair in zip(pieces, [*joints, []], strict=True) for x in pair])
+        found = recurring.level_pieces(runs_of_any(u))
+        return None if found is None else [int(n.split()[-1]) for n in found.names]
+
+    assert levels(0.0, 1.0, 0.405, 0.43, 0.0, 1.0, 0.405, 0.43) == [0, 25, 10, 11]
+    assert levels(0.0, 1.0, 0.405, 0.41, 0.0, 1.0) == [0, 25, 10]
+    # the first node of a level is not held yet: twelve are, at least
+    assert levels(0.0, 1.0, 0.0, 1.0, nodes=12) is None
+    assert levels(0.0, 1.0, 0.0, 1.0, nodes=13) == [0, 25]
+    # 26 of them, each held for 3.8 hundredths of the record; of 24 it is 4.1 hundredths
+    assert levels(*np.tile([0.0, 1.0], 13)) is None
+    assert levels(*np.tile([0.0, 1.0], 12)) == [0, 25]
+
+
+def test_an_input_that_creeps_is_not_held():
+    """By a five-hundredth of its range per node."""
+    for rate, held in ((0.0019, True), (0.0021, False)):
+        rise = rate * np.arange(20)
+        u = np.concatenate([rise, np.ones(20), 0.5 + 0.0 * rise, rise, np.ones(20)])
+        assert (recurring.level_pieces(runs_of_any(u)) is not None) is held
+
+
 def test_levels_are_too_few_or_too_short():
     steps = np.repeat([0.0, 1.0, 0.4, 0.7], SAMPLES // 4)
     assert recurring.level_pieces(runs_of(steps)) is None
@@ -113,6 +176,11 @@ def test_the_same_values_upwards_and_downwards():
     hook = np.concatenate([np.linspace(0.0, 1.0, 700), np.linspace(1.0, 0.7, 260)])
     assert recurring.up_and_down_pieces(runs_of(hook)) is None
     assert recurring.up_and_down_pieces(runs_of(u, other=u[None] ** 2)) is None
+
+
+def test_values_are_smoothed_over_five_nodes():
+    values = np.array([1.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 2.0])
+    np.testing.assert_allclose(recurring._smooth(values), [0.6, 1.4, 1.2, 1.0, 1.0, 1.4, 0.8, 1.2])
 
 
 def test_most_of_every_record_must_come_again():
