@@ -129,19 +129,21 @@ def test_derivatives_stay_inside_the_ranges():
 
 
 def test_directions_of_the_scatter_are_sums_over_the_numbers_that_are_fitted():
-    """In units of each number; what is not fitted does not scatter."""
-    ball = throw(1, 0.0)
-    fixed = replace(ball.parameters[0], name="fixed", screen=0.0)
-    ball.parameters = (*ball.parameters, fixed)
-    ball.scatter_directions = lambda base: ({"g": 0.5, "late": -0.02, "fixed": 1.0}, {"g": 1.0})
-    whole = ball.predict
-    ball.predict = lambda sets: whole([replace(one, base=one.base[:2]) for one in sets])
-    fit = Fitter(ball, np.ones((1, 1, 1))).fit(start_base(ball), iterations=0)
-    both, one = scatter_columns(ball, fit)
-    np.testing.assert_allclose(both, 5.0 * fit.jacobian[0] - 2.0 * fit.jacobian[1])
-    np.testing.assert_allclose(one, 10.0 * fit.jacobian[0])
-    ball.scatter_directions = lambda base: ()
-    assert scatter_columns(ball, fit).shape == (0, 1, ball.runs.runs, ball.runs.samples)
+    """In units of each number; what is not fitted does not scatter, nor does an effect whose
+    number has the same name."""
+    g, late = replace(Ball.parameters[0], screen=-0.1), Ball.parameters[1]
+    model = SimpleNamespace(
+        parameters=(g, late, replace(g, name="fixed", screen=0.0)),
+        scatter_directions=lambda base: ({"g": 0.5, "late": -0.02, "fixed": base[2]}, {"g": 1.0}),
+    )
+    jacobian = np.random.default_rng(1).standard_normal((3, 1, 4, 5))
+    free = ((-1, "g"), (-1, "late"), (0, "g"))
+    fit = Fit(np.ones(3), (), np.zeros((1, 4, 5)), 0.0, jacobian, free)
+    both, one = scatter_columns(model, fit)
+    np.testing.assert_allclose(both, 5.0 * jacobian[0] - 2.0 * jacobian[1])
+    np.testing.assert_allclose(one, 10.0 * jacobian[0])
+    model.scatter_directions = lambda base: ()
+    assert scatter_columns(model, fit).shape == (0, 1, 4, 5)
 
 
 def test_columns_of_effects_that_may_be_added():
