@@ -136,6 +136,66 @@ def test_a_step_is_corrected_by_half_of_its_second_derivative(bend, goal):
         assert damping == 1e-9 and point.z[0] == pytest.approx(goal + turn, rel=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("slope", "damping", "end", "next_damping"),
+    [
+        # a slope that is right: the undamped step, and next time a tenth of the damping
+        (1.0, 1e-3, 1.0, 1e-4), (1.0, 1e-7, 1.0, 1e-7),
+        # 0.757 and 0.735 of what was promised, where three quarters are enough
+        (0.67, 1.0, 1.0 / 0.67, 0.1), (0.66, 1.0, 1.0 / 0.66 / 2.0, 1.0),
+        # three times too far: of a tenth of the damping, the same and ten times it the best one
+        (1.0 / 3.0, 1.0, 1.5, 1.0), (1.0 / 3.0, 10.0, 1.5, 1.0), (1.0 / 3.0, 0.3, 0.75, 3.0),
+        # nothing is lower: ten times the damping, ten at most
+        (1.0 / 3.0, 0.01, 0.0, 0.1), (-1.0 / 3.0, 0.5, 0.0, 5.0), (-1.0 / 3.0, 10.0, 0.0, 10.0),
+    ],
+)  # fmt: skip
+def test_damping_follows_what_lowers_the_error(slope, damping, end, next_damping):
+    """z = 1, from 0, with a slope that may be wrong: the step is 1 / slope / (1 + damping)."""
+    nothing, wide = np.zeros(1), np.full(1, 9.0)
+    problem = Problem(
+        np.ones((1, 1, 1)), lambda points: np.array(points).reshape(-1, 1, 1, 1),
+        lambda _z, _p: np.ones((1, 1, 1, 1)), lambda v: v, lambda _e: 1e-9, -wide, wide,
+        nothing, nothing,
+    )  # fmt: skip
+    steps = _DampedSteps(problem, problem.points([nothing])[0], np.full((1, 1, 1, 1), slope))
+    assert steps.promised == pytest.approx(1.0)
+    point, found = steps.best(damping)
+    assert (point.z[0], found) == pytest.approx((end, next_damping), rel=1e-6)
+
+
+@pytest.mark.parametrize("most", [0, 1, 2, 5])
+def test_no_more_jacobians_are_made_than_allowed(most):
+    """The first one is not counted."""
+    problem, asked = _bent(300.0)
+    end = descend(problem, np.array([-1.2, 1.0]), jacobians=most)
+    assert asked[0] == 1 + most and end.point.energy > 1.0
+
+
+def test_no_more_steps_are_made_than_allowed():
+    problem, _ = _bent(300.0)
+    for most in (1, 3):
+        assert descend(problem, np.array([-1.2, 1.0]), steps=most).steps == most
+
+
+@pytest.mark.parametrize(("wall", "jacobians"), [(9.0, 1), (0.5, 2)])
+def test_a_step_that_a_wall_has_cut_is_checked(wall, jacobians):
+    """A linear problem, whose first step goes as far as was said: inside of all ranges it ends."""
+    a, asked = np.array([[1.0, 1.0], [0.0, 1.0]]), [0]
+
+    def jacobian(_z: np.ndarray, _predicted: np.ndarray) -> np.ndarray:
+        asked[0] += 1
+        return a.reshape(2, 1, 1, 2)
+
+    problem = Problem(
+        np.array([[[1.0, 3.0]]]), lambda points: np.array(points).reshape(-1, 1, 1, 2) @ a,
+        jacobian, lambda v: v, lambda _e: 1e-9, -WIDE, np.array([wall, 10.0]), np.zeros(2),
+        np.zeros(2),
+    )  # fmt: skip
+    end = descend(problem, np.zeros(2))
+    known = [1.0, 2.0] if wall > 1.0 else [0.5, 2.5]
+    assert end.point.z == pytest.approx(known, rel=1e-6) and asked[0] == jacobians
+
+
 def test_no_jacobian_is_made_when_none_is_left():
     problem, asked = _bent(100.0)
     given = problem.jacobian(np.array([-1.2, 1.0]), np.zeros(0))
