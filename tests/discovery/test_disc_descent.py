@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
@@ -99,6 +101,51 @@ def test_far_from_the_bottom_the_first_jacobian_is_updated(sharp):
     assert asked[0] <= 3 and end.steps <= 15
 
 
+@pytest.mark.parametrize("unit", [1e-3, 1e3])
+@pytest.mark.parametrize("start", [(-1.2, 1.0), (4.0, -3.0)])
+def test_the_way_down_does_not_depend_on_the_unit_of_the_error(unit, start):
+    ways = []
+    for u in (1.0, unit):
+        problem, asked = _bent(10.0)
+        problem = replace(
+            problem, metric=lambda v, u=u: u * v, enough=lambda _e, u=u: 1e-9 * u * u
+        )
+        end = descend(problem, np.array(start), steps=60, jacobians=60)
+        ways.append((end.steps, asked[0], end.fresh, *(round(float(z), 6) for z in end.point.z)))
+    assert ways[0] == ways[1]
+
+
+def test_a_step_that_gains_more_than_was_said_is_not_the_last():
+    """(1 - z)^2 + (6 - 5 z^2)^2 from 0, where the second part has no slope."""
+
+    def predict(points: list[np.ndarray]) -> np.ndarray:
+        return np.array([(z[0], 5.0 * z[0] ** 2) for z in points]).reshape(-1, 1, 1, 2)
+
+    problem = Problem(
+        np.array([[[1.0, 6.0]]]), predict,
+        lambda z, _p: np.array([1.0, 10.0 * z[0]]).reshape(1, 1, 1, 2), lambda v: v,
+        lambda _e: 1e-9, -WIDE[:1], WIDE[:1], np.zeros(1), np.zeros(1),
+    )  # fmt: skip
+    (z,) = descend(problem, np.zeros(1)).point.z
+    assert -2.0 * (1.0 - z) - 20.0 * z * (6.0 - 5.0 * z**2) == pytest.approx(0.0, abs=1e-3)
+
+
+@pytest.mark.parametrize(("given", "made", "steps"), [(-1.0, 1, 2), (None, 2, 6)])
+def test_a_slope_that_is_wrong_is_made_anew_or_damped(given, made, steps):
+    """One that was given for this point and leads upwards is made anew at once; one that has just
+    been made, a third of what it should be, is damped from 0.001 to 1. From there an update puts
+    it right, and at the bottom it is asked for again."""
+    problem = Problem(
+        np.ones((1, 1, 1)), lambda points: np.array(points).reshape(-1, 1, 1, 1),
+        lambda _z, _p: np.full((1, 1, 1, 1), asked.append(0) or slope), lambda v: v,
+        lambda _e: 1e-9, -WIDE[:1], WIDE[:1], np.zeros(1), np.zeros(1),
+    )  # fmt: skip
+    asked, slope = [], 1.0 if given else 1.0 / 3.0
+    columns = None if given is None else np.full((1, 1, 1, 1), given)
+    end = descend(problem, np.zeros(1), columns)
+    assert end.point.z == pytest.approx([1.0]) and (len(asked), end.steps) == (made, steps)
+
+
 def test_an_updated_jacobian_reproduces_the_last_step_and_keeps_the_rest():
     draw = np.random.default_rng(3)
     columns, change = draw.standard_normal((4, 1, 2, 5)), draw.standard_normal((1, 2, 5))
@@ -134,6 +181,32 @@ def test_a_step_is_corrected_by_half_of_its_second_derivative(bend, goal):
         ((point, damping),) = ends
         turn = np.clip(-bend * goal**2, -abs(goal), abs(goal))
         assert damping == 1e-9 and point.z[0] == pytest.approx(goal + turn, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("bend", "end"), [(5.0, [-5.0, 1.0]), (20.0, [-10.0, 1.0]), (40.0, None), (np.nan, None)]
+)
+def test_corrections_are_measured_by_what_they_change(bend, end):
+    """z0 + bend z1^2 and 10 z1, from 0 to z1 = 1: the step changes the second by 10, and the
+    correction of z0 the first by its bend. It is never larger, and left out at three times it."""
+
+    def predict(points: list[np.ndarray]) -> np.ndarray:
+        return np.array([(z[0] + bend * z[1] ** 2, 10.0 * z[1]) for z in points]).reshape(
+            -1, 1, 1, 2
+        )
+
+    columns = np.array([[1.0, 0.0], [0.0, 10.0]]).reshape(2, 1, 1, 2)
+    far = np.full(2, 99.0)
+    problem = Problem(
+        np.array([[[0.0, 10.0]]]), predict, lambda _z, _p: columns, lambda v: v, lambda _e: 1e-9,
+        -far, far, np.zeros(2), np.zeros(2),
+    )  # fmt: skip
+    at = problem.points([np.zeros(2)])[0]._replace(predicted=np.zeros((1, 1, 2)))
+    move = np.array([0.0, 1.0])
+    ends = _DampedSteps(problem, at, columns).second_order(
+        [move], [1e-9], problem.points([PROBE * move])
+    )
+    assert [list(point.z) for point, _ in ends] == [pytest.approx(end)] * (end is not None)
 
 
 @pytest.mark.parametrize(
@@ -177,23 +250,27 @@ def test_no_more_steps_are_made_than_allowed():
         assert descend(problem, np.array([-1.2, 1.0]), steps=most).steps == most
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
 @pytest.mark.parametrize(("wall", "jacobians"), [(9.0, 1), (0.5, 2)])
-def test_a_step_that_a_wall_has_cut_is_checked(wall, jacobians):
-    """A linear problem, whose first step goes as far as was said: inside of all ranges it ends."""
-    a, asked = np.array([[1.0, 1.0], [0.0, 1.0]]), [0]
+def test_a_step_that_a_wall_has_cut_is_checked(wall, jacobians, sign):
+    """A linear problem, whose first step goes as far as was said: inside of all ranges it ends.
+    The steps are those of least squares within the ranges."""
+    a, asked = np.array([[1.0, 0.0], [1.0, 1.0]]), [0]
 
     def jacobian(_z: np.ndarray, _predicted: np.ndarray) -> np.ndarray:
         asked[0] += 1
         return a.reshape(2, 1, 1, 2)
 
     problem = Problem(
-        np.array([[[1.0, 3.0]]]), lambda points: np.array(points).reshape(-1, 1, 1, 2) @ a,
-        jacobian, lambda v: v, lambda _e: 1e-9, -WIDE, np.array([wall, 10.0]), np.zeros(2),
-        np.zeros(2),
+        sign * np.array([[[4.0, 3.0]]]), lambda points: np.array(points).reshape(-1, 1, 1, 2) @ a,
+        jacobian, lambda v: v, lambda _e: 1e-9,
+        *sorted((sign * np.array([-10.0, -10.0]), sign * np.array([wall, 10.0])), key=sum),
+        np.zeros(2), np.zeros(2),
     )  # fmt: skip
-    end = descend(problem, np.zeros(2))
-    known = [1.0, 2.0] if wall > 1.0 else [0.5, 2.5]
-    assert end.point.z == pytest.approx(known, rel=1e-6) and asked[0] == jacobians
+    end = descend(problem, sign * np.array([-0.25, 1.0]))
+    known = np.array([1.0, 3.0] if wall > 1.0 else [0.5, 3.25])
+    assert end.point.z == pytest.approx(sign * known, rel=1e-6)
+    assert asked[0] == jacobians and end.steps == 2 * jacobians - 1
 
 
 def test_no_jacobian_is_made_when_none_is_left():
