@@ -11,10 +11,12 @@ import pytest
 from ball import Ball, Drag, Wind, throw
 from shapes import LONG, OTHER, TIME, measured, shape
 
+from flatplank_analysis.discovery import fit as fits
 from flatplank_analysis.discovery.effect import Effect, call_hook, variants_of
 from flatplank_analysis.discovery.fit import (
     Fit,
     Fitter,
+    Task,
     Term,
     doubling_step,
     fit_whitened,
@@ -109,6 +111,69 @@ def test_what_is_known_goes_from_an_end_of_its_range_back_to_its_null():
         np.testing.assert_allclose(found.predicted, ball.predict([found.parameter_set()])[0])
     inside = replace(fit, base=np.array([14.9, 0.1]))
     assert fitter.known_at_null(inside) is inside
+
+
+def test_a_whitened_fit_makes_as_many_jacobians_as_it_may(monkeypatch):
+    """That of the fit counts as one; known numbers and their priors stay outside."""
+    ball = Known(throw(1, 0.0).runs)
+    ball.parameters = (ball.parameters[0], replace(ball.parameters[1], prior=0.05))
+    fitter = Fitter(ball, np.ones((1, 1, 1)))
+    start, asked = fitter.fit(start_base(ball), iterations=1), []
+
+    def ended(problem, z, columns, jacobians):
+        asked.append((problem, z, columns, jacobians))
+        return SimpleNamespace(point=problem.points([z])[0], columns=columns + 1.0)
+
+    monkeypatch.setattr(fits, "descend", ended)
+    for most in (1, 5):
+        found = fit_whitened(lambda values: 3.0 * values, fitter, start, most)
+        problem, z, columns, jacobians = asked.pop()
+        assert jacobians == most - 1 and z == pytest.approx([start.base[1] / 0.01])
+        np.testing.assert_allclose(columns, start.jacobian[1:])
+        assert (problem.lower, problem.upper) == (pytest.approx([-10.0]), pytest.approx([10.0]))
+        assert problem.centre == [0.0] and problem.strength == pytest.approx([0.04])
+        assert problem.enough(1e9) == 0.5
+        np.testing.assert_allclose(found.fit.jacobian - start.jacobian, [[[[0.0]]], [[[1.0]]]]
+                                   + np.zeros_like(start.jacobian))  # fmt: skip
+        left = np.sum(start.residual(ball.runs.measured) ** 2)
+        assert found.chi2 == pytest.approx(9.0 * left + 0.04 * z[0] ** 2)
+
+
+def test_a_term_that_goes_takes_its_rows_along():
+    ball = throw(1, 0.0)
+    fitter = Fitter(ball, np.full((1, 1, 1), 4.0))
+    terms = [Term(Drag, np.array([0.03])), Term(Wind, np.array([-0.2]))]
+    fit = fitter.fit(start_base(ball), terms, iterations=0)
+    for index, rows in ((0, [0, 1, 3]), (1, [0, 1, 2])):
+        less = fitter.without_term(fit, index)
+        (left,) = less.terms
+        assert left.effect is terms[1 - index].effect and less.free[2] == (0, "ak"[index])
+        assert left.values == pytest.approx(terms[1 - index].values)
+        np.testing.assert_array_equal(less.jacobian, fit.jacobian[rows])
+        np.testing.assert_allclose(less.predicted, ball.predict([less.parameter_set()])[0])
+    off = replace(fit, predicted=ball.runs.measured - 0.5)
+    assert fitter.error(off) == pytest.approx(4.0 * 0.5 * np.sqrt(off.predicted.size))
+
+
+def test_what_is_fitted_and_how_it_is_packed():
+    """Numbers with a step, and those of an effect that are not held; in units of each."""
+    held = make_dataclass(
+        "held", [(n, float, param(1.0, unit="1", bounds=(0, 2), screen=0.5)) for n in "bc"],
+        bases=(Effect,), frozen=True,
+    )  # fmt: skip
+    ball = throw(1, 0.0)
+    ball.parameters = (replace(ball.parameters[0], screen=0.0), ball.parameters[1])
+    fitter = Fitter(ball, np.ones((1, 1, 1)))
+    terms = [Term(held, np.array([0.5, 1.5]), ("b",)), Term(held, np.array([0.2, 0.8]))]
+    task = Task(fitter, np.array([9.5, 0.03]), terms)
+    assert task.free == ((-1, "late"), (0, "c"), (1, "b"), (1, "c"))
+    z = task.pack(np.array([9.5, 0.03]), terms)
+    assert z == pytest.approx([3.0, 3.0, 0.4, 1.6])
+    assert task.lower == pytest.approx([-10.0, 0.0, 0.0, 0.0])
+    assert task.upper == pytest.approx([10.0, 4.0, 4.0, 4.0])
+    base, (one, other) = task.unpack(z + 0.1)
+    assert base == pytest.approx([9.5, 0.031]) and one.fixed == ("b",)
+    assert one.values == pytest.approx([0.5, 1.55]) and other.values == pytest.approx([0.25, 0.85])
 
 
 def test_derivatives_stay_inside_the_ranges():
