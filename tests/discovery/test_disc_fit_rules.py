@@ -19,6 +19,7 @@ from flatplank_analysis.discovery.fit import (
     Task,
     Term,
     doubling_step,
+    effect_contribution,
     fit_whitened,
     priors,
     scale_of,
@@ -49,6 +50,7 @@ def test_the_unit_in_which_a_number_is_fitted():
     assert scale_of(p) == 0.2
     assert scale_of(replace(p, screen=0.0)) == pytest.approx(0.02 * 5.0)
     assert scale_of(replace(p, screen=0.0, upper=np.inf)) == 3.0
+    assert scale_of(replace(p, screen=0.0, lower=-np.inf, null=-3.0)) == 3.0
     assert scale_of(replace(p, screen=0.0, upper=np.inf, null=0.0)) == 1.0
     entry = SimpleNamespace(parameter=replace(p, prior=0.5), scale=0.2)
     centre, width = priors([entry])
@@ -245,6 +247,23 @@ def test_columns_of_effects_that_may_be_added():
         made(endless)
 
 
+def test_a_number_ends_a_millionth_of_its_unit_before_its_range():
+    ball = throw(1, 0.0)
+    fitter = Fitter(ball, np.ones((1, 1, 1)))
+    for away, bound in ((0.9e-8, ("late",)), (1.1e-8, ()), (1e-6, ())):
+        fit = fitter.fit(np.array([9.0, 0.1 - away]), iterations=0)
+        assert fit.at_bound == bound
+
+
+def test_a_plain_fit_does_not_depend_on_the_unit_of_the_error():
+    ball, ends = throw(1, 0.0), []
+    for unit in (1.0, 1e-3, 1e3):
+        fit = Fitter(ball, np.full((1, 1, 1), unit)).fit(np.array([14.0, -0.09]))
+        assert fit.chi2 == pytest.approx(unit**2 * np.sum(fit.residual(ball.runs.measured) ** 2))
+        ends.append(fit.base)
+    np.testing.assert_allclose(ends[1:], [ends[0]] * 2, rtol=1e-9)
+
+
 def test_growth_of_an_effect_by_its_own_size():
     ball = throw(1, 0.0)
     fitter = Fitter(ball, np.ones((1, 1, 1)))
@@ -252,6 +271,19 @@ def test_growth_of_an_effect_by_its_own_size():
     fit = fitter.fit(start_base(ball), terms, iterations=0)
     assert doubling_step(fit, 0).tolist() == pytest.approx([0.0, 0.0, 3.0, 0.0])
     assert doubling_step(fit, 1).tolist() == pytest.approx([0.0, 0.0, 0.0, -4.0])
+    np.testing.assert_allclose(effect_contribution(fit, 0), 3.0 * fit.jacobian[2])
+    # its size counts from the null, and what is no size of it does not grow
+    size, place = (
+        param(1.0, unit="1", bounds=(0, 9), screen=0.5), param(2.0, unit="m", bounds=(0, 9)),
+    )  # fmt: skip
+    from_one = make_dataclass(
+        "from_one", [("a", float, size), ("at", float, place)], bases=(Effect,), frozen=True
+    )
+    free = ((-1, "g"), (0, "a"), (0, "at"), (1, "a"), (1, "at"))
+    terms = tuple(Term(from_one, np.array(v)) for v in ((3.0, 4.0), (0.5, 6.0)))
+    fit = replace(fit, terms=terms, free=free)
+    assert doubling_step(fit, 0).tolist() == [0.0, 4.0, 0.0, 0.0, 0.0]
+    assert doubling_step(fit, 1).tolist() == [0.0, 0.0, 0.0, -1.0, 0.0]
 
 
 def test_settings_that_an_effect_does_not_have_are_refused():

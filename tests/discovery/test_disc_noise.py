@@ -11,9 +11,12 @@ import pytest
 from shapes import CONDITIONS, NOISE, REPEATS, TIME, Sum, measured
 
 from flatplank_analysis.discovery import noise as noises
+from flatplank_analysis.discovery.fit import Fitter
+from flatplank_analysis.discovery.model import FormError
 from flatplank_analysis.discovery.noise import ChannelNoise, fit_noise, freedom_of, make_whitener
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.discovery.search import run_search
+from flatplank_analysis.discovery.state import make_state, start_base
 
 LONG = 135.0
 TRUE = np.array([1.0, 0.0, 0.0, 2.0, 0.0, 3.0, 0.0, 0.0, 0.0])
@@ -300,3 +303,38 @@ def test_errors_and_independent_numbers_of_a_state_by_its_noise():
     for component, each in ((7, 1), (0, len(TIME))):
         found = with_noise(2.0 * np.eye(9)[component]).independent
         assert found == pytest.approx(runs.runs * each)
+
+
+class Pair(Sum):
+    """Two channels of one law."""
+
+    def predict(self, sets):
+        return np.repeat(super().predict(sets)[:, :1], 2, axis=1)
+
+
+def test_the_error_of_the_form_is_noise_of_the_other_channels():
+    """A tenth of the largest mean signal, which is 1.4: 0.14 beside a noise of 0.05."""
+    runs = measured(37).runs
+    both = np.concatenate([runs.measured, measured(38).runs.measured])
+    model = Pair(replace(runs, channels=("x", "y"), measured=both))
+    fitter = Fitter(model, np.ones((2, 1, 1)))
+    fit = fitter.fit(start_base(model))
+    plain = make_state(model, fitter, fit, []).metric.whitener.noises
+    model.form = FormError(mean=0.5, side=0.1)
+    first, second = make_state(model, fitter, fit, []).metric.whitener.noises
+    np.testing.assert_allclose(first.weights, plain[0].weights)
+    assert plain[1].weights.sum() == pytest.approx(NOISE**2, rel=0.2)
+    assert second.weights.sum() == pytest.approx(0.14**2, rel=0.05)
+
+
+def test_where_nothing_is_repeated_the_residual_is_the_noise_and_rest_is_the_floor():
+    runs = measured(39).runs.subset(np.arange(0, CONDITIONS * REPEATS, REPEATS))
+    for known, floor in (({"rest": (0.03,)}, 0.03), ({"rest": (0.07,)}, 0.07)):
+        model = Sum(replace(runs, **known))
+        fitter = Fitter(model, np.ones((1, 1, 1)))
+        state = make_state(model, fitter, fitter.fit(start_base(model)), [])
+        assert state.floors[0].floor == pytest.approx(floor)
+        (noise,) = state.metric.whitener.noises
+        assert noise.weights.sum() == pytest.approx(NOISE**2, rel=0.2)
+        beyond = max(state.runs.rmse(state.residual[0]) ** 2 - floor**2, 0.0)
+        assert state.floors[0].unexplained == pytest.approx(np.sqrt(beyond))
