@@ -322,6 +322,8 @@ def test_an_effect_says_what_it_is_fitted_by():
     sets = made.with_values(np.array([[1.0, 2.0], [3.0, 4.0]]), 2)
     assert sets.b.shape == (2, 1, 1) and sets.b.ravel().tolist() == [2.0, 4.0]
     assert made.size({"a": 7.0, "b": 8.0}) == 8.0 and Effect.scanned(None) == 1
+    # one refit, from the screened size
+    assert made.starts() == (1.0,) and made.held() == () and made.variants(None, None) == [{}]
 
 
 def test_runs_means_contrasts_and_some_of_them():
