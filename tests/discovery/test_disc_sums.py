@@ -35,7 +35,7 @@ def test_sizes_and_their_covariance_by_least_squares():
 
 def test_of_a_stiff_direction_as_much_is_taken_out_as_its_size_is_uncertain():
     """e' (1 + s^2 g g')^-1 e, the generalised least squares of a random size s in every run."""
-    stiff, scatter = numbers(3, 2, 1, RUNS, 30), np.array([0.4, 2.0])
+    stiff, scatter = numbers(3, 2, 1, RUNS, 30), np.array([0.4, 0.9])
     values = numbers(4, 2, 1, RUNS, 30)
     found = Metric(plain(30), stiff, scatter).gram(values[0], values)
     for r in range(RUNS):
@@ -50,6 +50,34 @@ def test_of_a_stiff_direction_as_much_is_taken_out_as_its_size_is_uncertain():
     assert total[2] == pytest.approx(found.energy[1] + found.energy[3])
     still = Metric(plain(30), stiff, np.zeros(2)).gram(values[0], values)
     np.testing.assert_allclose(still.energy, np.sum(values[0, 0] ** 2, axis=1))
+
+
+def test_priors_are_one_run_more():
+    """Ridge regression: the first two columns have priors, the third has none."""
+    columns, e = numbers(24, RUNS, 3, 20), numbers(25, RUNS, 20)
+    gram = Gram.of(columns, e)
+    more = gram.with_priors(np.array([4.0, 9.0]), np.array([0.5, -1.5]))
+    assert more.energy.tolist() == [*gram.energy.tolist(), 0.0]
+    np.testing.assert_array_equal(more.products[:-1], gram.products)
+    products, scores, energy = more.total()
+    np.testing.assert_allclose(products, gram.total()[0] + np.diag([4.0, 9.0, 0.0]))
+    np.testing.assert_allclose(scores, gram.total()[1] + [0.5, -1.5, 0.0])
+    assert energy == pytest.approx(np.sum(e**2))
+
+
+def test_channels_that_a_column_leaves_alone_stay_zero():
+    """Of two channels, the second one with half of the noise in one run."""
+    samples = 15
+    scale = np.where(np.arange(RUNS) == 2, 0.5, 1.0)
+    unit = [ChannelNoise(np.eye(8)[0], s) for s in (np.ones(RUNS), scale)]
+    factors = {(c, 0): (c + 1.0) * np.eye(samples) for c in range(2)}
+    whitener = Whitener(np.arange(samples), factors, np.zeros(RUNS, int), unit)
+    values = -np.abs(numbers(26, 3, 2, RUNS, samples))
+    values[1, 0] = values[2] = 0.0
+    white = Metric(whitener, values[:0], np.zeros(0))(values)
+    assert white.shape == (3, RUNS, 2 * samples)
+    wanted = np.concatenate([values[:, 0], 2.0 * values[:, 1] / scale[:, None]], axis=2)
+    np.testing.assert_allclose(white, wanted)
 
 
 def test_scatter_of_a_stiff_direction_beyond_noise_and_drift():
