@@ -35,7 +35,7 @@ def test_sizes_and_their_covariance_by_least_squares():
 
 def test_of_a_stiff_direction_as_much_is_taken_out_as_its_size_is_uncertain():
     """e' (1 + s^2 g g')^-1 e, the generalised least squares of a random size s in every run."""
-    stiff, scatter = numbers(3, 2, 1, RUNS, 30), np.array([0.4, 0.9])
+    stiff, scatter = numbers(3, 3, 1, RUNS, 30), np.array([0.4, 0.9, 0.6])
     values = numbers(4, 2, 1, RUNS, 30)
     found = Metric(plain(30), stiff, scatter).gram(values[0], values)
     for r in range(RUNS):
@@ -48,8 +48,10 @@ def test_of_a_stiff_direction_as_much_is_taken_out_as_its_size_is_uncertain():
     total = found.total([1, 3])
     np.testing.assert_allclose(total[0], found.products[1] + found.products[3])
     assert total[2] == pytest.approx(found.energy[1] + found.energy[3])
-    still = Metric(plain(30), stiff, np.zeros(2)).gram(values[0], values)
-    np.testing.assert_allclose(still.energy, np.sum(values[0, 0] ** 2, axis=1))
+    # little scatter changes little, and none nothing
+    for size in (0.0, 1e-6):
+        still = Metric(plain(30), stiff, size * scatter)
+        np.testing.assert_allclose(still(values), values[:, 0], atol=1e-5)
 
 
 def test_priors_are_one_run_more():
