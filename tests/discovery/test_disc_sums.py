@@ -111,6 +111,24 @@ def test_scatter_of_a_stiff_direction_beyond_noise_and_drift():
     assert len(scatter_of(runs, plain(runs.samples), contrast, column[:0])) == 0
 
 
+@pytest.mark.parametrize(("pairs", "drift"), [(2, False), (3, True), (CONDITIONS, True)])
+def test_two_spare_runs_are_too_few_for_a_drift(pairs, drift):
+    """Conditions measured twice, the others once; the drift takes one of the spare runs."""
+    rows = [r for g in GROUPS[:pairs] for r in g[:2]] + [g[0] for g in GROUPS[pairs:]]
+    runs = measured(0).runs.subset(np.array(rows))
+    column = numbers(5, 1, 1, 1, runs.samples) * np.ones((1, 1, runs.runs, 1))
+    h = float(np.sum(column[0, 0, 0] ** 2))
+    sizes = runs.contrast(numbers(27, runs.runs, 1))[:, 0]
+    within = runs.contrast(runs.order[:, None])[:, 0]
+    rest = sizes - drift * within * (within @ sizes) / (within @ within)
+    unit = ChannelNoise(np.eye(8)[0], np.ones(runs.runs))
+    whitener = replace(plain(runs.samples), base_of=np.zeros(runs.runs, int), noises=[unit])
+    contrast = sizes[None, :, None] * column[0]
+    free = pairs - drift
+    (found,) = scatter_of(runs, whitener, contrast, column)
+    assert found**2 == pytest.approx((h * rest @ rest - free) / (h * free))
+
+
 def test_scores_of_an_amplitude_with_the_base_taken_out():
     base, x, e = numbers(7, RUNS, 2, 40), numbers(8, RUNS, 1, 40), numbers(9, RUNS, 40)
     gram = Gram.of(np.concatenate([base, x], axis=1), e)
