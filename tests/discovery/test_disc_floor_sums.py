@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from draws import RUNS, SPARE, numbers
+from draws import RUNS, SPARE, numbers, without
 from scipy.stats import f as f_distribution
 from shapes import CONDITIONS, NOISE, OTHER, REPEATS, measured, shape, wave
 
@@ -54,18 +54,23 @@ def test_contrasts_lose_what_differs_between_repeats_and_is_known():
     assert np.abs(floor.clean_contrasts(runs, shared[0], [block])).max() < 1e-12
 
 
-def test_columns_must_explain_more_than_as_many_numbers_of_noise():
-    """One form with other sizes in every run: seventeen independent numbers, of which a block of
-    eight columns takes eight. What it explains is compared with the nine that are left."""
+@pytest.mark.parametrize("others", [0, 9])
+def test_columns_must_explain_more_than_as_many_numbers_of_noise(others):
+    """At the level of 0.005 for all that may be chosen from. One form with other sizes in every
+    run: seventeen independent numbers, of which a block of eight columns takes eight. What it
+    explains is compared with the nine that are left."""
     runs = measured(0).runs
     form = numbers(16, runs.samples)
     sizes = np.linalg.svd(runs.contrast(numbers(23, RUNS, SPARE)))[0][:, :SPARE]
     block, inside, beside = sizes[:, :8].T, sizes[:, :8].sum(axis=1), sizes[:, 8:].sum(axis=1)
     columns = block[:, :, None] * form
+    # of another form, which nothing has
+    away = without(form[:, None], numbers(28, runs.samples))
+    idle = [sizes[:, i][None, :, None] * away for i in range(others)]
 
     def kept(share: float) -> bool:
         contrast = (np.sqrt(share) * inside + np.sqrt(1.0 - share) * beside)[:, None] * form
-        left = floor.clean_contrasts(runs, contrast, [columns])
+        left = floor.clean_contrasts(runs, contrast, [*idle, columns])
         # either all is left, or what is beside
         rest = np.sqrt(1.0 - share) * beside[:, None] * form
         whole = np.allclose(left, contrast)
@@ -76,11 +81,11 @@ def test_columns_must_explain_more_than_as_many_numbers_of_noise():
         contrast = (np.sqrt(share) * inside + np.sqrt(1.0 - share) * beside)[:, None] * form
         spare = floor.effective_freedom(runs, contrast) - 8.0
         ratio = share / (1.0 - share) / 8.0 * spare
-        return f_distribution.sf(ratio, 8, spare) > 0.005
+        return f_distribution.sf(ratio, 8, spare) > 0.005 / (1 + others)
 
-    shares = np.linspace(0.5, 0.98, 25)
+    shares = np.linspace(0.5, 0.99, 25)
     assert [kept(s) for s in shares] == [needed(s) for s in shares]
-    assert 5 < sum(map(kept, shares)) < 20
+    assert 5 < sum(map(kept, shares)) < 24
 
 
 def test_independent_numbers_of_contrasts():
@@ -98,6 +103,31 @@ def test_independent_numbers_of_contrasts():
     assert floor.effective_freedom(runs, white) == pytest.approx(SPARE / (1.0 - 1.0 / SPARE))
     spread = runs.contrast(numbers(17, RUNS, runs.samples))
     assert 10.0 * SPARE < floor.effective_freedom(runs, spread) <= 200.0 * SPARE
+
+
+def test_a_run_has_two_hundred_independent_numbers_at_most():
+    """Sixteen shapes of the same energy, as many as there are spare runs: no shape comes twice."""
+    runs = measured(0).runs
+    within = np.linalg.svd(runs.contrast(numbers(29, RUNS, SPARE)))[0][:, :SPARE]
+    shapes = np.linalg.qr(numbers(30, runs.samples, SPARE))[0].T
+    for unit in (1e-4, 1.0, 1e4):
+        freedom = floor.effective_freedom(runs, unit * within @ shapes)
+        assert freedom == pytest.approx(200.0 * SPARE)
+
+
+@pytest.mark.parametrize("repeats", [2, 3])
+def test_scatter_of_one_condition_alone(repeats):
+    """One form, so one number per spare run; all of it in one of eight conditions, where two
+    numbers per run would be so uneven by chance."""
+    rows = np.concatenate([REPEATS * c + np.arange(repeats) for c in range(CONDITIONS)])
+    runs = measured(0).runs.subset(rows)
+    sizes = runs.contrast(numbers(15, runs.runs, 1)) * (runs.condition == 3)[:, None]
+    spare = CONDITIONS * (repeats - 1.0)
+    numbers_of_all = spare / (1.0 - 1.0 / spare)
+    by_chance = 1.0 + 2.0 * CONDITIONS / numbers_of_all
+    for unit in (1e-4, 1.0):
+        freedom = floor.effective_freedom(runs, unit * sizes * numbers(16, runs.samples))
+        assert freedom == pytest.approx(numbers_of_all / (CONDITIONS / by_chance))
 
 
 def test_conditions_with_more_repeats_are_no_more_uneven():
@@ -157,6 +187,13 @@ def test_the_floor_and_what_is_beyond_it():
     # steps of the inputs repeat themselves; and a floor that is known is no smaller
     stepped = floor.floor_of(replace(runs, input_noise=(0.5,)), residual, cleaned)
     assert stepped.unexplained**2 == pytest.approx(found.unexplained**2 - 0.25)
+    stepped = floor.floor_of(
+        replace(runs, input_noise=(0.5,)), 0.3 * residual, cleaned, per_run=0.5
+    )
+    ratio = np.mean(np.maximum(0.09 * mean**2 - 0.25, 0.0) * counts) / pure
+    assert stepped.p_value == pytest.approx(
+        f_distribution.sf(ratio, few.freedom * CONDITIONS / spare, few.freedom)
+    )
     assert floor.floor_of(runs, residual, cleaned, least=9.0).floor == pytest.approx(9.0)
     # no error is below the floor, and no scatter below none
     below = floor.floor_of(runs, 0.1 * contrast, cleaned)
