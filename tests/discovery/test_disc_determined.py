@@ -9,8 +9,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from ball import Drag, Shake, Wind, throw
+from scipy.stats import norm
+from scipy.stats import t as student
+from shapes import CONDITIONS, REPEATS, TIME, Sum, measured
 
-from flatplank_analysis.discovery.determined import PRIOR, numbers_of
+from flatplank_analysis.discovery import determined
+from flatplank_analysis.discovery.determined import PRIOR, FittedNumber, numbers_of
 from flatplank_analysis.discovery.fit import Fitter, Term
 
 TRUTH = {"g": 9.81, "late": 0.01, "k": 0.02}
@@ -66,4 +70,83 @@ def test_what_no_run_shows_is_known_beforehand_or_not_at_all():
         number = _numbers(shown)["spare"]
         assert number.words() == words
         reach = number.interval[1] - number.value
-        assert reach == np.inf if prior == np.inf else 0.3 < reach < 0.4
+        assert reach == (np.inf if prior == np.inf else pytest.approx(norm.ppf(0.95) * prior))
+
+
+def test_what_determines_a_number_is_told_in_order():
+    """Three at most, from a tenth on."""
+
+    def told(*shares: float, end: float = 1.0) -> str:
+        listed = tuple(zip("abcde", shares, strict=False))
+        return FittedNumber("", "g", "m/s2", 9.0, (9.0 - end, 9.0 + end), listed).words()
+
+    assert told(0.5, 0.31, 0.1, 0.09) == "a 50%; b 31%; c 10%"
+    assert told(0.3, 0.3, 0.2, 0.2) == "a 30%; b 30%; c 20%"
+    assert told(0.09, 0.09) == "many conditions, a little each"
+    assert told(0.5, end=np.inf) == "not determined by these runs"
+
+
+def test_shares_of_conditions_and_of_what_is_known_beforehand():
+    """A condition is told by the first part of its name, where that is its own."""
+    runs = measured(0).runs
+    parts = np.where(runs.condition == 1, 2.0, np.where(runs.condition == 6, 1.0, 0.0))
+
+    def shares(names, prior):
+        state = SimpleNamespace(runs=replace(runs, condition_names=tuple(names)))
+        return dict(determined._shares(state, parts, prior))
+
+    found = shares([f"c{i}, 3 N" for i in range(CONDITIONS)], 4.0)
+    assert list(found)[:3] == ["c1", PRIOR, "c6"] and len(found) == CONDITIONS + 1
+    assert list(found.values())[:4] == pytest.approx([6 / 13, 4 / 13, 3 / 13, 0.0])
+    found = shares([f"3 N, c{i}" for i in range(CONDITIONS)], 0.0)
+    assert list(found)[:2] == ["3 N, c1", "3 N, c6"] and PRIOR not in found
+    assert found["3 N, c1"] == pytest.approx(2.0 / 3.0)
+
+
+def test_half_of_an_interval_by_the_scatter_among_repeats_and_by_the_prior():
+    """Student's 95 % point of the sixteen spare runs; that of the normal law for the prior."""
+    runs = measured(0).runs
+    parts, scores = np.full(runs.runs, 2.0), np.random.default_rng(1).standard_normal(runs.runs)
+    spare = CONDITIONS * (REPEATS - 1)
+    own = runs.contrast(scores[:, None])[:, 0]
+    dispersion = np.sum(own**2) / (2.0 * spare)
+    scatter = student.ppf(0.95, spare) ** 2 * dispersion * 2.0 * runs.runs
+    for prior in (0.0, 5.0):
+        reach = determined._reach(runs.groups, scores, parts, prior)
+        assert reach == pytest.approx(np.sqrt(scatter + norm.ppf(0.95) ** 2 * prior))
+
+
+def test_intervals_of_a_straight_line_by_least_squares():
+    """Two channels, the second one with a third of the weight, and a prior of the slope; in the
+    units of the parameters."""
+    runs = measured(40).runs
+    both = np.concatenate([runs.measured, 0.5 + measured(41, noise=0.2).runs.measured])
+
+    class Line(Sum):
+        parameters = (Sum.parameters[0], replace(Sum.parameters[1], prior=0.01))
+
+        def predict(self, sets):
+            return np.repeat(super().predict(sets)[:, :1], 2, axis=1)
+
+    line = Line(replace(runs, channels=("x", "y"), measured=both))
+    weight = np.array([3.0, 1.0])[:, None, None]
+    fitter = Fitter(line, weight)
+    fit = fitter.fit(np.zeros(2))
+    residual = fit.residual(both)
+    state = SimpleNamespace(fit=fit, runs=line.runs, fitter=fitter, model=line, residual=residual)
+    level, slope = determined.numbers_of(state)
+    # in steps of 0.1
+    columns = 0.1 * np.stack([np.ones_like(TIME), TIME]) * np.ones((runs.runs, 2, 1))
+    _, strength = fitter.centres_and_weights(fitter.entries(()))
+    per_run = 10.0 * columns @ np.swapaxes(columns, 1, 2)
+    inverse = np.linalg.inv(per_run.sum(axis=0) + np.diag(strength))
+    left = 9.0 * residual[0] + residual[1]
+    scores = (columns @ left[:, :, None])[:, :, 0]
+    for i, number in enumerate((level, slope)):
+        parts = np.einsum("j,rjk,k->r", inverse[i], per_run, inverse[i])
+        prior = (inverse[i, 1] * strength[1] * 0.1) ** 2
+        reach = 0.1 * determined._reach(runs.groups, scores @ inverse[i], parts, prior)
+        assert number.value == pytest.approx(fit.base[i])
+        assert number.interval == pytest.approx((number.value - reach, number.value + reach))
+        by_prior = inverse[i, 1] ** 2 * strength[1]
+        assert dict(number.shares)[PRIOR] == pytest.approx(by_prior / (by_prior + parts.sum()))
