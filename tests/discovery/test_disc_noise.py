@@ -184,6 +184,29 @@ def test_what_repeats_share_and_is_rough_is_noise_too():
     assert slow.sum() < 0.05
 
 
+def test_short_noise_is_told_from_the_residual_of_a_run_of_any_length():
+    """White noise from filtered, less what the running mean over 19 of 900 nodes takes."""
+    for component in (0, 1):
+        found = []
+        for seconds, begin in ((LONG, 0.0), (0.1 * LONG, 0.0), (LONG, 70.0)):
+            runs = lasting(seconds, 900)
+            noise = drawn(runs, 4.0 * np.eye(9)[component], 1)
+            found.append(noises._roughness(replace(runs, time=runs.time + begin), noise))
+        np.testing.assert_allclose(found[1:], [found[0]] * 2, atol=1e-6)
+        assert found[0].sum() == pytest.approx(4.0, rel=0.12) and not found[0][2:].any()
+        assert found[0][component] > 0.65 * 4.0
+
+
+@pytest.mark.parametrize("period", [60, 90])
+def test_of_a_wave_the_rough_part_is_what_the_running_mean_leaves(period):
+    """Its mean over 19 nodes is sin(19 x) / 19 sin(x); a fit of decays makes a half more of it."""
+    runs = lasting(LONG, 900)
+    x = np.pi / period
+    left = 1.0 - np.sin(19.0 * x) / (19.0 * np.sin(x))
+    wave = np.cos(2.0 * x * np.arange(900)) * np.ones((runs.runs, 1))
+    assert 1.0 < noises._roughness(runs, wave).sum() / (0.5 * left**2) < 2.0
+
+
 @pytest.mark.parametrize(("samples", "used"), [(120, 120), (900, 225)])
 def test_independent_numbers_in_a_run(samples, used):
     runs = lasting(LONG, samples)
