@@ -92,6 +92,31 @@ def test_noise_of_repeats_is_found():
     np.testing.assert_allclose(np.ptp(found[0].scale.reshape(CONDITIONS, REPEATS), axis=1), 0.0)
 
 
+@pytest.mark.parametrize("repeats", [2, 3])
+def test_noise_counts_by_spare_runs(repeats):
+    """Two thirds of the variance are in the contrasts of three repeats, and half of it in those
+    of two; a condition that scatters more is told by its scale. One run alone says nothing."""
+    rows = np.concatenate([REPEATS * c + np.arange(repeats) for c in range(CONDITIONS - 1)])
+    runs = lasting(LONG, 120).subset(np.append(rows, CONDITIONS * REPEATS - 1))
+    totals, scales = [], []
+    for seed in range(6):
+        residual = drawn(runs, TRUE, seed)
+        residual[runs.condition == 2] *= 3.0
+        residual[-1] *= 100.0
+        contrast = runs.contrast(residual)[None]
+        (noise,) = fit_noise(runs, contrast, 0.0 * contrast, _none(runs))
+        totals.append(noise.weights.sum())
+        scales.append(noise.scale)
+    # one of seven has nine times the variance
+    assert np.mean(totals) == pytest.approx(1.02 * 6.0 * (6.0 + 9.0) / 7.0, rel=0.2)
+    scale = np.mean(scales, axis=0)
+    assert scale[-1] == 1.0 and scale.argmax() // repeats == 2
+    spare = repeats - 1.0
+    for rows, ratio in ((runs.condition < 2, 7.0 / 15.0), (runs.condition == 2, 63.0 / 15.0)):
+        wanted = np.sqrt((6.0 * spare * ratio + 12.0) / (6.0 * spare + 12.0))
+        assert scale[rows].mean() == pytest.approx(wanted, rel=0.1)
+
+
 def test_noise_that_is_too_quiet_gets_larger_slow_components():
     """In equal parts, until the whole has the level; the noise of the sensor is known."""
     noise = ChannelNoise(TRUE, np.array([0.5, 1.0, 1.0, 1.0, 3.0]))
