@@ -92,6 +92,30 @@ def test_noise_of_repeats_is_found():
     np.testing.assert_allclose(np.ptp(found[0].scale.reshape(CONDITIONS, REPEATS), axis=1), 0.0)
 
 
+def test_levels_that_differ_from_run_to_run_are_found():
+    """Five sixths of the variance; as slow as a level is nothing else but fifty seconds."""
+    runs, found = lasting(LONG, 120), []
+    for seed in range(6):
+        contrast = runs.contrast(drawn(runs, np.eye(9)[0] + 5.0 * np.eye(9)[7], seed))[None]
+        (noise,) = fit_noise(runs, contrast, 0.0 * contrast, _none(runs))
+        found.append(noise.weights)
+    mean = np.mean(found, axis=0)
+    assert mean[7] > 3.0 and mean[6:8].sum() == pytest.approx(5.0, rel=0.25)
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
+def test_directions_count_by_what_they_add_to_others(unit):
+    """A millionth of the largest is none, in any unit."""
+    rows = np.random.default_rng(6).standard_normal((2, 50))
+    plane = noises._orthonormal(unit * rows)
+    np.testing.assert_allclose(plane.T @ plane, np.eye(2), atol=1e-12)
+    np.testing.assert_allclose(plane @ (plane.T @ rows.T), rows.T)
+    for share, count in ((1e-5, 2), (1e-7, 1)):
+        near = np.stack([rows[0], rows[0] + share * rows[1]])
+        assert noises._orthonormal(unit * near).shape == (50, count)
+    assert noises._orthonormal(rows[:0]).shape == (50, 0)
+
+
 @pytest.mark.parametrize("repeats", [2, 3])
 def test_noise_counts_by_spare_runs(repeats):
     """Two thirds of the variance are in the contrasts of three repeats, and half of it in those
