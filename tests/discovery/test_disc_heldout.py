@@ -12,6 +12,7 @@ from shapes import LONG, OTHER, TIME, Sum, measured
 
 from flatplank_analysis.discovery import heldout
 from flatplank_analysis.discovery.fit import Fitter, Term
+from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_analysis.discovery.state import channel_weights, make_state, start_base
 
 
@@ -64,16 +65,24 @@ def test_the_least_within_a_range_where_directions_are_nearly_alike():
     assert np.all(pull[x < high - 1e-6] < tolerance[x < high - 1e-6])
 
 
-def _by_hand(model: Sum, hidden: list[np.ndarray]) -> tuple[float, float, float]:
-    """Squared errors of a straight line and some columns (runs, samples): without the columns,
-    with sizes from the other conditions, and as fitted to all."""
-    runs, y = model.runs, model.runs.measured[0]
-    line = [np.ones_like(y), np.broadcast_to(TIME, y.shape)]
+def _by_hand(
+    model: Sum, hidden: list[np.ndarray], weight=1.0, judged=1.0
+) -> tuple[float, float, float]:
+    """Squared errors of a straight line and some columns (channels, runs, samples): without the
+    columns, with sizes from the other conditions, and as fitted to all.
+
+    weight: of the channels in the fits; judged: in the errors.
+    """
+    runs, y = model.runs, model.runs.measured
+    line = [np.ones_like(y), TIME + 0.0 * y]
 
     def fitted(columns, goal):
-        flat = np.reshape(columns, (len(columns), -1)).T
-        sizes = np.linalg.lstsq(flat, goal.ravel())[0]
-        return sizes, goal - (flat @ sizes).reshape(goal.shape)
+        flat = np.reshape([c * weight for c in columns], (len(columns), -1)).T
+        sizes = np.linalg.lstsq(flat, (goal * weight).ravel())[0]
+        return sizes, goal - np.tensordot(sizes, columns, axes=1)
+
+    def square(residual):
+        return np.sum((residual * judged) ** 2)
 
     all_sizes, everywhere = fitted([*line, *hidden], y)
     effects, left_out = np.tensordot(all_sizes[2:], hidden, axes=1), 0.0
@@ -82,8 +91,39 @@ def _by_hand(model: Sum, hidden: list[np.ndarray]) -> tuple[float, float, float]
         goal = np.where(elsewhere, y, y - effects)  # the line is that of all conditions
         sizes = fitted([*line, *(h * elsewhere for h in hidden)], goal)[0][2:]
         rest = y - np.tensordot(sizes, hidden, axes=1)
-        left_out += float(np.sum(fitted(line, rest)[1][rows] ** 2))
-    return np.sum(fitted(line, y)[1] ** 2), left_out, np.sum(everywhere**2)
+        left_out += square(fitted(line, rest)[1][:, rows])
+    return square(fitted(line, y)[1]), left_out, square(everywhere)
+
+
+class Both(Sum):
+    """Two channels of one line; the second one feels a third of the effects."""
+
+    def predict(self, sets):
+        first = super().predict(sets)[:, :1]
+        bare = super().predict([ParameterSet(one.base) for one in sets])[:, :1]
+        return np.concatenate([first, bare + (first - bare) / 3.0], axis=1)
+
+
+def test_gains_count_in_floors_and_the_error_in_the_first_channel():
+    """Sizes and line are those of the fit's weights."""
+    sizes = 0.1 + 0.06 * np.sin(5.0 * np.arange(24) // 3)
+    x = measured(42, (sizes, LONG.form)).runs
+    y = measured(43, (0.01, LONG.form), noise=0.3).runs.measured + 0.1
+    model = Both(replace(x, channels=("x", "y"), measured=np.concatenate([x.measured, y])))
+    weight = np.array([2.0, 3.0])[:, None, None]
+    fitter = Fitter(model, weight)
+    fit = fitter.fit(start_base(model), [Term(LONG, np.array([0.1]))])
+    state = make_state(model, fitter, fit, [])
+    h = LONG.form(model.setting)
+    column = np.stack([h, h / 3.0])
+    floors = np.array([1.0 / f.floor for f in state.floors])[:, None, None]
+    bare, elsewhere, _ = _by_hand(model, [column], weight, floors)
+    assert heldout.gain(state, fit, 0) == pytest.approx(1.0 - elsewhere / bare, rel=1e-3)
+    _, elsewhere, everywhere = _by_hand(model, [column], weight, np.eye(2)[0][:, None, None])
+    assert elsewhere > everywhere
+    fitted = state.runs.rmse(state.residual[0]) ** 2
+    wanted = np.sqrt(fitted + (elsewhere - everywhere) / 24 / 120)
+    assert heldout.rmse(state) == pytest.approx(wanted, rel=1e-5)
 
 
 def test_held_out_is_what_sizes_from_elsewhere_leave():
@@ -91,7 +131,7 @@ def test_held_out_is_what_sizes_from_elsewhere_leave():
     sizes = 0.1 + 0.06 * np.sin(5.0 * np.arange(24) // 3)
     model = measured(30, (sizes, LONG.form), (0.05, OTHER.form))
     state = _state(model, LONG, OTHER)
-    columns = [np.array(e.form(model.setting)) for e in (LONG, OTHER)]
+    columns = [np.array(e.form(model.setting))[None] for e in (LONG, OTHER)]
     bare, elsewhere, everywhere = _by_hand(model, columns)
     wanted = np.sqrt(state.runs.rmse(state.residual[0]) ** 2 + (elsewhere - everywhere) / 24 / 120)
     assert elsewhere > 1.01 * everywhere
