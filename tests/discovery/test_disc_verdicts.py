@@ -313,6 +313,48 @@ def test_a_campaign_that_cannot_be_decided_is_told_with_its_source():
     assert source_of(runs).to_dict().items() <= told.items()
 
 
+def test_programs_get_six_digits_and_nothing_where_there_is_no_number():
+    none = verdict.undecidable_diagnosis(measured(0).runs, 2.3456)
+    numbers = {
+        "floor": "floor_rmse", "rmse_before": "rmse_before", "rmse_after": "rmse_after",
+        "held_out_before": "held_out_before", "held_out_after": "held_out_after",
+    }  # fmt: skip
+    left = {"unexplained": "rmse", "varying": "varying", "period": "period"}
+    left["coherence"] = "coherence"
+    told = none.to_dict()
+    assert told["seconds"] == 2.35 and told["limits"] is None and told["detectable"] == {}
+    assert [told[key] for key in numbers.values()] == [None] * len(numbers)
+    assert [told["unexplained"][key] for key in left.values()] == [None] * len(left)
+    names = [*numbers, *left]
+    given = {name: (i + 1) * 1.23456789 for i, name in enumerate(names)}
+    limits = invariants.Limits(*(0.12345671 * i for i in range(1, 6)))
+    sizes = {"drag": (0.01234567, "1/m")}
+    told = replace(none, limits=limits, detectable=sizes, notes=("a", "b"), **given).to_dict()
+    values = [told[key] for key in numbers.values()]
+    values += [told["unexplained"][key] for key in left.values()]
+    assert values == [float(f"{given[name]:.6g}") for name in names]
+    assert told["limits"] == {
+        "rest": 0.123457, "stretch": 0.246913, "error_found": 0.37037, "bump": 0.493827,
+        "wave": 0.617284,
+    }  # fmt: skip
+    assert told["detectable"] == {"drag": {"size": 0.0123457, "unit": "1/m"}}
+    assert told["notes"] == ["a", "b"]
+
+
+def test_programs_get_what_is_known_of_an_effect():
+    others = (rival("alike", False, True), rival("like", True, True), rival("else", True, False))
+    found = AcceptedEffect(
+        decision(size=0.123456789, held_out_gain=0.5123456, p_repeats=1.23456e-7), rivals=others
+    )
+    told = verdict.effect_dict(found)
+    assert (told["name"], told["kind"], told["unit"]) == ("long", "machine", "1")
+    assert told["size"] == told["parameters"]["a"] == 0.123457
+    assert told["interval"] == [0.0617284, 0.185185] and told["held_out_gain"] == 0.512346
+    assert told["p_value"] == 1.23e-7
+    assert told["class"] == ["alike"] and told["weakly"] == ["like"]
+    assert [a["name"] for a in told["advice"]] == ["long", "alike"]
+
+
 def test_programs_get_the_four_clearest_places_of_a_residual():
     runs = measured(0).runs.subset(np.arange(0, 9, 3))
     bins = np.linspace(0.0, 2.0, 3)
