@@ -172,6 +172,12 @@ def test_the_same_values_upwards_and_downwards():
     # a step of the sensor back and forth is no turn
     shaken = u + np.diff(u).max() * np.cos(np.pi * np.arange(SAMPLES) / 2.0)
     assert recurring.up_and_down_pieces(runs_of(shaken)).names == pieces.names
+    # a sixth of the shorter way has as many nodes as every part; half of the range is a way
+    assert pieces.nodes.shape[1] == SAMPLES // 2 // 6
+    for back, parts in ((0.48, 6), (0.52, None)):
+        way = np.concatenate([np.linspace(0.0, 1.0, 480), np.linspace(1.0, back, 480)])
+        found = recurring.up_and_down_pieces(runs_of(way))
+        assert (found and len(found.names)) == parts
     # a little way back is none
     hook = np.concatenate([np.linspace(0.0, 1.0, 700), np.linspace(1.0, 0.7, 260)])
     assert recurring.up_and_down_pieces(runs_of(hook)) is None
