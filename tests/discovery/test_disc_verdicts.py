@@ -10,17 +10,19 @@ import numpy as np
 import pytest
 from ball import Drag, throw
 from decisions import decision, rival
-from shapes import LONG, OTHER, TIME, Sum, measured, shape, wave
+from shapes import LONG, OTHER, TIME, Sum, measured, searched, shape, wave
 
 from flatplank_analysis.discovery import invariants, verdict, where
 from flatplank_analysis.discovery.decide import UNEVEN
 from flatplank_analysis.discovery.fit import Fitter, Term
 from flatplank_analysis.discovery.model import FormError
 from flatplank_analysis.discovery.parameters import Parameter
+from flatplank_analysis.discovery.patterns import Pattern
 from flatplank_analysis.discovery.runs import Coordinate
 from flatplank_analysis.discovery.sources import source_of
 from flatplank_analysis.discovery.state import start_base
 from flatplank_analysis.discovery.steps import AcceptedEffect
+from flatplank_analysis.discovery.verdict import diagnose as unasked
 
 
 def test_limits_of_what_counts():
@@ -303,6 +305,54 @@ def test_verdicts(monkeypatch):
     assert told(one)[0] == told(one, free)[0] == verdict.FOUND
     assert told(one, group)[0] == verdict.GROUP and "cannot be told apart" in told(group)[1]
     assert "more than four" in told(crowd)[1] and "more than four" not in told(group)[1]
+
+
+def test_the_clearest_pattern_is_told_where_something_is_left(monkeypatch):
+    """Its place is that of the maps, and the period that of a wave; without one a period counts
+    from a fifth of the energy on."""
+    search = searched(measured(0), LONG)  # its verdicts are made up: `conftest.py` does not ask
+    facts = dict(coordinate="time", unit="s", start=1.0, end=1.5, size=0.2, under="", p_value=1e-9)
+    wave_, bump = (Pattern(period=period, **facts) for period in (0.31, np.nan))
+
+    def told(name, pattern, reason="5 N", share=0.21):
+        state = search.last.state
+        known = SimpleNamespace(
+            strongest=lambda *_: pattern, ranges=lambda p: {"time": (p.start, p.end)}
+        )
+        monkeypatch.setitem(vars(state), "patterns", known)
+        monkeypatch.setattr(verdict, "_verdict", lambda *_: (name, reason))
+        monkeypatch.setattr(verdict, "_period", lambda *_: (0.08, share))
+        found = unasked(search)
+        place = found.maps[0].place if found.maps[0].place == (1.0, 1.5) else None
+        return found.reason, found.period, place
+
+    near = pytest.approx
+    for name in (verdict.NONE, verdict.PARTLY):
+        assert told(name, None) == ("5 N", 0.08, None)
+        assert told(name, None, share=0.19) == ("5 N", near(np.nan, nan_ok=True), None)
+        words = "5 N; clearest is a wave of 0.31 s over time"
+        assert told(name, wave_, share=0.0) == (words, 0.31, (1.0, 1.5))
+        words = "5 N; clearest is a bump over time within 1 to 1.5 s"
+        assert told(name, bump) == (words, 0.08, (1.0, 1.5))
+        assert told(name, bump, bump.words()) == (bump.words(), 0.08, (1.0, 1.5))
+    assert told(verdict.AT_FLOOR, wave_, share=0.0)[0] == "5 N"
+
+
+def test_the_law_is_fitted_where_something_is_left(monkeypatch):
+    """Where nothing can be named, only the first step is told, and no law is asked."""
+    monkeypatch.setattr(verdict, "fit_with_law_effects", lambda search: "fitted")
+    monkeypatch.setattr(verdict, "_verdict", lambda *_: (verdict.AT_FLOOR, "nothing"))
+    for left, off, fitted in (("5 N", "", "fitted"), ("", "", None), ("5 N", "far", None)):
+        search = searched(measured(1, (0.05, LONG.form)), LONG)
+        monkeypatch.setattr(invariants, "residual_of_consequence", lambda *_, left=left: left)
+        monkeypatch.setattr(invariants, "far_off", lambda _state, off=off: off)
+        found = unasked(search)
+        assert found.search.with_law_effects == fitted
+        assert len(found.search.steps) == len(found.found) + 1 == (1 if off else 2)
+        assert found.verdict == (verdict.UNDECIDED if off else verdict.AT_FLOOR)
+        before = search.steps[0].state
+        assert found.rmse_before == found.search.model.runs.rmse(before.residual[0])
+        assert (found.rmse_after == found.rmse_before) == bool(off)
 
 
 def test_a_campaign_that_cannot_be_decided_is_told_with_its_source():
