@@ -282,3 +282,45 @@ def test_steps_are_added_up_to_the_number_of_effects_that_is_allowed(most, wante
     assert told == [(f"refits, step {n}", pytest.approx(0.05 + 0.15 * n)) for n in numbers]
     names = [frozenset(e.identifier for e in effects) for effects in chain]
     assert known == [set(names[:n]) for n in numbers]
+
+
+@pytest.mark.parametrize(
+    ("left", "last", "wanted"),
+    [((0.0, 2.1), 9.9, True), ((1.1, 0.0), 9.9, True), ((0.9, 1.9), 9.9, False),
+     ((1.1, 2.1), 10.1, False)],
+)  # fmt: skip
+def test_the_best_of_other_starts_is_fitted_to_its_end(left, last, wanted, monkeypatch):
+    """Where something of consequence is left in any channel; each start has six iterations. What
+    was given as a start stays, unless a start says otherwise."""
+    monkeypatch.setattr(
+        invariants, "limits", lambda _state, c: SimpleNamespace(rest=(1.0, 2.0)[c])
+    )
+    monkeypatch.setattr(search, "start_base", lambda _model, start: tuple(sorted(start.items())))
+    starts = [{"a": 2.0}, {"b": 3.0}, {"a": 4.0}]
+    bases = [
+        (("a", 2.0), ("c", 5.0)),
+        (("a", 1.0), ("b", 3.0), ("c", 5.0)),
+        (("a", 4.0), ("c", 5.0)),
+    ]
+    chi2 = dict(zip(bases, (30.0, 20.0, 25.0), strict=True))
+    asked = []
+
+    def fit(base, terms, iterations=25, known=None):
+        asked.append((base, terms, iterations))
+        assert known is None or (known.base, iterations) == (base, 25)
+        return SimpleNamespace(base=base, terms=terms, chi2=chi2[base], error=last)
+
+    searcher = SimpleNamespace(
+        model=SimpleNamespace(starts=starts), say=lambda *_: None, starts=1,
+        options=SimpleNamespace(start={"a": 1.0, "c": 5.0}, terms="terms"),
+        fitter=SimpleNamespace(fit=fit, error=lambda fit: fit.error),
+        step_of=lambda fit, found: (fit.base, found),
+    )  # fmt: skip
+    floors = [SimpleNamespace(unexplained=value) for value in left]
+    step = SimpleNamespace(state=SimpleNamespace(floors=floors, fit=SimpleNamespace(error=10.0)))
+    found = _Searcher.from_other_starts(searcher, step)
+    assert found == ((bases[1], []) if wanted else step)
+    tried = left != (0.9, 1.9)
+    assert searcher.starts == (4 if tried else 1)
+    every = [*((base, "terms", 6) for base in bases), (bases[1], "terms", 25)]
+    assert asked == (every if tried else [])
