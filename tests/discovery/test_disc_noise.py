@@ -73,6 +73,14 @@ def test_components_are_told_from_a_covariance():
     assert found[7] == 0.0
 
 
+def test_where_nothing_scatters_a_little_white_noise_is_left():
+    """Two hundredths of next to nothing: enough to be whitened with."""
+    t = np.linspace(0.0, LONG, 60)
+    kernels, tau = noises._components(t), np.abs(t[:, None] - t[None, :])
+    found = noises._weights(np.zeros((60, 60)), kernels, tau)
+    assert 0.0 < found[0] < 1e-12 and not found[1:].any()
+
+
 def test_noise_of_repeats_is_found():
     """What the repeats share is none; the mean of three takes a third of it."""
     runs = lasting(LONG, 330)
