@@ -304,3 +304,16 @@ def test_a_bounded_step_is_the_best_one_in_its_box(seed):
     found = bounded_step(a.T @ a, a.T @ goal, lower, upper, 0.0)
     assert np.all((found >= lower - 1e-12) & (found <= upper + 1e-12))
     assert np.sum((a @ found - goal) ** 2) <= np.sum((a @ known.x - goal) ** 2) * (1.0 + 1e-6)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("size", [1, 2, 3, 5])
+def test_a_step_that_is_pushed_to_one_side_is_the_best_one_in_its_box(size, sign):
+    """All columns and the goal are positive, so that every slope has one sign."""
+    for seed in range(30):
+        rng = np.random.default_rng(seed)
+        a, goal = rng.uniform(0.0, 1.0, (20, size)), sign * rng.uniform(0.0, 3.0, 20)
+        lower, upper = -rng.uniform(0.0, 1.0, size), rng.uniform(0.0, 1.0, size)
+        known = lsq_linear(a, goal, (lower, upper), method="bvls", tol=1e-14).x
+        found = bounded_step(a.T @ a, a.T @ goal, lower, upper, 0.0)
+        np.testing.assert_allclose(found, known, atol=1e-5)

@@ -68,6 +68,14 @@ def test_the_floor_is_taken_out_of_a_map():
     assert none.words() == "nothing beyond the floor"
 
 
+def test_what_differs_between_repeats_is_no_part_of_a_map():
+    runs = placed()
+    differs = np.tile([3.0, 0.0, -3.0], CONDITIONS)[:, None]
+    residual = np.where(PLACE < 1.2, 1.0, 0.0) + np.where(PLACE > 3.6, differs, 0.0)
+    found = maps_of(runs, residual)["place"]
+    np.testing.assert_allclose(found.share, (np.arange(24) < 6) / 6.0, atol=0.01)
+
+
 def test_bins_of_levels_angles_and_places_that_not_all_runs_see():
     runs = placed()
     values = runs.coordinates["place"].values.copy()
@@ -118,6 +126,9 @@ def test_a_place_that_is_known_comes_first():
     first, *others = where.with_given_ranges(maps[::-1], {"place": (0.95, 1.1)})
     assert first.coordinate == "place" and first.place == (0.95, 1.1)
     assert first.place_share == pytest.approx(last.share[4:6].sum())
+    even = where.make_maps(runs, np.ones((RUNS, SAMPLES)), 0.0)
+    (found, *_) = where.with_given_ranges(even, {"place": (0.95, 1.1)})
+    assert found.place_share == pytest.approx(2.0 / 24.0, rel=0.05)
     assert [m.coordinate for m in others] == [
         m.coordinate for m in maps[::-1] if m.coordinate != "place"
     ]
