@@ -105,6 +105,11 @@ def test_the_coordinate_that_orders_a_residual_comes_first():
     assert {m.coordinate for m in where.make_maps(runs, by_setting, 0.1)[:2]} <= {"setting", "own"}
     noise = rng.standard_normal((RUNS, SAMPLES))
     assert maps_of(runs, noise)["place"].p_value > 0.05
+    # a level that all runs share is order, too, though no shift along the place changes it
+    level = maps_of(runs, np.ones((RUNS, SAMPLES)))["place"]
+    assert (level.ordered, level.p_value) == pytest.approx((1.0, 1.0 / 61.0))
+    levels = maps_of(runs, rng.choice([-1.0, 1.0], (RUNS, 1)) * np.ones(SAMPLES))["place"]
+    assert levels.p_value > 0.05
 
 
 def test_the_narrowest_range_with_half_of_it():
