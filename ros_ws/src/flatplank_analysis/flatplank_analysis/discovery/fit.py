@@ -183,14 +183,14 @@ class Fitter:
         return replace(fit, terms=terms, predicted=predicted, jacobian=columns, free=task.free)
 
     def known_at_null(self, fit: Fit) -> Fit:
-        """The fit with the `known` parameters that stand at an end of their range at their nulls;
-        the same fit when none does."""
+        """The fit with the `known` parameters at their nulls; the same fit when they are there."""
         task = Task(self, fit.base, fit.terms)
         z = task.pack(fit.base, fit.terms)
-        ends = [i for i in fit.known if task.entries[i].at_end(z[i])]
-        if not ends:
+        rows = list(fit.known)
+        nulls = priors(task.entries)[0][rows]
+        if np.array_equal(z[rows], nulls):
             return fit
-        z[ends] = priors(task.entries)[0][ends]
+        z[rows] = nulls
         base, _ = task.unpack(z)
         return replace(fit, base=base, predicted=self.model.predict([task.parameter_set(z)])[0])
 

@@ -83,7 +83,7 @@ def fit_noise(
 
 def no_quieter(noise: ChannelNoise, level: float) -> ChannelNoise:
     """The same noise, with larger slow components where its total is below `level`."""
-    lacking = level**2 - float(noise.weights.sum()) * float(np.median(noise.scale)) ** 2
+    lacking = (level / float(np.median(noise.scale))) ** 2 - float(noise.weights.sum())
     if lacking <= 0.0:
         return noise
     weights = noise.weights.copy()

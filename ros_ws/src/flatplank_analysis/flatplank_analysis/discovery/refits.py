@@ -92,8 +92,7 @@ class Refits:
         return self.newest(judge, found), found
 
     def with_known_at_null(self, judge: Judge, pair: Refit) -> Refit:
-        """The refit without what `known` parameters at an end of their range have absorbed, where
-        that explains as much.
+        """The refit without what `known` parameters have absorbed, where that explains as much.
 
         They keep the values of the plain fit without the effect, whose size would lack that part.
         """
