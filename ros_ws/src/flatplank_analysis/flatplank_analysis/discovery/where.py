@@ -134,7 +134,7 @@ def _half(edges: np.ndarray, share: np.ndarray) -> tuple[float, float, float]:
     best = (len(share), 0, len(share))
     for i in range(len(share)):
         j = int(np.searchsorted(total, total[i] + 0.5))
-        if j <= len(share) and j - i < best[0] and total[min(j, len(share))] - total[i] >= 0.5:
+        if j <= len(share) and j - i < best[0]:
             best = (j - i, i, j)
     _, i, j = best
     return float(edges[i]), float(edges[j]), float(total[j] - total[i])
