@@ -109,9 +109,10 @@ def test_derivatives_of_the_mean_response():
 def test_starts_that_were_repeated_unevenly_are_averaged():
     long, short = X, X[(X > -0.05) & (X < 2.0)]
     uneven = [run(0.02, 1), run(0.02, 2), run(0.02, 1, distance=short, fx=0.0 * short)]
-    uneven[2] = replace(uneven[2], kappa=0.03)
+    uneven[2] = replace(uneven[2], kappa=0.03, name="again")
     one, two = means.with_equal_starts(uneven)
     assert (one.start, two.start) == (1, 2) and two is uneven[1]
+    assert one.name == uneven[0].name != "again"
     np.testing.assert_array_equal(one.distance, long[(long >= short[0]) & (long <= short[-1])])
     np.testing.assert_allclose(one.fx, 0.5 * np.interp(one.distance, X, uneven[0].fx))
     assert one.kappa == 0.025

@@ -119,6 +119,15 @@ def test_camber_of_the_run_reaches_the_force():
     assert end == pytest.approx(tire_state(c, 3700.0, 0.03, gamma=0.06).fy, rel=1e-3)
 
 
+def test_side_slip_takes_its_part_of_a_contact_points_force():
+    weighed = SOFT | {"RBX1": 9.0, "RCX1": 1.0, "REX1": -0.4}
+    c = shipped_tir().replaced(weighed).coefficients
+    run = slip_inputs(np.linspace(0.0, 9.0, 400), 0.03, 3700.0, alpha=0.08)
+    end = ContactPointMF(c).simulate(np.zeros((1, 0)), run)[0, 0, -1]
+    assert end == pytest.approx(tire_state(c, 3700.0, 0.03, alpha=0.08).fx, rel=1e-3)
+    assert end < 0.9 * tire_state(c, 3700.0, 0.03).fx
+
+
 @pytest.mark.parametrize("kappa", [-0.06, 0.01, 0.04])
 def test_a_contact_point_on_its_spring_against_an_ode_solver(kappa):
     """C_x du = dFx, du = (kappa - s) dx: ds/dx = (kappa - s) C_x / (dFx/ds)."""
