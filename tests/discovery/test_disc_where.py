@@ -198,11 +198,11 @@ def test_the_scatter_of_a_condition_makes_no_stretch_of_its_own():
     wide, other = runs.groups[2], runs.groups[4]
     residual = np.zeros((RUNS, SAMPLES))
     residual[wide] = np.array([-3.0, 6.0, 6.0])[:, None]
-    variance = where.variances(runs, residual)
-    assert variance[2] == pytest.approx(9.0) and not np.delete(variance, 2, axis=0).any()
+    error = where.standard_errors(runs, residual)
+    assert error[2] == pytest.approx(3.0) and not np.delete(error, 2).any()
     two = runs.subset(np.delete(np.arange(RUNS), wide[0]))
     levels = np.delete(residual + np.eye(RUNS)[wide[2]][:, None] * 4.0, wide[0], axis=0)
-    assert where.variances(two, levels)[2] == pytest.approx(4.0)
+    assert where.standard_errors(two, levels)[2] == pytest.approx(2.0)
     assert not where.events(runs, residual, 2.0, EXACT)
     residual[other, 100:110] = 3.0
     residual[wide, 200:210] += 15.0
@@ -233,5 +233,8 @@ def test_a_channel_that_stands_still_in_one_run_makes_no_stretch():
     still, *others = runs.groups[2]
     residual[still, 100:110] = 90.0
     assert not where.events(runs, residual, 2.0, EXACT)
-    residual[others, 100:110] = 80.0
+    # without the first run 24 of 46 remain, and 22 of 45
+    residual[others, 100:110] = 24.0
     assert len(where.events(runs, residual, 2.0, EXACT)) == 1
+    residual[others, 100:110] = 22.0
+    assert not where.events(runs, residual, 2.0, EXACT)

@@ -144,13 +144,14 @@ def events(
     runs: RunSet, residual: np.ndarray, limit: float, error: np.ndarray, width: float = 0.05
 ) -> list[Event]:
     """Stretches of a place coordinate where the mean residual of a condition exceeds a limit and
-    `SURE` standard errors; the worst first.
+    `SURE` standard errors, and half of which remains without any one of its repeats: a channel may
+    stand still in one run. The worst first.
 
     error (conditions, samples): expected standard error of the mean. Three repeats may be alike by
-    chance, so what they show, along the run and in the stretch, counts only where it is more.
+    chance, so what they show counts only where it is more.
     """
-    mean, own = runs.mean(residual), variances(runs, residual)
-    variance = np.maximum(own.mean(axis=1)[:, None], error**2)
+    mean = runs.mean(residual)
+    variance = np.maximum(standard_errors(runs, residual)[:, None], error) ** 2
     out: list[Event] = []
     for name, c in runs.coordinates.items():
         if not c.local:
@@ -160,23 +161,28 @@ def events(
         for i, rows in enumerate(runs.groups):
             x = c.values[rows[0]]
             cell = ((x - low) / width).astype(int)
-            count = np.bincount(cell)
-            square = np.bincount(cell, mean[i] ** 2) / np.maximum(count, 1)
-            least = np.maximum(np.bincount(cell, variance[i]), np.bincount(cell, own[i]))
-            sure = SURE * np.sqrt(least / np.maximum(count, 1))
-            level = np.sqrt(square)
-            for k in np.flatnonzero((level > np.maximum(limit, sure)) & (count > 2)):
+            level, sure = _rms(cell, mean[i] ** 2), SURE * _rms(cell, variance[i])
+            without = mean[i] + (mean[i] - residual[rows]) / max(len(rows) - 1, 1)
+            kept = np.min([_rms(cell, one**2) for one in without], axis=0)
+            clear = (level > np.maximum(limit, sure)) & (kept > 0.5 * level)
+            for k in np.flatnonzero(clear & (np.bincount(cell) > 2)):
                 found.setdefault(int(k), []).append((i, float(level[k])))
         out += _joined(name, found, low, width, runs.condition_names)
     return sorted(out, key=lambda e: -e.level)
 
 
-def variances(runs: RunSet, residual: np.ndarray) -> np.ndarray:
-    """Variance of the mean residual (conditions, samples), from the repeats of each condition,
+def _rms(cell: np.ndarray, square: np.ndarray) -> np.ndarray:
+    """Root mean square in each cell, from the squares (samples,) of its nodes."""
+    return np.sqrt(np.bincount(cell, square) / np.maximum(np.bincount(cell), 1))
+
+
+def standard_errors(runs: RunSet, residual: np.ndarray) -> np.ndarray:
+    """Standard error of the mean residual (conditions,), from the repeats of each condition,
     because the scatter of a tire grows with its force. Zero without repeats."""
-    square = runs.contrast(residual) ** 2
-    within = np.array([square[g].sum(axis=0) / max(len(g) - 1, 1) for g in runs.groups])
-    return within / np.array([len(g) for g in runs.groups])[:, None]
+    square = np.mean(runs.contrast(residual) ** 2, axis=1)
+    counts = np.array([len(g) for g in runs.groups])
+    within = np.array([float(np.sum(square[g])) for g in runs.groups])
+    return np.sqrt(within / np.maximum(counts - 1, 1) / counts)
 
 
 def _joined(name, found, low, width, labels) -> list[Event]:
