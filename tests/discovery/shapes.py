@@ -62,8 +62,12 @@ class Sum:
         for row, one in zip(out, sets, strict=True):
             row[0] = one.base[0] + one.base[1] * TIME
             for effect, values in one.effects:
-                row[0] += values[0] * effect.form(self.setting)
+                row[0] += self.part(effect, values)
         return out
+
+    def part(self, effect, values) -> np.ndarray:
+        """What an effect adds."""
+        return values[0] * effect.form(self.setting)
 
 
 def measured(seed: int, *hidden: tuple[np.ndarray | float, Form], noise: float = NOISE) -> Sum:

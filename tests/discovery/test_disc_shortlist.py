@@ -12,7 +12,7 @@ from ball import Drag, throw
 from decisions import screened
 from draws import numbers, without
 from scipy.stats import chi2
-from shapes import LONG, OTHER, TIME, Sum, measured, shape, wave
+from shapes import LONG, OTHER, Sum, measured, shape, wave
 
 from flatplank_analysis.discovery import shortlist
 from flatplank_analysis.discovery.dispersion import among_repeats, typical_dispersion
@@ -180,13 +180,8 @@ def test_an_effect_of_two_sizes_is_tried_with_their_ratio():
     pair = make_dataclass("pair", fields, bases=(Effect,), frozen=True)
 
     class Pairs(Sum):
-        def predict(self, sets):
-            out = np.empty((len(sets), *self.runs.measured.shape))
-            for row, one in zip(out, sets, strict=True):
-                row[0] = one.base[0] + one.base[1] * TIME
-                for _, (a, b) in one.effects:
-                    row[0] += a * LONG.form(self.setting) + b * OTHER.form(self.setting)
-            return out
+        def part(self, effect, values):
+            return values[0] * LONG.form(self.setting) + values[1] * OTHER.form(self.setting)
 
     for hidden, screened_sizes in (((0.1, 0.2), (5.0, 10.0)), ((0.06, 0.06), (0.0, 0.0))):
         forms = zip(hidden, (LONG.form, OTHER.form), strict=True)

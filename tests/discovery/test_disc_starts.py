@@ -96,13 +96,8 @@ def test_a_search_tells_what_it_does_and_how_long_it_took():
 class Late(Sum):
     """An effect that does nothing below 0.05: from there no fit finds it."""
 
-    def predict(self, sets):
-        out = np.empty((len(sets), *self.runs.measured.shape))
-        for row, one in zip(out, sets, strict=True):
-            row[0] = one.base[0] + one.base[1] * TIME
-            for effect, values in one.effects:
-                row[0] += max(values[0] - 0.05, 0.0) * effect.form(self.setting)
-        return out
+    def part(self, effect, values):
+        return max(values[0] - 0.05, 0.0) * effect.form(self.setting)
 
 
 def test_a_gap_that_ended_at_its_null_is_started_from_its_start_size():
