@@ -14,6 +14,8 @@ from flatplank_data.wording import span
 SURE = 3.8
 """standard errors of its condition's mean that a stretch must exceed: a p-value of 0.001 with
 twenty degrees of freedom"""
+REMAINS = 0.5
+"""share of a stretch that must remain without any one repeat of its condition"""
 
 
 @dataclass(frozen=True)
@@ -144,8 +146,8 @@ def events(
     runs: RunSet, residual: np.ndarray, limit: float, error: np.ndarray, width: float = 0.05
 ) -> list[Event]:
     """Stretches of a place coordinate where the mean residual of a condition exceeds a limit and
-    `SURE` standard errors, and half of which remains without any one of its repeats: a channel may
-    stand still in one run. The worst first.
+    `SURE` standard errors, and of which `REMAINS` is left without any one of its repeats (a channel
+    may stand still in one run); the worst first.
 
     error (conditions, samples): expected standard error of the mean. Three repeats may be alike by
     chance, so what they show counts only where it is more.
@@ -164,7 +166,7 @@ def events(
             level, sure = _rms(cell, mean[i] ** 2), SURE * _rms(cell, variance[i])
             without = mean[i] + (mean[i] - residual[rows]) / max(len(rows) - 1, 1)
             kept = np.min([_rms(cell, one**2) for one in without], axis=0)
-            clear = (level > np.maximum(limit, sure)) & (kept > 0.5 * level)
+            clear = (level > np.maximum(limit, sure)) & (kept > REMAINS * level)
             for k in np.flatnonzero(clear & (np.bincount(cell) > 2)):
                 found.setdefault(int(k), []).append((i, float(level[k])))
         out += _joined(name, found, low, width, runs.condition_names)
