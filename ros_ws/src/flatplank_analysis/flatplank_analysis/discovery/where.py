@@ -146,8 +146,8 @@ def events(
     runs: RunSet, residual: np.ndarray, limit: float, error: np.ndarray, width: float = 0.05
 ) -> list[Event]:
     """Stretches of a place coordinate where the mean residual of a condition exceeds a limit and
-    `SURE` standard errors, and of which `REMAINS` is left without any one of its repeats (a channel
-    may stand still in one run); the worst first.
+    `SURE` standard errors, and of which `REMAINS` is left without any one of its repeats: a
+    channel may stand still in one run. The worst first.
 
     error (conditions, samples): expected standard error of the mean. Three repeats may be alike by
     chance, so what they show counts only where it is more.
