@@ -38,6 +38,25 @@ def test_a_fault_of_nearly_the_right_form_is_named_though_something_is_left():
     assert "drive_backlash" in (second["name"], *second["class"])
 
 
+def test_a_weak_effect_is_named_beside_a_strong_one_that_shows_in_another_signal():
+    """A run-out explains a thousand times as much, nearly all of it in the wheel load."""
+    diagnosis, answer = diagnosed(
+        Case(
+            "pair", "plant", ("runout_1", "drive_brake_asymmetry"), 3.0, "usual", 0.01, "plain", 1
+        ),
+        24691,
+    )
+    assert score(diagnosis, answer)["right"]
+    assert diagnosis["effects"][0]["name"] == "runout_1"
+
+
+def test_one_gap_of_another_form_is_not_two():
+    """A backlash with an oil film; two gaps together explain an eighth more."""
+    case = Case("single", "forms", ("drive_backlash",), 3.0, "measured", 0.02, "plain", 0, "c")
+    diagnosis, answer = diagnosed(case, 24691)
+    assert score(diagnosis, answer)["right"] and len(diagnosis["effects"]) == 1
+
+
 def test_of_two_that_share_what_they_explain_one_goes():
     diagnosis, answer = diagnosed(
         Case("single", "plant", ("time_skew",), 3.0, "quiet", 0.02, "plain", 0, "c"), 73190

@@ -13,7 +13,7 @@ from decisions import RUNS, decision, rival, screened
 from shapes import CONDITIONS, LONG, OTHER, REPEATS, measured, shape
 
 from flatplank_analysis.discovery import backward, decide, refits, rivals, search
-from flatplank_analysis.discovery.decide import SHARE, UNEVEN, Judge
+from flatplank_analysis.discovery.decide import SAME, SHARE, UNEVEN, Judge
 from flatplank_analysis.discovery.fit import Fitter, Term, Whitened
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.rivals import AlternativeEffect
@@ -27,6 +27,7 @@ from flatplank_analysis.discovery.state import (
 from flatplank_analysis.discovery.steps import AcceptedEffect
 
 NO_RUNS = SimpleNamespace(runs=None)
+FREE = shape("free", LONG.form, generic=True)
 BEYOND = ("its interval reaches beyond its physical range",)
 
 
@@ -57,23 +58,35 @@ def test_a_free_form_has_no_sign_and_no_range():
         assert not list(decide._reasons(decision(free, interval=interval), 0.005))
 
 
-def test_a_first_effect_that_is_sure_among_repeats_needs_less_among_conditions():
-    """A further one does not: errors of the form of the first differ between conditions, too."""
+def test_an_effect_that_is_sure_among_repeats_needs_less_among_conditions():
+    """Not one that explains less than accepted effects may leave: that differs between conditions,
+    too. A free form of the law leaves nothing of the kind."""
     refused = ["not beyond the scatter among conditions"]
-    first, further = Judge(NO_RUNS, 0.0, None), Judge(NO_RUNS, 0.0, None, explained=10.0)
     sure = decision(p_repeats=9e-6, p_conditions=0.0049)
-    assert not list(first._reasons(sure)) and list(further._reasons(sure)) == refused
+    first = Judge(NO_RUNS, 0.0, None)
+    assert not list(first._reasons(sure))
+    for share, effect, reasons in ((0.99, OTHER, []), (1.01, OTHER, refused), (4.0, FREE, [])):
+        before = decision(effect, drop=share * 1000.0 / SAME)
+        assert list(replace(first, others=(before,))._reasons(sure)) == reasons
     assert list(first._reasons(replace(sure, p_repeats=1.1e-5))) == refused
     assert list(first._reasons(replace(sure, p_conditions=0.0051))) == refused
 
 
 def test_what_is_explained_already_asks_for_more():
-    judge = Judge(NO_RUNS, 0.0, None, explained=1000.0 / SHARE * 1.01)
-    assert list(judge._reasons(decision())) == [
-        f"its drop is below {100 * SHARE:g} % of what is explained already"
-    ]
-    judge = Judge(NO_RUNS, 0.0, None, explained=1000.0 / SHARE * 0.99)
-    assert not list(judge._reasons(decision()))
+    below = [f"its drop is below {100 * SHARE:g} % of what is explained already"]
+
+    def reasons(share: float, signals=(1.0,), own=(1.0,)) -> list[str]:
+        half = decision(OTHER, drop=0.5 * share * 1000.0 / SHARE, signals=signals)
+        judge = Judge(NO_RUNS, 0.0, None, others=(half, half))
+        return list(judge._reasons(decision(signals=own)))
+
+    assert reasons(1.01) == below and not reasons(0.99)
+    # where it shows in one signal, what is explained in the other does not count
+    assert reasons(4.04, (0.25, 0.75), (1.0, 0.0)) == below
+    assert not reasons(3.96, (0.25, 0.75), (1.0, 0.0))
+    assert reasons(1.01, (0.5, 0.5), (0.5, 0.5)) == below
+    assert not reasons(1e9, (0.0, 1.0), (1.0, 0.0)) and not reasons(9.0, (0.0, 1.0), (0.0, 0.0))
+    judge = Judge(NO_RUNS, 0.0, None)
     judge = replace(judge, alike={LONG.identifier: 1001.0})
     assert list(judge._reasons(decision())) == [
         "its drop does not distinguish it from a found effect"
@@ -104,10 +117,44 @@ def test_an_effect_stays_while_it_explains_something_beside_the_others():
     assert not backward.needed(weaker, [strong, weaker])
     unsure = AcceptedEffect(decision(drop=1e5, p_repeats=0.02))
     assert not backward.needed(unsure, [strong, unsure])
-    # sure enough as the first effect, and not as a further one
-    faint = AcceptedEffect(decision(drop=1e4, p_conditions=0.001))
+    # sure enough as the first effect, and not as one that others may leave
+    faint = AcceptedEffect(decision(drop=1e5 * SAME * 0.99, p_conditions=0.001))
     assert not backward.needed(faint, [strong, faint])
-    assert backward.needed(faint, [faint, AcceptedEffect(decision(drop=9e3))])
+    assert backward.needed(faint, [faint, AcceptedEffect(decision(drop=1e5 * 0.98))])
+    # in another signal than the strong one it is no small share
+    aside = AcceptedEffect(decision(drop=1.0, signals=(0.0, 1.0)))
+    strong = AcceptedEffect(decision(drop=1e5, signals=(1.0, 0.0)))
+    assert backward.needed(aside, [strong, aside])
+
+
+def test_a_gap_beside_another_one_is_what_its_form_leaves_unless_it_explains_much():
+    """Less than four tenths of what the other one explains alone; the whitened sums of squares are
+    by the terms of a fit, one of them before the found ones."""
+    gap = {"starts": classmethod(lambda cls: (1.0, 2.5))}
+    one, two = shape("one", LONG.form, **gap), shape("two", LONG.form, **gap)
+    elsewhere = shape("elsewhere", LONG.form, **gap, coordinate="load")
+    assert two.imitates(one) and not two.imitates(elsewhere)
+    assert not two.imitates(LONG) and not LONG.imitates(two)
+    chi2 = {"before": 2000.0, "before one": 1000.0, "before two": 1300.0}
+
+    def left(*effects, i, drop):
+        self = backward.Backward(
+            SimpleNamespace(without_term=lambda fit, at: fit[:at] + fit[at + 1 :]), 1, {}, {},
+            9.0, None,
+        )  # fmt: skip
+        whole = ["before", *(e.identifier for e in effects)]
+        state = SimpleNamespace(
+            whitened=SimpleNamespace(fit=whole),
+            fit_whitened=lambda fit: SimpleNamespace(fit=fit, chi2=chi2[" ".join(fit)]),
+        )
+        found = [AcceptedEffect(decision(e, drop=drop)) for e in effects]
+        return self.left_by_a_gap(SimpleNamespace(state=state, found=found), i)
+
+    for gaps in ((one, two), (two, one)):
+        first, second = gaps.index(one), gaps.index(two)
+        assert left(*gaps, i=second, drop=399.0) and not left(*gaps, i=second, drop=401.0)
+        assert left(*gaps, i=first, drop=279.0) and not left(*gaps, i=first, drop=281.0)
+    assert not left(one, elsewhere, i=1, drop=1.0) and not left(one, LONG, i=1, drop=1.0)
 
 
 def test_effects_of_a_wrong_form_and_how_much_their_sizes_differ():
@@ -174,6 +221,10 @@ def test_which_wrong_form_is_completed():
     alike = (AlternativeEffect(odd.term, False),)
     assert completed(odd, weaker, found=[AcceptedEffect(weaker, alike)]) == [weaker]
     assert completed(odd, weaker, found=[AcceptedEffect(decision(), alike)]) == [odd]
+    # it explains more than an error of the law leaves of what is found
+    for much, passing in ((0.99, [odd]), (1.01, [])):
+        before = AcceptedEffect(decision(OTHER, drop=much * odd.drop / rivals.ALIKE))
+        assert completed(odd, found=[before]) == passing
 
 
 def test_one_effect_takes_the_place_of_several_that_imitate_it():
@@ -216,7 +267,8 @@ def test_difference_that_is_no_evidence():
     assert rivals.indecisive_difference(decision(drop=1.0, dispersion=0.2)) == 20.0
     assert rivals.indecisive_difference(decision(drop=1.0, dispersion=3.0)) == 60.0
     assert rivals.indecisive_difference(decision(drop=1e4)) == pytest.approx(300.0)
-    assert rivals.indecisive_difference(decision(drop=1e4), 1e6) == pytest.approx(3000.0)
+    before = [decision(drop=4e5), decision(drop=6e5)]
+    assert rivals.indecisive_difference(decision(drop=1e4), before) == pytest.approx(3000.0)
     uneven = decision(reasons=UNEVEN[:1], drop=1e4, stretch_q=3.9e3)
     assert rivals.indecisive_difference(uneven) == pytest.approx(3.9e3)
 
@@ -327,8 +379,9 @@ def test_what_takes_the_place_of_an_effect_is_of_its_class_or_excluded():
         fit=SimpleNamespace(terms=[terms["in"]]), whitened=Whitened("whole", 1000.0),
         fit_whitened=refitted,
     )  # fmt: skip
+    judge = SimpleNamespace(state=state)
     tried = [AlternativeEffect(term, name == "a") for name, term in terms.items()]
-    found = rivals.rivals(fitter, state, 3, decision(drop=1000.0), tried, 0.0)
+    found = rivals.rivals(fitter, judge, 3, decision(drop=1000.0), tried, [])
     told = [(r.name, r.excess, r.near, r.excluded) for r in found]
     assert told == [
         ("small", 5.0, False, True), ("edge", 6.0, False, True), ("b", 7.0, False, False),
@@ -336,9 +389,21 @@ def test_what_takes_the_place_of_an_effect_is_of_its_class_or_excluded():
     ]  # fmt: skip
     assert [name for name, most in asked if most == 12] == ["b", "c"]
     # what all effects explain makes the difference that decides
-    found = rivals.rivals(fitter, state, 3, decision(drop=1000.0), tried, 1e5)
+    others = [decision(drop=1e5)]
+    found = rivals.rivals(fitter, judge, 3, decision(drop=1000.0), tried, others)
     assert {r.name for r in found if not r.excluded} == {"a", "b", "c"}
     assert ("b", 12) not in asked[-7:]
+    # neither has the form of the fault: one that explains nearly as much stays, unless its own
+    # form is much worse
+    wrong = decision(drop=1000.0, reasons=UNEVEN[:1], stretch_q=31.0)
+    told = {"c": wrong, "d": wrong}
+    judge.decide = lambda refit, index, _looked: told[refit.fit.terms[index].effect.identifier]
+    last["c"] = 299.0
+    found = rivals.rivals(fitter, judge, 3, wrong, tried, [])
+    assert {r.name for r in found if not r.excluded} == {"a", "b", "c"}
+    told["c"] = decision(reasons=(*UNEVEN, decide.NEGLIGIBLE))
+    found = rivals.rivals(fitter, judge, 3, wrong, tried, [])
+    assert {r.name for r in found if not r.excluded} == {"a", "b"}
 
 
 def test_pieces_of_the_law_are_set_free_together():

@@ -15,7 +15,7 @@ from shapes import LONG, OTHER, shape
 from flatplank_analysis.discovery import invariants, search
 from flatplank_analysis.discovery.decide import NEARLY, UNEVEN, Judge
 from flatplank_analysis.discovery.fit import Term, Whitened
-from flatplank_analysis.discovery.rivals import AlternativeEffect
+from flatplank_analysis.discovery.rivals import AlternativeEffect, Rival
 from flatplank_analysis.discovery.search import _Searcher
 from flatplank_analysis.discovery.steps import AcceptedEffect
 
@@ -158,13 +158,13 @@ def test_what_a_step_judges_its_refits_by(monkeypatch):
         assert [d.drop for d in step.refits] == [600.0, 1000.0]
         judge = judges.pop()
         assert judge.without == 4000.0 and judge.typical == "typical"
-        return judge.explained, judge.only_law, judge.uneven, judge.alike
+        return [d.drop for d in judge.others], judge.uneven, judge.alike
 
-    assert judged() == (0.0, True, (), {})
-    assert judged(law) == (900.0, True, (), {})
-    assert judged(wide) == (900.0, False, (), {"like": 40.0})
+    assert judged() == ([], (), {})
+    assert judged(law) == ([900.0], (), {})
+    assert judged(wide) == ([900.0], (), {"like": 40.0})
     uneven = ((3, pytest.approx(0.25)),)
-    assert judged(law, wide, wrong) == (2000.0, False, uneven, {"like": 40.0})
+    assert judged(law, wide, wrong) == ([300.0, 700.0, 1000.0], uneven, {"like": 40.0})
 
 
 def test_where_much_is_left_gaps_are_tried_from_their_start_sizes(monkeypatch):
@@ -233,6 +233,65 @@ def test_a_base_fitted_with_the_weights_of_the_floors_must_be_a_tenth_better(
     assert found == ((best, []) if again else step) and isinstance(searcher.fitter, Told)
 
 
+def test_a_rival_that_explains_more_takes_the_place_of_an_effect_of_a_wrong_form(monkeypatch):
+    """Of rivals that differ by less than the evidence the more common one. The new fit starts from
+    both bases, and the old effect is a suspect of the new one."""
+    rare, usual, worse, gone = (
+        shape(name, LONG.form, rarity=rarity)
+        for name, rarity in (("rare", 2), ("usual", 1), ("worse", 0), ("gone", 0))
+    )
+
+    def rival(effect, excess, excluded=False):
+        return Rival(Term(effect, np.array([0.2])), excess, True, excluded)
+
+    rivals = (rival(gone, -99.0, True), rival(rare, -50.0), rival(usual, -31.0),
+              rival(worse, -29.0))  # fmt: skip
+    suspects = tuple(
+        AlternativeEffect(Term(e, np.array([0.2])), False) for e in (rare, usual, worse, gone)
+    )
+    kept = AcceptedEffect(decision(OTHER))
+
+    def replaced(**changes):
+        old = AcceptedEffect(odd(**changes), suspects, changes.get("rivals", rivals))
+        near = SimpleNamespace(terms="terms", base="near")
+        searcher = SimpleNamespace(
+            options=SimpleNamespace(terms=("before",)),
+            fitter=SimpleNamespace(
+                without_term=lambda fit, i: (fit, i), with_term=lambda less, term: (less, term),
+                fit=lambda base, terms: SimpleNamespace(base=base, terms=terms, chi2=len(base)),
+            ),
+            step_of=lambda fit, found, near: SimpleNamespace(fit=fit, found=found, near=near),
+            backward=SimpleNamespace(retested=lambda after: [*after.found, "retested"]),
+        )  # fmt: skip
+
+        def fit_whitened(start):
+            assert start == (("white", 2), searcher.taken)
+            return SimpleNamespace(fit=near)
+
+        state = SimpleNamespace(
+            fit=SimpleNamespace(base="plain"), fit_whitened=fit_whitened,
+            whitened=SimpleNamespace(fit="white"),
+        )  # fmt: skip
+        searcher.taken = rivals[2].term
+        after = _Searcher.with_better_rival(
+            searcher, SimpleNamespace(state=state, found=[kept, old])
+        )
+        return old, after
+
+    old, after = replaced(dispersion=1.0)
+    assert after.fit.base == "near" and after.near.base == "near"
+    other, new, again = after.found
+    assert other is kept and again == "retested"
+    assert new.decision == replace(old.decision, term=rivals[2].term) and not new.rivals
+    first, *others = new.suspects
+    assert first == AlternativeEffect(old.decision.term, True)
+    assert [s.start.effect for s in others] == [rare, worse, gone]
+    # evidence is twenty times the scatter; an effect of the right form stays
+    assert replaced(dispersion=2.6)[1] is None
+    monkeypatch.setattr("test_disc_steps.odd", lambda **changes: decision())
+    assert replaced()[1] is None
+
+
 def test_a_search_goes_on_from_one_effect_that_replaces_several(monkeypatch):
     """The first step stays; the effects of the last one get their rivals."""
     monkeypatch.setattr(search, "start_base", lambda model, start: "base")
@@ -242,7 +301,11 @@ def test_a_search_goes_on_from_one_effect_that_replaces_several(monkeypatch):
         SimpleNamespace(state=state, name=name) for name in ("first", "second", "single", "third")
     )
     after = {"first": second, "single": third}
-    for replaced, wanted in ((None, [first, second]), (single, [first, single, third])):
+    for replaced, better, wanted in (
+        (None, None, [first, second]),
+        (single, None, [first, single, third]),
+        (None, third, [first, third]),
+    ):
         searcher = SimpleNamespace(
             say=lambda *_: None, model="model", effects=["effect"], looked_at={}, starts=2,
             options=SimpleNamespace(start={}, terms=()), began=0.0,
@@ -252,6 +315,7 @@ def test_a_search_goes_on_from_one_effect_that_replaces_several(monkeypatch):
             continued=lambda steps: [*steps, after[steps[-1].name]],
             single_effect_step=lambda steps, found=replaced: found,
             with_rivals=lambda step: f"rivals of the {step.name}",
+            with_better_rival=lambda step, better=better: better,
         )  # fmt: skip
         found = _Searcher.run(searcher)
         assert found.steps == wanted and searcher.bare == 3.0

@@ -67,13 +67,29 @@ def test_priors_are_one_run_more():
     assert energy == pytest.approx(np.sum(e**2))
 
 
-def test_channels_that_a_column_leaves_alone_stay_zero():
-    """Of two channels, the second one with half of the noise in one run."""
-    samples = 15
+def two_channels(samples: int) -> tuple[Whitener, np.ndarray]:
+    """A whitener of two channels, and the noise of the second one (runs,): half in one run."""
     scale = np.where(np.arange(RUNS) == 2, 0.5, 1.0)
     unit = [ChannelNoise(np.eye(8)[0], s) for s in (np.ones(RUNS), scale)]
     factors = {(c, 0): (c + 1.0) * np.eye(samples) for c in range(2)}
-    whitener = Whitener(np.arange(samples), factors, np.zeros(RUNS, int), unit)
+    return Whitener(np.arange(samples), factors, np.zeros(RUNS, int), unit), scale
+
+
+def test_shares_of_the_channels_are_those_of_their_energy_over_the_noise():
+    whitener, scale = two_channels(15)
+    values = numbers(27, 2, RUNS, 15)
+    metric = Metric(whitener, values[None][:0], np.zeros(0))
+    energy = np.sum(values[0] ** 2), np.sum((2.0 * values[1] / scale[:, None]) ** 2)
+    np.testing.assert_allclose(metric.shares(values), np.array(energy) / sum(energy))
+    values[1] = 0.0
+    assert metric.shares(values).tolist() == [1.0, 0.0]
+    assert metric.shares(0.0 * values).tolist() == [0.0, 0.0]
+
+
+def test_channels_that_a_column_leaves_alone_stay_zero():
+    """Of two channels, the second one with half of the noise in one run."""
+    samples = 15
+    whitener, scale = two_channels(samples)
     values = -np.abs(numbers(26, 3, 2, RUNS, samples))
     values[1, 0] = values[2] = 0.0
     white = Metric(whitener, values[:0], np.zeros(0))(values)

@@ -15,7 +15,7 @@ from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.search import Options, _Searcher
 from flatplank_analysis.discovery.state import start_base
-from flatplank_analysis.discovery.verdict import FOUND, NONE, PARTLY, diagnose
+from flatplank_analysis.discovery.verdict import AT_FLOOR, FOUND, LAW, NONE, PARTLY, diagnose
 
 
 def bent(c: np.ndarray, periods: float = 1.5, much: float = 0.8) -> np.ndarray:
@@ -118,6 +118,15 @@ def test_a_fault_of_another_form_goes_before_what_imitates_it():
     by_name = {d.term.effect.identifier: d for d in search.steps[0].refits}
     assert by_name["like"].accepted and by_name["swift"].misshapen
     assert names(search.last.found) == {"swift"}
+
+
+def test_a_law_that_explains_nothing_of_consequence_is_not_told():
+    law = shape("law", LONG.form, generic=True)
+    for size, said, told in ((0.02, AT_FLOOR, set()), (0.03, LAW, {"law"})):
+        search = searched(measured(21, (size, LONG.form)), law)
+        assert names(search.last.found) == {"law"}
+        result = diagnose(search)
+        assert result.verdict == said and names(result.found) == told
 
 
 def test_what_imitates_a_fault_of_another_form_goes_once_the_fault_is_found():

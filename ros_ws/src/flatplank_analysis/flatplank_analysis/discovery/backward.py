@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from flatplank_analysis.discovery import invariants
-from flatplank_analysis.discovery.decide import CONDITIONS, SHARE, Judge
+from flatplank_analysis.discovery.decide import CONDITIONS, OTHER, SHARE, Judge
 from flatplank_analysis.discovery.fit import Fit, Fitter
 from flatplank_analysis.discovery.steps import AcceptedEffect, Step
 
@@ -36,7 +36,11 @@ class Backward:
             return step
         step.found = self.retested(step)
         while len(step.found) > 1:
-            idle = [i for i, f in enumerate(step.found) if not needed(f, step.found)]
+            idle = [
+                i
+                for i, f in enumerate(step.found)
+                if not needed(f, step.found) or self.left_by_a_gap(step, i)
+            ]
             if not idle:
                 break
             # one at a time: two effects that explain the same would both be removed
@@ -50,6 +54,21 @@ class Backward:
             step = self.step_of(smaller, [step.found[i] for i in kept])
             step.found = self.retested(step)
         return step
+
+    def left_by_a_gap(self, step: Step, i: int) -> bool:
+        """True for a gap that explains no more beside another gap than that may leave by its form,
+        as a share (`OTHER`) of what it explains alone."""
+        found = [f.decision.term.effect for f in step.found]
+        alike = [j for j, effect in enumerate(found) if j != i and found[i].imitates(effect)]
+        if not alike:
+            return False
+        state, drop = step.state, step.found[i].decision.drop
+        less = state.fit_whitened(self.fitter.without_term(state.whitened.fit, self.offset + i))
+        for j in alike:
+            rest = self.fitter.without_term(less.fit, self.offset + j - (j > i))
+            if drop < OTHER * (state.fit_whitened(rest).chi2 - less.chi2):
+                return True
+        return False
 
     def retested(self, step: Step) -> list[AcceptedEffect]:
         """The effects of a step, each tested against the model without it."""
@@ -86,7 +105,7 @@ def needed(one: AcceptedEffect, found: Sequence[AcceptedEffect]) -> bool:
 
     One that explains less than another is a further effect, whichever was found first.
     """
-    own, others = one.decision, [f.decision.drop for f in found if f is not one]
-    further = own.drop < max(others) and own.p_conditions > CONDITIONS
-    beyond = own.p_repeats < own.level and not further
-    return own.drop > SHARE * sum(others) and beyond and not own.covers_zero
+    own, others = one.decision, [f.decision for f in found if f is not one]
+    further = own.drop < max(d.drop for d in others) and not own.sure_beside(others)
+    beyond = own.p_repeats < own.level and not (further and own.p_conditions > CONDITIONS)
+    return own.drop > SHARE * own.explained_by(others) and beyond and not own.covers_zero

@@ -8,7 +8,7 @@ effect's own scores among repeats and among conditions, and its size must be the
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -51,11 +51,12 @@ CONDITIONS = 0.0005
 """p-value required among conditions: strict, because they are few and because errors of the law's
 form and of accepted effects also differ between conditions"""
 SURE, CONDITIONS_OF_SURE = 1e-5, 0.005
-"""p-value among repeats of a first effect, or of one beside a free form of the law, from which on
-the second value is required among conditions: chance is excluded, and only an error of the law's
-form could look like the effect"""
+"""p-value among repeats from which on the second value is required among conditions, of an effect
+that explains more than accepted ones may leave (`SAME`): chance is excluded, and only an error of
+the law's form could look like the effect"""
 SHARE = 0.003
-"""least drop of chi2 of a further effect, as a share of the drop explained already"""
+"""least drop of chi2 of a further effect, as a share of the drop explained already in the signals
+in which it shows"""
 
 NEGLIGIBLE = "present, negligible"
 """reason that applies to a size of no consequence"""
@@ -94,6 +95,8 @@ class Decision:
     """why it was refused; empty when accepted"""
     law_error: float = 0.0
     """standard deviation of the size by the error of the force law (`FormError.law`)"""
+    signals: tuple[float, ...] = (1.0,)
+    """share of each channel in what shows the effect"""
 
     @property
     def accepted(self) -> bool:
@@ -129,6 +132,16 @@ class Decision:
     def p_value(self) -> float:
         return max(self.p_repeats, self.p_conditions)
 
+    def explained_by(self, others: Iterable[Decision]) -> float:
+        """Drop by other effects in the signals in which this one shows."""
+        weights = np.divide(self.signals, max(*self.signals, 1e-30))
+        return sum(d.drop * float(np.dot(weights, d.signals)) for d in others)
+
+    def sure_beside(self, others: Iterable[Decision]) -> bool:
+        """True when neither chance nor what other effects may leave looks like this one."""
+        named = [d for d in others if not d.term.effect.generic]
+        return self.p_repeats < SURE and self.drop > SAME * self.explained_by(named)
+
 
 @dataclass(frozen=True)
 class Judge:
@@ -138,10 +151,8 @@ class Judge:
     without: float
     """smallest whitened chi2 without the effect"""
     typical: TypicalDispersion
-    explained: float = 0.0
-    """drop of the effects that were accepted before"""
-    only_law: bool = False
-    """True when nothing but free forms of the law was accepted before"""
+    others: tuple[Decision, ...] = ()
+    """effects that were accepted before"""
     uneven: tuple[tuple[int, float], ...] = ()
     """accepted effects of a wrong form: index of the term, and `Decision.unevenness`"""
     bare: Fit | None = None
@@ -223,8 +234,29 @@ class Judge:
             held_out_gain=float("nan") if plain is None else heldout.gain(state, plain, index),
             reasons=(),
             law_error=abs(term.size) * float(np.sqrt(by_law)) / whole,
+            signals=self._signals(
+                gram, beside, fit.jacobian[[own[row] for row in beside]], base, direction
+            ),
         )
         return replace(decision, reasons=tuple(self._reasons(decision)))
+
+    def _signals(
+        self,
+        gram: Gram,
+        others: Sequence[int],
+        columns: np.ndarray,
+        effect: int,
+        direction: np.ndarray,
+    ) -> tuple[float, ...]:
+        """Share of each channel in what other columns cannot imitate of an effect.
+
+        others, effect: places in the sums of the columns (n, channels, runs, samples) and of the
+        effect's direction (channels, runs, samples).
+        """
+        products = gram.total()[0]
+        mix, _ = solve(products[np.ix_(others, others)], products[others, effect])
+        left = direction - np.tensordot(mix, columns, axes=1)
+        return tuple(map(float, self.state.metric.shares(left)))
 
     def _uneven_beside(self, fit: Fit, index: int) -> Uneven | None:
         """What the other effects of a fit may leave by their wrong form; None when nothing."""
@@ -248,9 +280,8 @@ class Judge:
         return _visible(self.state.sums(fit, own, direction[None]), range(len(own)), len(own))
 
     def _reasons(self, d: Decision) -> Iterator[str]:
-        sure = (self.only_law or not self.explained) and d.p_repeats < SURE
-        yield from _reasons(d, CONDITIONS_OF_SURE if sure else CONDITIONS)
-        if d.drop < SHARE * self.explained:
+        yield from _reasons(d, CONDITIONS_OF_SURE if d.sure_beside(self.others) else CONDITIONS)
+        if d.drop < SHARE * d.explained_by(self.others):
             yield f"its drop is below {100 * SHARE:g} % of what is explained already"
         if d.drop < self.alike.get(d.term.effect.identifier, 0.0):
             yield "its drop does not distinguish it from a found effect"

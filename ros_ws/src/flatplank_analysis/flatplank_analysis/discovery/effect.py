@@ -100,6 +100,13 @@ class Effect:
         return (1.0,)
 
     @classmethod
+    def imitates(cls, other: type[Effect]) -> bool:
+        """True for two gaps (effects with several `starts`) over the same coordinate: one gap of
+        another form looks like both together."""
+        gaps = min(len(cls.starts()), len(other.starts())) > 1
+        return gaps and cls.coordinate == other.coordinate
+
+    @classmethod
     def size(cls, values: dict[str, float]) -> float:
         """The size that is reported, from the parameter values."""
         return values[cls.main_parameter().name]

@@ -86,6 +86,13 @@ class Metric:
                 white[:, r] -= (white[:, r] @ side.T) @ side
         return white
 
+    def shares(self, values: np.ndarray) -> np.ndarray:
+        """Share of each channel (channels,) in the energy of values (channels, runs, samples), in
+        units of the noise."""
+        white = [self.whitener.apply(one[None], c) for c, one in enumerate(values)]
+        energy = np.array([np.sum(w**2) for w in white])
+        return energy / max(float(energy.sum()), 1e-30)
+
     def gram(self, residual: np.ndarray, columns: np.ndarray) -> Gram:
         """Sums of a residual (channels, runs, samples) and columns (n, ... the same)."""
         return Gram.of(np.moveaxis(self(columns), 0, 1), self(residual[None])[0])

@@ -12,8 +12,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from flatplank_analysis.discovery.decide import SHARE, Decision, at_edge
-from flatplank_analysis.discovery.fit import Fitter, Term
+from flatplank_analysis.discovery.decide import SHARE, Decision, Judge, at_edge
+from flatplank_analysis.discovery.fit import Fitter, Term, Whitened
 from flatplank_analysis.discovery.model import Model
 from flatplank_analysis.discovery.screen import (
     VISIBLE,
@@ -63,14 +63,15 @@ class Rival:
         return self.term.effect.identifier
 
 
-def indecisive_difference(decision: Decision, explained: float = 0.0) -> float:
+def indecisive_difference(decision: Decision, found: Sequence[Decision] = ()) -> float:
     """Difference of two sums of squares that does not decide between two effects.
 
-    explained: drop by all effects together; `SHARE` of it is the least drop of any effect.
+    found: all effects; `SHARE` of what they explain together is the least drop of any.
     A fault of another form leaves a larger residue, which does not decide either.
     """
     evidence = EVIDENCE * max(decision.dispersion, 1.0)
-    return max(evidence, ALIKE * decision.drop, SHARE * explained, decision.residue)
+    least = SHARE * decision.explained_by(found)
+    return max(evidence, ALIKE * decision.drop, least, decision.residue)
 
 
 def suspects(
@@ -95,26 +96,40 @@ def suspects(
 
 def rivals(
     fitter: Fitter,
-    state: State,
+    judge: Judge,
     index: int,
     decision: Decision,
     tried: Sequence[AlternativeEffect],
-    explained: float,
+    found: Sequence[Decision],
 ) -> tuple[Rival, ...]:
-    """The suspects of effect `index` after a refit in its place, the likeliest first."""
+    """The suspects of effect `index` after a refit in its place, the likeliest first.
+
+    judge: tests in the place of the effect; found: all effects of its state.
+    """
+    state = judge.state
     present = {t.effect for t in state.fit.terms}
+    undecided = indecisive_difference(decision, found)
     less = fitter.without_term(state.whitened.fit, index)
     out = []
     for suspect in tried:
         if suspect.start.effect in present:
             continue
-        found = state.fit_whitened(fitter.with_term(less, suspect.start), JACOBIANS)
-        excess = found.chi2 - state.whitened.chi2
-        if indecisive_difference(decision, explained) < excess < CLOSE * decision.drop:
-            found = state.fit_whitened(found.fit)
-            excess = found.chi2 - state.whitened.chi2
-        term = found.fit.terms[-1]
+        refit = state.fit_whitened(fitter.with_term(less, suspect.start), JACOBIANS)
+        excess = refit.chi2 - state.whitened.chi2
+        if undecided < excess < CLOSE * decision.drop:
+            refit = state.fit_whitened(refit.fit)
+            excess = refit.chi2 - state.whitened.chi2
+        term = refit.fit.terms[-1]
         small = abs(term.size) < term.effect.main_parameter().matters
-        apart = excess > indecisive_difference(decision, explained) or small or at_edge(term)
-        out.append(Rival(term, excess, suspect.near, apart))
+        apart = excess > undecided and not _of_wrong_form(judge, decision, refit, excess)
+        out.append(Rival(term, excess, suspect.near, apart or small or at_edge(term)))
     return tuple(sorted(out, key=lambda r: r.excess))
+
+
+def _of_wrong_form(judge: Judge, decision: Decision, refit: Whitened, excess: float) -> bool:
+    """True when neither an effect nor its rival has the form of the fault: that the rival explains
+    less does not decide then."""
+    if not decision.misshapen or excess > CLOSE * decision.drop:
+        return False
+    rival = judge.decide(refit, len(refit.fit.terms) - 1, 1)
+    return rival.accepted or rival.misshapen

@@ -18,7 +18,13 @@ from flatplank_analysis.discovery.effect import Effect, variants_of
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term, Whitened
 from flatplank_analysis.discovery.model import Model, starts_of
 from flatplank_analysis.discovery.refits import Refit, Refits, by_drop, preferred
-from flatplank_analysis.discovery.rivals import ALIKE, indecisive_difference, rivals, suspects
+from flatplank_analysis.discovery.rivals import (
+    ALIKE,
+    AlternativeEffect,
+    indecisive_difference,
+    rivals,
+    suspects,
+)
 from flatplank_analysis.discovery.shortlist import EVIDENCE, shortlist
 from flatplank_analysis.discovery.sources import UNDECIDED, cut_where_needed, source_of
 from flatplank_analysis.discovery.state import (
@@ -144,6 +150,10 @@ class _Searcher:
         step = steps[-1]
         self.say("effects that could stand in for what was found", 0.9)
         step.found = self.with_rivals(step)
+        better = self.with_better_rival(step)
+        if better is not None:
+            steps = [*steps[:-1], better]
+            better.found = self.with_rivals(better)
         seconds = time.perf_counter() - self.began
         return Search(
             self.model, self.effects, steps, seconds, self.looked_at, fitted, first, self.starts
@@ -230,15 +240,13 @@ class _Searcher:
         state = step.state
         # by the noise of this state; a single effect has its drop by that of the state before
         found = self.backward.retested(step) if len(step.found) == 1 else step.found
-        before = sum(f.decision.drop for f in found)
         near = [(s.start.effect.identifier, f) for f in step.found for s in f.suspects if s.near]
         alike = {name: indecisive_difference(f.decision) for name, f in near}
         judge = Judge(
             state,
             state.whitened.chi2,
             step.screen.typical,
-            before,
-            only_law=all(f.decision.term.effect.generic for f in step.found),
+            tuple(f.decision for f in found),
             uneven=uneven_terms(step, len(self.options.terms), {}),
             alike=alike,
         )
@@ -362,22 +370,48 @@ class _Searcher:
                 return False
         return True
 
+    def with_better_rival(self, step: Step) -> Step | None:
+        """The step with an effect of a wrong form replaced by the rival that explains most, when
+        that explains more."""
+        offset, state = len(self.options.terms), step.state
+        for i, found in enumerate(step.found):
+            evidence = EVIDENCE * max(found.decision.dispersion, 1.0)
+            better = [r for r in found.rivals if not r.excluded and r.excess < -evidence]
+            if not better or not found.decision.misshapen:
+                continue
+            near_best = [r for r in better if r.excess < better[0].excess + evidence]
+            best = min(near_best, key=lambda r: r.term.effect.rarity)
+            less = self.fitter.without_term(state.whitened.fit, offset + i)
+            near = state.fit_whitened(self.fitter.with_term(less, best.term)).fit
+            fits = [self.fitter.fit(b, near.terms) for b in (state.fit.base, near.base)]
+            old = AlternativeEffect(found.decision.term, best.near)
+            others = [s for s in found.suspects if s.start.effect is not best.term.effect]
+            new = AcceptedEffect(replace(found.decision, term=best.term), (old, *others))
+            kept = [f for f in step.found if f is not found]
+            after = self.step_of(min(fits, key=lambda f: f.chi2), [*kept, new], near)
+            after.found = self.backward.retested(after)
+            return after
+        return None
+
     def with_rivals(self, step: Step) -> list[AcceptedEffect]:
         """The effects of a step, each with its rivals."""
         offset, fitter = len(self.options.terms), self.fitter
-        explained = sum(f.decision.drop for f in step.found)
-        return [
-            replace(f, rivals=rivals(fitter, step.state, i, f.decision, f.suspects, explained))
-            for i, f in enumerate(step.found, offset)
-        ]
+        state, found, out = step.state, [f.decision for f in step.found], []
+        for i, f in enumerate(step.found, offset):
+            without = state.whitened.chi2 + f.decision.drop
+            judge = Judge(state, without, step.screen.typical)
+            out.append(replace(f, rivals=rivals(fitter, judge, i, f.decision, f.suspects, found)))
+        return out
 
 
 def completable(tried: Sequence[Refit], found: Sequence[AcceptedEffect]) -> list[Refit]:
     """Refits of a wrong form that may be added.
 
-    They must explain more than every effect whose size differs even more, and must not be able to
-    stand in for a found effect of a wrong form: they may be what that form leaves.
+    They must explain more than every effect whose size differs even more, and more than found
+    effects may leave (`ALIKE`). They must not be able to stand in for a found effect of a wrong
+    form: they may be what that form leaves.
     """
+    before = [f.decision for f in found]
     worse = [
         d.drop
         for d, _ in tried
@@ -390,7 +424,9 @@ def completable(tried: Sequence[Refit], found: Sequence[AcceptedEffect]) -> list
     return [
         (d, fit)
         for d, fit in tried
-        if d.misshapen and d.drop > max(worse, default=0.0) and d.term.effect not in same
+        if d.misshapen
+        and d.drop > max([*worse, ALIKE * d.explained_by(before)])
+        and d.term.effect not in same
     ]
 
 

@@ -169,7 +169,7 @@ def undecidable(runs: RunSet) -> str:
 
 def diagnose(search: Search, next_run: dict[str, Any] | None = None) -> Diagnosis:
     """Judge the end of a search."""
-    runs = search.model.runs
+    runs, search = search.model.runs, _without_idle_law(search)
     verdict, reason = _unsettled(search)
     if verdict:
         search = replace(search, steps=search.steps[:1])
@@ -239,7 +239,7 @@ def _verdict(search: Search, last: Step) -> tuple[str, str]:
     lawful = with_law_effects is not None and not invariants.residual_of_consequence(
         with_law_effects, bool(last.found)
     )
-    named = [f for f in last.found if not f.decision.term.effect.generic]
+    named = _named(last)
     by_law = "; a force law of another form explains it"
     if not last.found:
         if not left:
@@ -249,7 +249,7 @@ def _verdict(search: Search, last: Step) -> tuple[str, str]:
             doubtful = unidentifiable(last.screen, search.looked_at)
             return LAW, left + by_law + ("" if doubtful else ", the machine is in order")
         return NONE, f"{left}; {_unexplained(last)}"
-    if not named and (lawful or not left):
+    if _only_law(last) and (lawful or not left):
         return LAW, "the machine is in order; the force law is of another form"
     if left:
         return PARTLY, left + (by_law if lawful else "")
@@ -259,6 +259,21 @@ def _verdict(search: Search, last: Step) -> tuple[str, str]:
     if crowd:
         return GROUP, "some effects cannot be told apart with these runs"
     return FOUND, "down to the floor"
+
+
+def _without_idle_law(search: Search) -> Search:
+    """The search without a free form of the law that explains nothing of consequence."""
+    first = search.steps[0].state
+    idle = _only_law(search.last) and not invariants.residual_of_consequence(first, False)
+    return replace(search, steps=search.steps[:1]) if idle else search
+
+
+def _named(last: Step) -> list[AcceptedEffect]:
+    return [f for f in last.found if not f.decision.term.effect.generic]
+
+
+def _only_law(last: Step) -> bool:
+    return bool(last.found) and not _named(last)
 
 
 def _unexplained(last: Step) -> str:

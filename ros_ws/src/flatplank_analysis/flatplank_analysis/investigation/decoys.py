@@ -57,7 +57,7 @@ def decoys_of(search: Search) -> Decoys:
     state = replace(last.state, candidates=[Candidate(k, {}, k.column[None]) for k in kinds])
     ranking = screens.screen(state)
     looked_at = bonferroni_divisors(kinds, state.model)
-    before = sum(f.decision.drop for f in last.found)
+    before = tuple(f.decision for f in last.found)
     judge = Judge(state, state.whitened.chi2, last.screen.typical, before)
     tried = shortlist(ranking, looked_at, REFITS)
     accepted = [i.identifier for i in tried if _passes(judge, state, i, looked_at[i.identifier])]

@@ -89,13 +89,13 @@ def questions(result: Diagnosis, evidence: Evidence, made: Sequence[Setting]) ->
 def _between(search: Search, predictor: Predictor):
     """One question per effect and rival: answered where the verdict excludes the rival, asked
     with a margin (`CLEAR`)."""
-    explained = sum(f.decision.drop for f in search.last.found)
+    decisions = [f.decision for f in search.last.found]
     for i, found in enumerate(search.last.found):
         name = found.decision.term.effect.identifier
         drop = _gain(Pair.of(search, i, None), predictor)
         for rival in found.reported:
             apart = _gain(Pair.of(search, i, rival.term), predictor)
-            needed = CLEAR * indecisive_difference(found.decision, explained) / 2.0
+            needed = CLEAR * indecisive_difference(found.decision, decisions) / 2.0
             excess = max(rival.excess / 2.0, 0.0)
             text = f"to separate {name} from {rival.name}"
             yield Question(text, min(excess, needed), needed, _beyond_indifference(apart, drop))

@@ -132,8 +132,8 @@ def _residual_proposal(
     """A proposal for the residual beside the effects that were found."""
     assert result.search is not None
     step = _cleaned(session, result.search.last)
-    explained = sum(f.decision.drop for f in result.found)
-    proposer = Proposer(step.state, session.data, step.screen.typical, explained, only, progress)
+    others = tuple(f.decision for f in result.found)
+    proposer = Proposer(step.state, session.data, step.screen.typical, others, only, progress)
     outcome = proposer.run()
     why = _refused(outcome, proposer, result)
     if why:

@@ -153,8 +153,8 @@ class Proposer:
     state: State
     data: TireRuns
     typical: TypicalDispersion
-    explained: float = 0.0
-    """drop of the effects that are in the model already"""
+    others: tuple[Decision, ...] = ()
+    """effects that are in the model already"""
     only: Sequence[str] | None = None
     """coordinates that are tested; None: all"""
     progress: Progress | None = None
@@ -246,7 +246,7 @@ class Proposer:
         }
         state = self.state
         found = state.with_term(Term(effect, effect.vector(start)), most=6)
-        judge = Judge(state, state.whitened.chi2, self.typical, self.explained)
+        judge = Judge(state, state.whitened.chi2, self.typical, self.others)
         index = len(found.fit.terms) - 1
         decision = judge.decide(found, index, looked)
         named = found.fit.terms[index].named()
