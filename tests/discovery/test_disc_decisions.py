@@ -128,7 +128,7 @@ def test_an_effect_stays_while_it_explains_something_beside_the_others():
 
 
 def test_a_gap_beside_another_one_is_what_its_form_leaves_unless_it_explains_much():
-    """Less than four tenths of what the other one explains alone; the whitened sums of squares are
+    """Less than a quarter of what the other one explains alone; the whitened sums of squares are
     by the terms of a fit, one of them before the found ones."""
     gap = {"starts": classmethod(lambda cls: (1.0, 2.5))}
     one, two = shape("one", LONG.form, **gap), shape("two", LONG.form, **gap)
@@ -152,8 +152,8 @@ def test_a_gap_beside_another_one_is_what_its_form_leaves_unless_it_explains_muc
 
     for gaps in ((one, two), (two, one)):
         first, second = gaps.index(one), gaps.index(two)
-        assert left(*gaps, i=second, drop=399.0) and not left(*gaps, i=second, drop=401.0)
-        assert left(*gaps, i=first, drop=279.0) and not left(*gaps, i=first, drop=281.0)
+        assert left(*gaps, i=second, drop=249.0) and not left(*gaps, i=second, drop=251.0)
+        assert left(*gaps, i=first, drop=174.0) and not left(*gaps, i=first, drop=176.0)
     assert not left(one, elsewhere, i=1, drop=1.0) and not left(one, LONG, i=1, drop=1.0)
 
 

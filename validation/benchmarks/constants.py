@@ -35,6 +35,7 @@ SOURCES: dict[str, str] = {
     "discovery.decide.SAME": "true and false effects of practice and blind campaigns",
     "discovery.decide.CONDITIONS": "tuned on blind campaigns",
     "discovery.decide.SHARE": "tuned on blind campaigns",
+    "discovery.backward.SECOND_GAP": "tuned on blind campaigns",
     "proposal.propose.HELD_OUT": "tuned on blind campaigns",
     "discovery.descent.PROBE": "compare 0.1 of arXiv:1201.5885",
     "discovery.descent.SHARPEST": "compare 0.75 of arXiv:1201.5885",
