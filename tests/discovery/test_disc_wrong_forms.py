@@ -11,10 +11,10 @@ from shapes import LONG, OTHER, TIME, Sum, measured, names, refusals, searched, 
 
 from flatplank_analysis.discovery.decide import Judge
 from flatplank_analysis.discovery.effect import Effect
-from flatplank_analysis.discovery.fit import Term
+from flatplank_analysis.discovery.fit import Fitter, Term, fit_whitened
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.search import Options, _Searcher
-from flatplank_analysis.discovery.state import start_base
+from flatplank_analysis.discovery.state import channel_weights, make_state, start_base
 from flatplank_analysis.discovery.verdict import AT_FLOOR, FOUND, LAW, NONE, PARTLY, diagnose
 
 
@@ -140,3 +140,17 @@ def test_what_imitates_a_fault_of_another_form_goes_once_the_fault_is_found():
     assert names(search.steps[1].found) == {"like"} and names(search.last.found) == {"swift"}
     both = searched(measured(19, hidden, (0.05, OTHER.form)), swift, like, OTHER)
     assert names(both.last.found) == {"swift", "other"}
+
+
+def test_the_columns_of_the_whitened_fit_are_those_at_its_own_parameters():
+    """The fit itself ends with columns of an earlier iteration, where the pitch was another."""
+    model = Hummed(measured(23, (0.1, lambda c: np.sin(2.0 * np.pi * 0.95 * TIME))).runs)
+    fitter = Fitter(model, channel_weights(model, [0.05]))
+    start = fitter.fit(start_base(model), [Term(Hum, np.array([0.1, 0.9]))], iterations=0)
+    state = make_state(model, fitter, start, [])
+    found = state.whitened.fit
+    assert found.terms[0].values[1] == pytest.approx(0.95, abs=0.01)
+    wanted = fitter.derivative(found).jacobian
+    np.testing.assert_allclose(found.jacobian, wanted, atol=1e-9)
+    early = fit_whitened(state.metric, fitter, start).fit.jacobian
+    assert np.abs(early - wanted).max() > 0.01 * np.abs(wanted).max()
