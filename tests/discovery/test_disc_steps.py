@@ -12,7 +12,7 @@ import pytest
 from decisions import decision
 from shapes import LONG, OTHER, shape
 
-from flatplank_analysis.discovery import invariants, search
+from flatplank_analysis.discovery import classes, invariants, search
 from flatplank_analysis.discovery.decide import NEARLY, UNEVEN, Judge
 from flatplank_analysis.discovery.fit import Term, Whitened
 from flatplank_analysis.discovery.rivals import AlternativeEffect, Rival
@@ -233,67 +233,80 @@ def test_a_base_fitted_with_the_weights_of_the_floors_must_be_a_tenth_better(
     assert found == ((best, []) if again else step) and isinstance(searcher.fitter, Told)
 
 
-def test_a_rival_that_explains_more_takes_the_place_of_an_effect_of_a_wrong_form(monkeypatch):
-    """Of rivals that differ by less than the evidence the more common one. The new fit starts from
-    both bases, and the old effect is a suspect of the new one."""
-    rare, usual, worse, gone = (
-        shape(name, LONG.form, rarity=rarity)
-        for name, rarity in (("rare", 2), ("usual", 1), ("worse", 0), ("gone", 0))
+def test_a_rival_that_explains_more_goes_before_an_effect_of_a_wrong_form():
+    """By twenty times the scatter; of rivals that differ by less than that the more common one."""
+
+    def rival(rarity, excess, excluded=False):
+        term = Term(shape("rival", LONG.form, rarity=rarity), np.array([0.2]))
+        return Rival(term, excess, True, excluded)
+
+    rare, usual, common = rival(2, -50.0), rival(1, -31.0), rival(0, -29.0)
+    gone = rival(0, -99.0, True)
+    every = (gone, rare, usual, common)
+
+    def better(effect, *rivals):
+        return classes.better_rival(AcceptedEffect(effect, rivals=rivals))
+
+    assert better(odd(dispersion=1.0), *every) is usual
+    assert better(odd(dispersion=0.5), rare) is rare
+    assert better(odd(dispersion=2.4), *every) is rare
+    assert better(odd(dispersion=2.6), *every) is None
+    assert better(odd(dispersion=1.5), usual, common) is usual
+    assert better(odd(), gone) is better(odd()) is better(decision(), *every) is None
+
+
+def test_a_rival_takes_the_place_of_an_effect(monkeypatch):
+    """Fitted again from both bases, without raising the error beside the fit without it; the old
+    effect may stand in for the new one."""
+    best, other = (
+        Rival(Term(shape(name, LONG.form), np.array([0.2])), -50.0, True, False)
+        for name in ("best", "other")
     )
+    suspects = tuple(AlternativeEffect(r.term, False) for r in (best, other))
+    kept, old = AcceptedEffect(decision(OTHER)), AcceptedEffect(odd(), suspects)
+    less, near = SimpleNamespace(terms="without"), SimpleNamespace(terms="terms", base="near")
+    state = SimpleNamespace(
+        fit=SimpleNamespace(base="plain"), whitened=SimpleNamespace(fit="white", chi2=500.0),
+        fit_whitened=lambda start: {("without", id(best.term)): SimpleNamespace(fit=near)}[start],
+    )  # fmt: skip
+    fitter = SimpleNamespace(
+        without_term=lambda fit, i: {("white", 2): less}[fit, i],
+        with_term=lambda fit, term: (fit.terms, id(term)), fit=lambda base, terms: (base, terms),
+    )  # fmt: skip
+    monkeypatch.setattr(invariants, "not_raising_error", lambda *what: what)
+    judged = []
 
-    def rival(effect, excess, excluded=False):
-        return Rival(Term(effect, np.array([0.2])), excess, True, excluded)
+    def rivals(_fitter, judge, index, effect, tried, found):
+        judged.append((judge.without, index, effect, tried, found))
+        return (best,) if effect.misshapen else ()
 
-    rivals = (rival(gone, -99.0, True), rival(rare, -50.0), rival(usual, -31.0),
-              rival(worse, -29.0))  # fmt: skip
-    suspects = tuple(
-        AlternativeEffect(Term(e, np.array([0.2])), False) for e in (rare, usual, worse, gone)
-    )
-    kept = AcceptedEffect(decision(OTHER))
-
-    def replaced(**changes):
-        old = AcceptedEffect(odd(**changes), suspects, changes.get("rivals", rivals))
-        near = SimpleNamespace(terms="terms", base="near")
-        searcher = SimpleNamespace(
-            options=SimpleNamespace(terms=("before",)),
-            fitter=SimpleNamespace(
-                without_term=lambda fit, i: (fit, i), with_term=lambda less, term: (less, term),
-                fit=lambda base, terms: SimpleNamespace(base=base, terms=terms, chi2=len(base)),
-            ),
-            step_of=lambda fit, found, near: SimpleNamespace(fit=fit, found=found, near=near),
-            backward=SimpleNamespace(retested=lambda after: [*after.found, "retested"]),
-        )  # fmt: skip
-
-        def fit_whitened(start):
-            assert start == (("white", 2), searcher.taken)
-            return SimpleNamespace(fit=near)
-
-        state = SimpleNamespace(
-            fit=SimpleNamespace(base="plain"), fit_whitened=fit_whitened,
-            whitened=SimpleNamespace(fit="white"),
-        )  # fmt: skip
-        searcher.taken = rivals[2].term
-        after = _Searcher.with_better_rival(
-            searcher, SimpleNamespace(state=state, found=[kept, old])
-        )
-        return old, after
-
-    old, after = replaced(dispersion=1.0)
-    assert after.fit.base == "near" and after.near.base == "near"
-    other, new, again = after.found
-    assert other is kept and again == "retested"
-    assert new.decision == replace(old.decision, term=rivals[2].term) and not new.rivals
-    first, *others = new.suspects
-    assert first == AlternativeEffect(old.decision.term, True)
-    assert [s.start.effect for s in others] == [rare, worse, gone]
-    # evidence is twenty times the scatter; an effect of the right form stays
-    assert replaced(dispersion=2.6)[1] is None
-    monkeypatch.setattr("test_disc_steps.odd", lambda **changes: decision())
-    assert replaced()[1] is None
+    monkeypatch.setattr(classes, "rivals", rivals)
+    made = classes.Classes(
+        fitter, 1, lambda step: [*step.found, kept],
+        lambda fit, found, near: SimpleNamespace(fit=fit, found=found, near=near, **facts),
+    )  # fmt: skip
+    facts = {"state": state, "screen": SimpleNamespace(typical=None)}
+    after = made(SimpleNamespace(found=[kept, old], **facts))
+    assert after.fit == (
+        fitter, ("plain", "without"), [("plain", "terms"), ("near", "terms")],
+    )  # fmt: skip
+    assert after.near is near
+    first, new, again = after.found
+    assert first == again == kept
+    assert new.decision == replace(old.decision, term=best.term) and new.rivals == (best,)
+    assert new.suspects == (AlternativeEffect(old.decision.term, True), suspects[1])
+    both = [kept.decision, old.decision]
+    assert judged[:2] == [
+        (500.0 + d.drop, i, d, f.suspects, both)
+        for i, (d, f) in enumerate(zip(both, (kept, old), strict=True), 1)
+    ]
+    # the right form stays
+    right = SimpleNamespace(found=[kept, kept], **facts)
+    assert made(right) is right
 
 
 def test_a_search_goes_on_from_one_effect_that_replaces_several(monkeypatch):
-    """The first step stays; the effects of the last one get their rivals."""
+    """The first step stays; the last one may be replaced where a rival is better."""
     monkeypatch.setattr(search, "start_base", lambda model, start: "base")
     monkeypatch.setattr(invariants, "error_of", lambda fitter, fit: 3.0)
     state = SimpleNamespace(fit="fit")
@@ -314,12 +327,10 @@ def test_a_search_goes_on_from_one_effect_that_replaces_several(monkeypatch):
             with_weights_of_floors=lambda step: step, from_other_starts=lambda step: step,
             continued=lambda steps: [*steps, after[steps[-1].name]],
             single_effect_step=lambda steps, found=replaced: found,
-            with_rivals=lambda step: f"rivals of the {step.name}",
-            with_better_rival=lambda step, better=better: better,
+            classes=lambda step, better=better: better or step,
         )  # fmt: skip
         found = _Searcher.run(searcher)
         assert found.steps == wanted and searcher.bare == 3.0
-        assert found.last.found == f"rivals of the {found.last.name}"
 
 
 @pytest.mark.parametrize(("most", "wanted"), [(1, 2), (2, 3), (9, 5)])

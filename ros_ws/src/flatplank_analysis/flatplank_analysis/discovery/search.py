@@ -13,18 +13,13 @@ import numpy as np
 from flatplank_analysis.discovery import heldout, invariants
 from flatplank_analysis.discovery import screen as screens
 from flatplank_analysis.discovery.backward import Backward, uneven_terms
+from flatplank_analysis.discovery.classes import Classes
 from flatplank_analysis.discovery.decide import NEARLY, UNEVEN, Decision, Judge
 from flatplank_analysis.discovery.effect import Effect, variants_of
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term, Whitened
 from flatplank_analysis.discovery.model import Model, starts_of
 from flatplank_analysis.discovery.refits import Refit, Refits, by_drop, preferred
-from flatplank_analysis.discovery.rivals import (
-    ALIKE,
-    AlternativeEffect,
-    indecisive_difference,
-    rivals,
-    suspects,
-)
+from flatplank_analysis.discovery.rivals import ALIKE, indecisive_difference, suspects
 from flatplank_analysis.discovery.shortlist import EVIDENCE, shortlist
 from flatplank_analysis.discovery.sources import UNDECIDED, cut_where_needed, source_of
 from flatplank_analysis.discovery.state import (
@@ -131,6 +126,11 @@ class _Searcher:
             self.step_of,
         )  # fmt: skip
 
+    @property
+    def classes(self) -> Classes:
+        """Finds the classes of found effects with the channel weights of now."""
+        return Classes(self.fitter, len(self.options.terms), self.backward.retested, self.step_of)
+
     def say(self, text: str, share: float) -> None:
         if self.options.progress is not None:
             self.options.progress(text, share)
@@ -147,13 +147,8 @@ class _Searcher:
         single = self.single_effect_step(steps)
         if single is not None:
             steps = self.continued([steps[0], single])
-        step = steps[-1]
         self.say("effects that could stand in for what was found", 0.9)
-        step.found = self.with_rivals(step)
-        better = self.with_better_rival(step)
-        if better is not None:
-            steps = [*steps[:-1], better]
-            better.found = self.with_rivals(better)
+        steps = [*steps[:-1], self.classes(steps[-1])]
         seconds = time.perf_counter() - self.began
         return Search(
             self.model, self.effects, steps, seconds, self.looked_at, fitted, first, self.starts
@@ -369,39 +364,6 @@ class _Searcher:
             if not passes(beside, misshapen):
                 return False
         return True
-
-    def with_better_rival(self, step: Step) -> Step | None:
-        """The step with an effect of a wrong form replaced by the rival that explains most, when
-        that explains more."""
-        offset, state = len(self.options.terms), step.state
-        for i, found in enumerate(step.found):
-            evidence = EVIDENCE * max(found.decision.dispersion, 1.0)
-            better = [r for r in found.rivals if not r.excluded and r.excess < -evidence]
-            if not better or not found.decision.misshapen:
-                continue
-            near_best = [r for r in better if r.excess < better[0].excess + evidence]
-            best = min(near_best, key=lambda r: r.term.effect.rarity)
-            less = self.fitter.without_term(state.whitened.fit, offset + i)
-            near = state.fit_whitened(self.fitter.with_term(less, best.term)).fit
-            fits = [self.fitter.fit(b, near.terms) for b in (state.fit.base, near.base)]
-            old = AlternativeEffect(found.decision.term, best.near)
-            others = [s for s in found.suspects if s.start.effect is not best.term.effect]
-            new = AcceptedEffect(replace(found.decision, term=best.term), (old, *others))
-            kept = [f for f in step.found if f is not found]
-            after = self.step_of(min(fits, key=lambda f: f.chi2), [*kept, new], near)
-            after.found = self.backward.retested(after)
-            return after
-        return None
-
-    def with_rivals(self, step: Step) -> list[AcceptedEffect]:
-        """The effects of a step, each with its rivals."""
-        offset, fitter = len(self.options.terms), self.fitter
-        state, found, out = step.state, [f.decision for f in step.found], []
-        for i, f in enumerate(step.found, offset):
-            without = state.whitened.chi2 + f.decision.drop
-            judge = Judge(state, without, step.screen.typical)
-            out.append(replace(f, rivals=rivals(fitter, judge, i, f.decision, f.suspects, found)))
-        return out
 
 
 def completable(tried: Sequence[Refit], found: Sequence[AcceptedEffect]) -> list[Refit]:
