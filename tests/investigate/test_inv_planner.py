@@ -168,8 +168,8 @@ def test_what_was_handed_back_twice_is_not_asked_again():
 
 @pytest.mark.parametrize("drop", [100.0, 4000.0])
 def test_a_class_is_asked_about_as_long_as_the_verdict_names_it(drop, monkeypatch):
-    decision = SimpleNamespace(drop=drop, dispersion=1.0, residue=0.0, term=_term("a"))
-    limit = indecisive_difference(decision, drop)
+    decision = _decision("a", drop)
+    limit = indecisive_difference(decision, [decision])
     rivals = [
         SimpleNamespace(name=n, term=_term(n), excess=share * limit)
         for n, share in (("near", 0.2), ("far", 0.99))
@@ -193,8 +193,8 @@ def test_a_class_is_asked_about_as_long_as_the_verdict_names_it(drop, monkeypatc
 
 def test_a_pair_that_could_only_be_told_apart_by_a_hair_is_not_pursued(monkeypatch):
     # 0.4 short of the limit, and ten runs would bring 0.5 each: that would decide, not clearly
-    decision = SimpleNamespace(drop=100.0, dispersion=1.0, residue=0.0, term=_term("a"))
-    limit = indecisive_difference(decision, 100.0)
+    decision = _decision("a", 100.0)
+    limit = indecisive_difference(decision, [decision])
     rival = SimpleNamespace(name="b", term=_term("b"), excess=limit - 0.8)
     found = [SimpleNamespace(decision=decision, reported=[rival])]
     search = SimpleNamespace(last=SimpleNamespace(found=found))
@@ -209,3 +209,11 @@ def test_a_pair_that_could_only_be_told_apart_by_a_hair_is_not_pursued(monkeypat
 
 def _term(name: str) -> SimpleNamespace:
     return SimpleNamespace(effect=SimpleNamespace(identifier=name))
+
+
+def _decision(name: str, drop: float) -> SimpleNamespace:
+    """With one signal."""
+    return SimpleNamespace(
+        drop=drop, dispersion=1.0, residue=0.0, term=_term(name),
+        explained_by=lambda found: sum(d.drop for d in found),
+    )  # fmt: skip

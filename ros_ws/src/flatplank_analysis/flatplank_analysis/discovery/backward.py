@@ -110,6 +110,6 @@ def needed(one: AcceptedEffect, found: Sequence[AcceptedEffect]) -> bool:
     One that explains less than another is a further effect, whichever was found first.
     """
     own, others = one.decision, [f.decision for f in found if f is not one]
-    further = own.drop < max(d.drop for d in others) and not own.sure_beside(others)
-    beyond = own.p_repeats < own.level and not (further and own.p_conditions > CONDITIONS)
+    further = own.drop < max(d.drop for d in others) and own.p_conditions > CONDITIONS
+    beyond = own.p_repeats < own.level and not further
     return own.drop > SHARE * own.explained_by(others) and beyond and not own.covers_zero

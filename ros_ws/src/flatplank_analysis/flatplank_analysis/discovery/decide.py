@@ -51,9 +51,9 @@ CONDITIONS = 0.0005
 """p-value required among conditions: strict, because they are few and because errors of the law's
 form and of accepted effects also differ between conditions"""
 SURE, CONDITIONS_OF_SURE = 1e-5, 0.005
-"""p-value among repeats from which on the second value is required among conditions, of an effect
-that explains more than accepted ones may leave (`SAME`): chance is excluded, and only an error of
-the law's form could look like the effect"""
+"""p-value among repeats of a first effect, or of one beside a free form of the law, from which on
+the second value is required among conditions: chance is excluded, and only an error of the law's
+form could look like the effect"""
 SHARE = 0.003
 """least drop of chi2 of a further effect, as a share of the drop explained already in the signals
 in which it shows"""
@@ -136,11 +136,6 @@ class Decision:
         """Drop by other effects in the signals in which this one shows."""
         weights = np.divide(self.signals, max(*self.signals, 1e-30))
         return sum(d.drop * float(np.dot(weights, d.signals)) for d in others)
-
-    def sure_beside(self, others: Iterable[Decision]) -> bool:
-        """True when neither chance nor what other effects may leave looks like this one."""
-        named = [d for d in others if not d.term.effect.generic]
-        return self.p_repeats < SURE and self.drop > SAME * self.explained_by(named)
 
 
 @dataclass(frozen=True)
@@ -280,7 +275,8 @@ class Judge:
         return _visible(self.state.sums(fit, own, direction[None]), range(len(own)), len(own))
 
     def _reasons(self, d: Decision) -> Iterator[str]:
-        yield from _reasons(d, CONDITIONS_OF_SURE if d.sure_beside(self.others) else CONDITIONS)
+        sure = d.p_repeats < SURE and all(o.term.effect.generic for o in self.others)
+        yield from _reasons(d, CONDITIONS_OF_SURE if sure else CONDITIONS)
         if d.drop < SHARE * d.explained_by(self.others):
             yield f"its drop is below {100 * SHARE:g} % of what is explained already"
         if d.drop < self.alike.get(d.term.effect.identifier, 0.0):
