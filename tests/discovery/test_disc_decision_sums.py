@@ -15,9 +15,10 @@ from shapes import CONDITIONS, LONG, REPEATS, shape
 
 from flatplank_analysis.discovery import decide, screen
 from flatplank_analysis.discovery.fit import Term
-from flatplank_analysis.discovery.gram import Gram
+from flatplank_analysis.discovery.gram import Gram, Metric
 from flatplank_analysis.discovery.model import FormError
 from flatplank_analysis.discovery.nextrun import weight_of
+from flatplank_analysis.discovery.noise import ChannelNoise, Whitener
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.state import Candidate
 from flatplank_analysis.discovery.verdict import detectable_sizes
@@ -178,6 +179,25 @@ def test_what_a_wrong_form_may_leave(monkeypatch):
     both = judge._uneven_beside(None, 0)
     assert set(both.strength) == {4.0, 25.0} and len(both.columns) == 2 * len(found.columns)
     assert replace(judge, uneven=((2, 0.04),))._uneven_beside(None, 2) is None
+
+
+def test_the_signals_of_an_effect_are_those_that_others_cannot_imitate():
+    """It shows in both channels; another column has its part in the first one."""
+    direction = numbers(36, 2, RUNS, 15)
+    first = direction * np.array([1.0, 0.0])[:, None, None]
+    noise = [ChannelNoise(np.eye(8)[0], np.ones(RUNS))] * 2
+    factors = {(0, 0): np.eye(15), (1, 0): np.eye(15)}
+    whitener = Whitener(np.arange(15), factors, np.zeros(RUNS, int), noise)
+    metric = Metric(whitener, direction[None][:0], np.zeros(0))
+    judge = decide.Judge(SimpleNamespace(metric=metric), 0.0, None)
+    columns = np.stack([numbers(37, 2, RUNS, 15), first, direction])
+    gram = metric.gram(direction, columns)
+    energy = np.sum(direction**2, axis=(1, 2))
+    beside = judge._signals(gram, [0], columns[:1], 2, direction)
+    assert beside == pytest.approx(energy / energy.sum(), rel=0.1)
+    assert judge._signals(gram, [1], columns[1:2], 2, direction) == pytest.approx((0.0, 1.0))
+    both = judge._signals(gram, [0, 1], columns[:2], 2, direction)
+    assert both == pytest.approx((0.0, 1.0), abs=0.02) and both[0] > 0.0
 
 
 def test_what_an_error_of_the_law_does_to_a_score(in_stretches):
