@@ -51,7 +51,7 @@ def test_a_weak_effect_is_named_beside_a_strong_one_that_shows_in_another_signal
 
 
 def test_one_gap_of_another_form_is_not_two():
-    """A backlash with an oil film; two gaps together explain an eighth more."""
+    """A backlash with an oil film; two gaps together explain a seventh more."""
     case = Case("single", "forms", ("drive_backlash",), 3.0, "measured", 0.02, "plain", 0, "c")
     diagnosis, answer = diagnosed(case, 24691)
     assert score(diagnosis, answer)["right"] and len(diagnosis["effects"]) == 1
