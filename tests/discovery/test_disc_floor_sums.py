@@ -31,27 +31,31 @@ def test_contrasts_lose_what_differs_between_repeats_and_is_known():
         for share, kept in ((0.49, 0), (0.51, 1)):
             mixed = scale * (share * turned + np.sqrt(1.0 - share**2) * shared)
             assert len(floor.contrast_blocks(runs, [mixed])) == kept
-    found = floor.clean_contrasts(runs, noise + 3.0 * block[0] + 5.0 * shared[0], [block, shared])
+    cleaned = floor.clean_contrasts
+
+    def left(residual, blocks):
+        return cleaned(runs, residual, blocks).contrasts
+
+    found = left(noise + 3.0 * block[0] + 5.0 * shared[0], [block, shared])
     flat = runs.contrast(block).ravel()
     pure = runs.contrast(noise).ravel()
     pure = pure - flat * (flat @ pure) / (flat @ flat)
     np.testing.assert_allclose(found.ravel(), pure, atol=1e-5)
     other = numbers(14, 1, RUNS, runs.samples)
-    both = floor.clean_contrasts(runs, noise + 3.0 * block[0] + other[0], [other, block])
+    both = left(noise + 3.0 * block[0] + other[0], [other, block])
     assert np.std(both) == pytest.approx(np.std(runs.contrast(noise)), rel=0.01)
-    twice = floor.clean_contrasts(runs, noise + 3.0 * block[0], [np.concatenate([block, block])])
+    twice = left(noise + 3.0 * block[0], [np.concatenate([block, block])])
     np.testing.assert_allclose(twice.ravel(), pure, atol=1e-5)
     for unit in (1e-3, 1e3):
-        scaled = floor.clean_contrasts(
-            runs, unit * (noise + 3.0 * block[0] + other[0]), [1e4 * other, 1e-4 * block]
-        )
+        scaled = left(unit * (noise + 3.0 * block[0] + other[0]), [1e4 * other, 1e-4 * block])
         np.testing.assert_allclose(scaled, unit * both, rtol=1e-6, atol=unit * 1e-6)
     # contrasts without anything left are no reason to look on
-    assert not floor.clean_contrasts(runs, 0.0 * noise, [block]).any()
+    assert not left(0.0 * noise, [block]).any()
     # noise is not explained by what happens to look a little like it
-    kept = floor.clean_contrasts(runs, noise, [block, other])
-    np.testing.assert_allclose(kept, runs.contrast(noise))
-    assert np.abs(floor.clean_contrasts(runs, shared[0], [block])).max() < 1e-12
+    kept = cleaned(runs, noise, [block, other])
+    np.testing.assert_allclose(kept.contrasts, runs.contrast(noise))
+    assert kept.p_value == 1.0
+    assert np.abs(left(shared[0], [block])).max() < 1e-12
 
 
 @pytest.mark.parametrize("others", [0, 9])
@@ -70,21 +74,23 @@ def test_columns_must_explain_more_than_as_many_numbers_of_noise(others):
 
     def kept(share: float) -> bool:
         contrast = (np.sqrt(share) * inside + np.sqrt(1.0 - share) * beside)[:, None] * form
-        left = floor.clean_contrasts(runs, contrast, [*idle, columns])
+        found = floor.clean_contrasts(runs, contrast, [*idle, columns])
         # either all is left, or what is beside
         rest = np.sqrt(1.0 - share) * beside[:, None] * form
-        whole = np.allclose(left, contrast)
-        assert whole or np.allclose(left, rest, atol=1e-5)
+        whole = np.allclose(found.contrasts, contrast)
+        assert whole or np.allclose(found.contrasts, rest, atol=1e-5)
+        # the chance of it among all that was tried
+        assert found.p_value == pytest.approx(1.0 if whole else chance(share), rel=1e-3)
         return whole
 
-    def needed(share: float) -> bool:
+    def chance(share: float) -> float:
         contrast = (np.sqrt(share) * inside + np.sqrt(1.0 - share) * beside)[:, None] * form
         spare = floor.effective_freedom(runs, contrast) - 8.0
         ratio = share / (1.0 - share) / 8.0 * spare
-        return f_distribution.sf(ratio, 8, spare) > 0.005 / (1 + others)
+        return f_distribution.sf(ratio, 8, spare) * (1 + others)
 
     shares = np.linspace(0.5, 0.99, 25)
-    assert [kept(s) for s in shares] == [needed(s) for s in shares]
+    assert [kept(s) for s in shares] == [chance(s) > 0.005 for s in shares]
     assert 5 < sum(map(kept, shares)) < 24
 
 
@@ -162,18 +168,18 @@ def test_the_floor_and_what_is_beyond_it():
     contrast = 2.0 * runs.contrast(numbers(18, RUNS - 1, runs.samples))
     mean = np.linspace(1.0, 4.0, CONDITIONS)
     residual = contrast + mean[runs.condition][:, None]
-    cleaned = 0.8 * contrast
-    pure = np.sum(cleaned**2) / (spare * runs.samples)
+    cleaned = floor.Cleaned(0.8 * contrast, 2e-4)
+    pure = np.sum(cleaned.contrasts**2) / (spare * runs.samples)
     found = floor.floor_of(runs, residual, cleaned, per_run=50.0)
     assert found.floor == pytest.approx(np.sqrt(pure))
     assert found.raw == pytest.approx(found.floor / 0.8)
-    assert found.varying == pytest.approx(0.75 * found.floor)
+    assert found.varying == pytest.approx(0.75 * found.floor) and found.varying_p == 2e-4
     beyond = mean**2 - pure / counts
     np.testing.assert_allclose(found.per_condition, np.sqrt(np.maximum(beyond, 0.0)))
     assert found.unexplained == pytest.approx(np.sqrt(counts @ beyond / counts.sum()))
     np.testing.assert_allclose(found.rmse_condition[0], np.sqrt(np.mean(residual[:2] ** 2)))
     assert found.freedom == pytest.approx(
-        min(spare * 50.0, floor.effective_freedom(runs, cleaned))
+        min(spare * 50.0, floor.effective_freedom(runs, cleaned.contrasts))
     )
     ratio = np.mean(mean**2 * counts) / pure
     wanted = f_distribution.sf(ratio, found.freedom * CONDITIONS / spare, found.freedom)

@@ -50,7 +50,9 @@ def test_limits_of_what_counts():
 def state_left(varying: float = 0.0, error: float = 0.0, bump: float = 0.0):
     """A state in which nothing is left but this."""
     runs = replace(measured(0).runs, coordinates={})
-    level = SimpleNamespace(floor=1.0, unexplained=0.0, p_value=1.0, varying=varying)
+    level = SimpleNamespace(
+        floor=1.0, unexplained=0.0, p_value=1.0, varying=varying, varying_p=1e-9
+    )
     found = SimpleNamespace(size=bump, words=lambda: "a bump")
     return SimpleNamespace(
         runs=runs, floors=[level], model=SimpleNamespace(form=FormError()),
@@ -66,6 +68,11 @@ def test_what_is_left_is_said_in_words():
     # ordered differences count where nothing is named, the error where something is
     assert "differs between repeats" in rest(state_left(varying=0.6), False)
     assert rest(state_left(varying=0.59), False) == rest(state_left(varying=0.6), True) == ""
+    # where chance is excluded: it is looked for in everything that could differ
+    for p_value, told in ((9e-4, True), (1.1e-3, False)):
+        by_chance = state_left(varying=5.0)
+        by_chance.floors[0].varying_p = p_value
+        assert bool(rest(by_chance, False)) == told
     twice = state_left(varying=1.21)
     twice.floors[0].floor = 2.0
     assert rest(twice, False) == "1.2 in z differs between repeats in an ordered way"
@@ -96,8 +103,20 @@ def test_a_stretch_is_told_in_floors():
     state.residual = np.zeros(runs.measured.shape)
     state.residual[:, :, 40:55] = 4.5
     state.expected_errors = np.zeros((len(runs.groups), runs.samples))
+    other = state.residual.copy()
+    fit = SimpleNamespace(residual=lambda _measured: other)
+    state.whitened = SimpleNamespace(fit=fit)
     told = invariants.residual_of_consequence(state, True)
     assert told == "a stretch of 5 cm in z is 3.0 floors off"
+    # least squares alone give way there, or the two fits do in two places or conditions
+    for kept in (0.65 * other, np.roll(other, 30, axis=2), 0.0 * other):
+        fit.residual = lambda _measured, kept=kept: kept
+        assert not invariants.stretches(state)
+    part = np.where((runs.condition == 1)[:, None], other, 0.0)
+    fit.residual = lambda _measured: part
+    (left,) = invariants.stretches(state)
+    assert runs.condition_names[1] in left.conditions and left.level == 4.5
+    fit.residual = lambda _measured: other
     state.residual *= 0.65
     assert not invariants.residual_of_consequence(state, False)
 

@@ -75,9 +75,9 @@ WIDTH = len(NAMES)
     DS, DW, DT, LOAD, FRICTION, ACROSS,
     AT, SIGMA, LATE, THETA, LENGTH, BEYOND, STIFF_NOW, PEAK_NOW, SPEED_RATIO, STIFF_ACROSS,
     PEAK_ACROSS, AIM, WAY, NEW_FORCE, NEW_DEFLECTED, NEW_SLOPE, PATCH, LAST, MOVE, LOW, HIGH,
-    NEW_PLACE,
-) = range(WIDTH, WIDTH + 45)  # fmt: skip
-ROWS = NEW_PLACE + 1
+    NEW_PLACE, PLANK,
+) = range(WIDTH, WIDTH + 46)  # fmt: skip
+ROWS = PLANK + 1
 WIDE = 8
 """elements of a block: one register of a processor with 512 bits, two of 256 bits"""
 NEWTON, CLOSE = 60, 1e-6
@@ -163,7 +163,7 @@ def begin(flat, across):
             whole = math.sqrt(k0 * k0 + beyond)
             w[STIFF_ACROSS, i], w[PEAK_ACROSS, i] = stiff_across, peak_across
             w[BEYOND, i] = beyond
-        sigma = patch_length(k0, whole, theta, half) + fallen(w[SLOPE, i], w[FLEX, i])
+        sigma = patch_length(k0, whole, theta, half, w[PLANK, i]) + fallen(w[SLOPE, i], w[FLEX, i])
         late = max(0.5, 1.0 - (sigma + x_soft) / ds)
         # first guess: law and patch continue as at the last node
         t = 2.0 * sigma
@@ -216,7 +216,7 @@ def newton(flat, across):
         straight = w[FIXED_LENGTH, i] * w[FLEX, i]
         deflected = force * soft * w[FLEX, i] + straight * (stiff * k - force)
         flex, spare = (2.0 * soft - 1.0) * w[FLEX, i], straight * (stiff - slope)
-        length = patch_length(k, whole, w[THETA, i], w[LENGTH, i])
+        length = patch_length(k, whole, w[THETA, i], w[LENGTH, i], w[PLANK, i])
         t = w[SIGMA, i] + length + fallen(slope, flex)
         under = 1.0 / (w[PATCH_ORDER, i] / 6.0 * t + late * ds)
         rise = w[PATCH_ORDER, i] / 12.0 * t * t + 0.5 * late * ds * t
@@ -293,6 +293,7 @@ def inputs(flat, n, axis, elements, ds, dw, dt, load, friction, speed):
         e = elements[i]
         w[DS, i], w[DW, i], w[DT, i] = ds[e, n], dw[axis, e, n], dt[e, n]
         w[LOAD, i], w[FRICTION, i] = load[e, n], friction[e, n]
+        w[PLANK, i] = choose(axis == 0, 1.0 - w[DENOM, i], 0.0)
     for i in range(WIDE):
         ratio = abs(w[DS, i]) / w[DT, i] / speed
         w[SPEED_RATIO, i] = choose(w[DT, i] > 0.0, ratio, 0.0)

@@ -114,9 +114,14 @@ def play_position(force, play, at, soft, hold, last):
 
 
 @inline
-def patch_length(k, whole, theta, half):
-    """Relaxation length of the patch (7.17), (7.18) [m]; whole: size of the slip."""
-    under = 1.0 + max(k, -0.5)
+def patch_length(k, whole, theta, half, plank):
+    """Relaxation length of the patch (7.17), (7.18) [m] over the travel `ds + ns dw`.
+
+    whole: size of the slip; plank: 1 - ns along the wheel, 0 across it. The two formulas hold over
+    the travel of the plank, ns = 0. Over that of the wheel, ns = 1, the length of a row of
+    bristles does not depend on the sign of the slip, and across the wheel it never does.
+    """
+    under = 1.0 + plank * max(k, -0.5)
     # a smooth lower limit: with (7.18) itself a sliding patch would oscillate from node to node
     free = 1.0 - theta * whole / under
     m = SLIDING + 0.5 * (1.0 - SLIDING) * (free + math.sqrt(free * free + 0.04))

@@ -86,14 +86,15 @@ def _parameters(load: float, turned: bool, along: float = 0.0) -> list[tuple[str
     half = 0.07 * np.sqrt(load / 3700.0)
     prior = np.inf if turned else 6.0 * load
     # with forces in both directions a row of bristles is the better start
-    rounding, denom, order, turn = (0.1, 1.0, 1.0, 0.8) if turned else (0.5, 0.5, 0.5, 0.5)
+    rounding, order, turn = (0.1, 1.0, 0.8) if turned else (0.5, 0.5, 0.5)
     always = [
         Parameter("stiff", "N", 23.0 * load, 5.0 * load, 80.0 * load, 2.0 * load),
         Parameter("peak", "1", 1.05, 0.3, 2.0, 0.1),
         Parameter("shape", "1", 3.0, 1.3, 12.0, 0.5, prior=2.0),
         Parameter("fall", "1", 0.0, -0.4, 0.6, 0.05, prior=0.2),
         Parameter("round", "1", rounding, -0.3, 1.6, 0.3, prior=0.6),
-        Parameter("denom", "1", denom, -0.3, 1.6, 0.3),
+        # rubber leaves the contact with the wheel (1) or with the plank (0), and no sooner
+        Parameter("denom", "1", 1.0, -0.3, 1.0, 0.3),
         Parameter("carcass", "N/m", 2.5e5, 4e4, 3e6, 3e4),
         Parameter("half", "m", half, 0.4 * half, 2.0 * half, 0.01, prior=0.2 * half),
         Parameter("tread", "1", 1.0, 0.4, 2.5, 0.2, prior=0.3),

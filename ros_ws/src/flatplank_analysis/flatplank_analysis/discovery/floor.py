@@ -30,11 +30,24 @@ class Floor:
     """degrees of freedom of the contrasts behind the floor"""
     p_value: float
     """p-value of the hypothesis that the mean residual does not exceed the floor"""
+    varying_p: float = 1.0
+    """p-value of the hypothesis that repeats differ by chance, see `Cleaned`"""
 
     @property
     def varying(self) -> float:
         """Part of the scatter that known differences between repeats explain."""
         return float(np.sqrt(max(self.raw**2 - self.floor**2, 0.0)))
+
+
+@dataclass(frozen=True)
+class Cleaned:
+    """Within-condition contrasts of a channel without effects that differ between repeats."""
+
+    contrasts: np.ndarray
+    """(runs, samples)"""
+    p_value: float = 1.0
+    """p-value of the first effect that was taken out, times the number of effects that were tried;
+    1 when none was"""
 
 
 def contrast_blocks(runs: RunSet, blocks: Sequence[np.ndarray]) -> list[np.ndarray]:
@@ -75,8 +88,8 @@ def effective_freedom(runs: RunSet, contrast: np.ndarray) -> float:
 
 def clean_contrasts(
     runs: RunSet, residual: np.ndarray, blocks: Sequence[np.ndarray], level: float = 0.005
-) -> np.ndarray:
-    """Within-condition contrasts of a channel without effects that differ between repeats.
+) -> Cleaned:
+    """Take effects that differ between repeats out of the contrasts of a channel.
 
     Blocks are regressed out one at a time, the best first, as long as an F test with the effective
     freedom of the contrasts requires it: with red noise a regression on all of them would remove
@@ -87,8 +100,8 @@ def clean_contrasts(
     freedom = effective_freedom(runs, contrast)
     chosen: list[np.ndarray] = []
     energy = float(np.sum(contrast**2))
-    left = contrast
-    level = level / max(len(pool), 1)
+    left, first = contrast, 1.0
+    count = max(len(pool), 1)
     while pool and energy > 0.0:
         tries = [_regress(contrast, [*chosen, block]) for block in pool]
         energies = [float(np.sum(t**2)) for t in tries]
@@ -97,12 +110,14 @@ def clean_contrasts(
         used = sum(len(c) for c in chosen) + k
         spare = max(freedom - used, 2.0)
         value = (energy - energies[best]) / k / max(energies[best] / spare, 1e-30)
-        if f_distribution.sf(value, k, spare) > level:
+        p_value = float(f_distribution.sf(value, k, spare)) * count
+        if p_value > level:
             break
+        first = first if chosen else p_value
         left, energy = tries[best], energies[best]
         chosen.append(pool.pop(best))
         freedom = max(effective_freedom(runs, left), 2.0 * used)
-    return left
+    return Cleaned(left, first)
 
 
 def _regress(contrast: np.ndarray, blocks: Sequence[np.ndarray]) -> np.ndarray:
@@ -118,12 +133,12 @@ def _regress(contrast: np.ndarray, blocks: Sequence[np.ndarray]) -> np.ndarray:
 def floor_of(
     runs: RunSet,
     residual: np.ndarray,
-    cleaned: np.ndarray,
+    cleaned: Cleaned,
     channel: int = 0,
     per_run: float = np.inf,
     least: float = 0.0,
 ) -> Floor:
-    """Floor and unexplained part of one channel; residual and cleaned (runs, samples).
+    """Floor and unexplained part of one channel; residual (runs, samples).
 
     per_run: degrees of freedom per run by the noise model; the smaller of this and the freedom of
     the contrasts is used, because few contrasts estimate slow noise poorly. least: lower bound of
@@ -131,13 +146,13 @@ def floor_of(
     """
     counts = np.array([len(g) for g in runs.groups])
     spare = max(float(np.sum(counts - 1)), 1.0)
-    pure = max(float(np.sum(cleaned**2) / (spare * runs.samples)), least**2)
+    pure = max(float(np.sum(cleaned.contrasts**2) / (spare * runs.samples)), least**2)
     raw = float(np.sum(runs.contrast(residual) ** 2) / (spare * runs.samples))
     steps = runs.input_noise[channel] ** 2 if runs.input_noise else 0.0
     square = np.mean(runs.mean(residual) ** 2, axis=1)
     beyond = square - pure / counts - steps
     rms = np.sqrt([np.mean(residual[g] ** 2) for g in runs.groups])
-    freedom = min(effective_freedom(runs, cleaned), spare * per_run)
+    freedom = min(effective_freedom(runs, cleaned.contrasts), spare * per_run)
     ratio = float(np.mean(np.maximum(square - steps, 0.0) * counts)) / max(pure, 1e-30)
     return Floor(
         floor=float(np.sqrt(pure)),
@@ -147,4 +162,5 @@ def floor_of(
         rmse_condition=rms,
         freedom=freedom,
         p_value=float(f_distribution.sf(ratio, freedom * len(counts) / spare, freedom)),
+        varying_p=cleaned.p_value,
     )

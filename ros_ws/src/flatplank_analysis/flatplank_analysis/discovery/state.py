@@ -178,7 +178,7 @@ def make_state(
     for c in range(len(runs.channels)):
         alive = [b[np.abs(b[:, c]).max(axis=(1, 2)) > 0.0, c] for b in blocks]
         cleaned.append(floors.clean_contrasts(runs, residual[c], [b for b in alive if len(b)]))
-    contrasts = np.stack(cleaned)
+    contrasts = np.stack([one.contrasts for one in cleaned])
     directions = scatter_columns(model, fit)
     bound = source_of(runs).lower_bound
     model_noise = noises.fit_noise(runs, residual if bound else contrasts, residual, directions)

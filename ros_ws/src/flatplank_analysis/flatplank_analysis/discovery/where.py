@@ -57,6 +57,15 @@ class Event:
     conditions: tuple[str, ...]
     """conditions that show it"""
 
+    def meets(self, other: Event) -> bool:
+        """True where two stretches of one coordinate share a place and a condition."""
+        return (
+            self.coordinate == other.coordinate
+            and self.start < other.end
+            and other.start < self.end
+            and not set(self.conditions).isdisjoint(other.conditions)
+        )
+
 
 def make_maps(runs: RunSet, residual: np.ndarray, floor: float, seed: int = 0) -> list[Map]:
     """Maps over all coordinates, sorted by the share that each explains, largest first."""
