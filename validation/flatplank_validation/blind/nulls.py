@@ -10,13 +10,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatplank_analysis.contact_patch.grid import SPEED
-from flatplank_analysis.contact_patch.model import LAW_WITH_SIDE_SLIP, TireModel
+from flatplank_analysis.contact_patch.model import (
+    LAW_WITH_SIDE_SLIP,
+    STRETCH_WITH_SIDE_SLIP,
+    TireModel,
+)
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import where
 from flatplank_analysis.discovery.decide import Judge
 from flatplank_analysis.discovery.dispersion import TypicalDispersion
 from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.model import form_error_of
+from flatplank_analysis.discovery.state import State
 from flatplank_analysis.discovery.verdict import AT_FLOOR, Diagnosis
 from flatplank_analysis.effects.force_channel import TimeSkew
 from flatplank_analysis.effects.force_law import DriveBrakeAsymmetry, DriveBrakeStiffness
@@ -34,8 +39,10 @@ SCATTERS = (0.0, 0.01)
 QUIET = 1.0
 """noise at which the form error of the base model is visible [N]"""
 LAW_NOISE = 7.5, 0.02
-"""noise [N] and scatter with which the error of the force law with side slip is measured: with
-scatter the direction of both forces decides, which it does not hide"""
+"""noise [N] and scatter with which the error of the force law is measured: scatter hides an error
+in the size of a force, but not in its rise after a step, nor in the direction of both forces"""
+LAW_WORLDS = {"plain": ("plant", "second", "third"), "combined": COMBINED}
+"""design -> worlds that measure the error of the force law without and with side slip"""
 LIKE_A_LAW = (DriveBrakeAsymmetry, LoadLossBraking, DriveBrakeStiffness)
 """effects that look like another force law"""
 
@@ -101,16 +108,21 @@ def form_errors(count: int, seed: int = 1) -> Iterator[FormError]:
             state = Session.of_tables(nothing_hidden(world, number, QUIET)).fit(None).state
             runs, largest = state.runs, float(state.runs.largest[0])
             beyond = float(np.sqrt(np.mean(runs.mean(state.residual[0]) ** 2)))
-            # what exceeds the scatter of its own repeats, however small
-            unexpected = np.zeros_like(state.expected_errors)
-            events = where.events(runs, state.residual[0], 0.0, unexpected)
-            stretch = max((e.level for e in events), default=0.0)
+            stretch = _largest_stretch(state)
             band = form_error_of(state.model)
             pattern = state.patterns.strongest(band.bump * largest, band.wave * largest)
             told = f"{pattern.words()}, {abs(pattern.size) / largest:.2%}" if pattern else ""
             skewed = state.with_term(Term(TimeSkew, TimeSkew.vector({"skew": 1e-3})), most=12)
             shift = skewed.fit.terms[-1].size * SPEED
             yield FormError(world, number, beyond / largest, stretch / largest, shift, told)
+
+
+def _largest_stretch(state: State) -> float:
+    """Largest mean residual within 5 cm [N] that exceeds the scatter of its own repeats, however
+    small."""
+    unexpected = np.zeros_like(state.expected_errors)
+    events = where.events(state.runs, state.residual[0], 0.0, unexpected)
+    return max((e.level for e in events), default=0.0)
 
 
 def lines_of_nulls(count: int) -> Iterator[str]:
@@ -137,25 +149,28 @@ def lines_of_unrepeated(count: int) -> Iterator[str]:
     yield f"all: an effect named in {sum(wrong.values())} of {count * len(LEVELS)}"
 
 
-def side_errors(count: int, seed: int = 1) -> Iterator[tuple[str, int, float]]:
-    """Largest error in a channel other than Fx, relative to the largest force: (world and design,
-    seed, rms of the mean residual)."""
+def side_errors(count: int, seed: int = 1) -> Iterator[tuple[str, int, float, float]]:
+    """Errors with side slip, relative to the largest force: (world and design, seed, largest rms
+    of the mean residual in a channel other than Fx, largest within 5 cm in Fx)."""
     for world, design in SIDEWAYS:
         for number in range(seed, seed + count):
             tables = nothing_hidden(world, number, QUIET, design=design)
             state = Session.of_tables(tables).fit(None).state
             runs, left = state.runs, state.residual[1:]
             means = np.sqrt(np.mean(runs.mean(left) ** 2, axis=(1, 2)))
-            yield f"{world} {design}", number, float(np.max(means / runs.largest[1:]))
+            side = float(np.max(means / runs.largest[1:]))
+            yield f"{world} {design}", number, side, _largest_stretch(state) / runs.largest[0]
 
 
-def law_errors(count: int, seed: int = 1) -> Iterator[tuple[str, int, str, float]]:
-    """Error of the force law of the base with side slip, as a share of the force, from the size of
-    effects that are not there: (world, seed, effect, error)."""
+def law_errors(
+    count: int, design: str = "combined", seed: int = 1
+) -> Iterator[tuple[str, int, str, float]]:
+    """Error of the force law of the base, as a share of the force, from the size of effects that
+    are not there: (world, seed, effect, error). design: see `LAW_WORLDS`."""
     level, scatter = LAW_NOISE
-    for world in COMBINED:
+    for world in LAW_WORLDS[design]:
         for number in range(seed, seed + count):
-            tables = nothing_hidden(world, number, level, scatter, design="combined")
+            tables = nothing_hidden(world, number, level, scatter, design=design)
             state = Session.of_tables(tables).fit(None).state
             judge = Judge(state, state.whitened.chi2, TypicalDispersion())
             for effect in LIKE_A_LAW:
@@ -177,24 +192,29 @@ def lines_of_form(count: int) -> Iterator[str]:
             f"{one.world} {one.seed}: {one.mean:.3%} in the mean, {one.stretch:.2%} within 5 cm, "
             f"{1e3 * one.shift:.3f} mm later{more}"
         )
-    sideways = []
-    for campaign, seed, share in side_errors(count):
+    sideways, turned = [], []
+    for campaign, seed, share, stretch in side_errors(count):
         sideways.append(share)
-        yield f"{campaign} {seed}: {share:.3%} in Fy"
-    laws = []
-    for world, seed, name, share in law_errors(count):
-        laws.append(share)
-        yield f"{world} combined {seed}: {share:.2%} in the law, from {name}"
+        turned.append(stretch)
+        yield f"{campaign} {seed}: {share:.3%} in Fy, {stretch:.2%} within 5 cm in Fx"
+    laws: dict[str, list[float]] = {design: [] for design in LAW_WORLDS}
+    for design, shares in laws.items():
+        for world, seed, name, share in law_errors(count, design):
+            shares.append(share)
+            yield f"{world} {design} {seed}: {share:.2%} in the law, from {name}"
     most = {
         "in the mean": (max(f.mean for f in found), band.mean),
         "within 5 cm": (max(f.stretch for f in found), band.stretch),
         "in Fy": (max(sideways), band.side),
+        "within 5 cm with side slip": (max(turned), STRETCH_WITH_SIDE_SLIP),
     }
     for what, (share, limit) in most.items():
         yield f"most {what}: {share:.3%}, band {limit:.3%}"
     later = float(np.sqrt(np.mean([f.shift**2 for f in found])))
-    law = float(np.sqrt(np.mean(np.square(laws))))
-    yield f"law with side slip, rms: {law:.2%}, band {LAW_WITH_SIDE_SLIP:.2%}"
+    bands = {"plain": band.law, "combined": LAW_WITH_SIDE_SLIP}
+    for design, shares in laws.items():
+        law = float(np.sqrt(np.mean(np.square(shares))))
+        yield f"law, {design} runs, rms: {law:.2%}, band {bands[design]:.2%}"
     yield f"later, rms: {1e3 * later:.3f} mm, band {1e3 * band.shift:.3f} mm"
     yield (
         f"bumps and waves beyond the band ({band.bump:.2%}, {band.wave:.2%}): "

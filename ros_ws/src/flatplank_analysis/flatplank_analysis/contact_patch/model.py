@@ -28,6 +28,8 @@ CHUNK = 48
 LAW_WITH_SIDE_SLIP = 0.01
 """`FormError.law` where runs have side slip: no scatter of the grip hides the direction of the two
 forces together, and that of another tire differs from the model's by a hundredth"""
+STRETCH_WITH_SIDE_SLIP = 0.012
+"""`FormError.stretch` where runs have side slip: the forces turn while they rise"""
 THREADS = min(4, os.cpu_count() or 1)
 _POOL = ThreadPoolExecutor(max_workers=THREADS)
 
@@ -49,7 +51,9 @@ class TireModel:
         self.data = data
         self.runs: RunSet = data.runs
         if with_side_slip(data):
-            self.form = replace(TireModel.form, law=LAW_WITH_SIDE_SLIP)
+            self.form = replace(
+                TireModel.form, law=LAW_WITH_SIDE_SLIP, stretch=STRETCH_WITH_SIDE_SLIP
+            )
         self.parameters = base_parameters(data)
         self.starts = other_starts(self.parameters)
         self._names = [p.name for p in self.parameters]

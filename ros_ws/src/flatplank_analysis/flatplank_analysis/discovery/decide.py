@@ -47,7 +47,7 @@ PER_FREEDOM = 6.0
 """permitted sum of squares of the size along the run or among conditions, per degree of freedom"""
 PRIOR = 4.0
 """least weight, in degrees of freedom, of the dispersion among repeats in that among conditions"""
-CONDITIONS = 0.0005
+CONDITIONS = 0.001
 """p-value required among conditions: strict, because they are few and because errors of the law's
 form and of accepted effects also differ between conditions"""
 SURE, CONDITIONS_OF_SURE = 1e-5, 0.005

@@ -347,7 +347,7 @@ class _Searcher:
 
         That is a free form of the force law (the tire has another law, and no fault), or an effect
         of no consequence, which is there and explains it. Both are compared by their drop minus
-        the price of their parameters (BIC); a difference of `ALIKE` does not decide.
+        the price of their parameters (BIC); an `indecisive_difference` is not stronger.
         """
         if decision.term.effect.generic:
             return True
@@ -357,7 +357,7 @@ class _Searcher:
                 continue
             price = math.log(judge.state.independent)
             own = decision.drop - price * decision.parameters
-            if other.drop - price * other.parameters < (1.0 + ALIKE) * own:
+            if other.drop - price * other.parameters < own + indecisive_difference(decision):
                 continue
             both = judge.state.fit_whitened(self.fitter.with_term(fit.fit, decision.term))
             beside = self.refits.newest(replace(judge, without=fit.chi2), both)

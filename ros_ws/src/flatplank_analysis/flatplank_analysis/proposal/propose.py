@@ -14,7 +14,6 @@ import numpy as np
 
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import heldout, invariants, verdict
-from flatplank_analysis.discovery.decide import CONDITIONS
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import effect_contribution
 from flatplank_analysis.discovery.modelfile import ModelFile
@@ -39,6 +38,9 @@ STEADY = ("fx", "gain", "friction", "slip")
 separately, because repeats have few degrees of freedom"""
 ORDERED = 0.005
 """p-value of the permutation test below which a setting orders the repeats"""
+CHANCE = 0.0005
+"""largest p-value of a sentence, among repeats or among conditions: smaller than that of an effect
+of the library, because the place and the form of a sentence are chosen from many"""
 LEAST_RUNS = 2.0
 """number of runs in which a sentence must act: what only one run shows may be its scatter"""
 HELD_OUT = 0.003
@@ -242,7 +244,7 @@ def reason_against(numbers: dict[str, Any], at_floor: bool = False) -> str:
     low, high = numbers["interval"]
     if low <= 0.0 <= high:
         return "its interval covers zero"
-    if numbers["p_value"] > CONDITIONS:  # among repeats or conditions, whichever is larger
+    if numbers["p_value"] > CHANCE:  # among repeats or conditions, whichever is larger
         return f"not beyond the scatter of the runs, p = {numbers['p_value']:.1g}"
     if numbers["acts_in_runs"] < LEAST_RUNS:
         return f"it acts in {numbers['acts_in_runs']:.1f} runs, and one run repeats nothing"
