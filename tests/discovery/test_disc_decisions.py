@@ -13,7 +13,7 @@ from decisions import RUNS, decision, rival, screened
 from shapes import CONDITIONS, LONG, OTHER, REPEATS, measured, shape
 
 from flatplank_analysis.discovery import backward, decide, refits, rivals, search
-from flatplank_analysis.discovery.decide import CONDITIONS, SHARE, UNEVEN, Judge
+from flatplank_analysis.discovery.decide import SHARE, UNEVEN, Judge
 from flatplank_analysis.discovery.fit import Fitter, Term, Whitened
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.rivals import AlternativeEffect
@@ -118,7 +118,7 @@ def test_an_effect_stays_while_it_explains_something_beside_the_others():
     unsure = AcceptedEffect(decision(drop=1e5, p_repeats=0.02))
     assert not backward.needed(unsure, [strong, unsure])
     # sure enough as the first effect, and not as a further one
-    faint = AcceptedEffect(decision(drop=1e4, p_conditions=1.1 * CONDITIONS))
+    faint = AcceptedEffect(decision(drop=1e4, p_conditions=1.1 * decide.CONDITIONS))
     assert not backward.needed(faint, [strong, faint])
     assert backward.needed(faint, [faint, AcceptedEffect(decision(drop=9e3))])
     # in another signal than the strong one it is no small share
