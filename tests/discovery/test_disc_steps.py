@@ -70,6 +70,30 @@ def test_an_effect_is_tested_beside_what_explains_more_and_is_not_named(other, a
     assert stands(decision(FREE, drop=1.0), False) and len(tested) == (4 if asked else 0)
 
 
+@pytest.mark.parametrize(("drop", "dispersion", "asked"), [
+    (84.0, 1.0, False), (86.0, 1.0, True), (86.0, 1.5, False),
+])  # fmt: skip
+def test_a_law_is_stronger_where_the_difference_decides_between_two_effects(
+    drop, dispersion, asked
+):
+    """ln of the independent numbers is 5, so 45 are beside four parameters' 64 or 66; 20 decide,
+    times the dispersion."""
+    tested = []
+    searcher = SimpleNamespace(
+        fitter=SimpleNamespace(with_term=lambda fit, term: fit),
+        refits=SimpleNamespace(newest=lambda judge, both: tested.append(both) or decision()),
+    )
+    judge = Judge(SimpleNamespace(independent=math.exp(5.0), fit_whitened=lambda f: f), 0.0, None)
+    own, tried = (
+        decision(drop=50.0, dispersion=dispersion),
+        decision(FREE, drop=drop, parameters=4),
+    )
+    assert _Searcher.stands_beside_stronger(
+        searcher, judge, own, [(tried, Whitened("law", 0.0))], False
+    )
+    assert tested == ["law"] * asked
+
+
 def test_a_refit_that_was_carried_to_its_end_takes_the_place_of_the_first():
     fits = [Whitened(name, 0.0) for name in ("a", "b", "end")]
     first, other, wrong = decision(), decision(OTHER), odd()
