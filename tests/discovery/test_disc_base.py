@@ -34,18 +34,21 @@ def _params(**changes):
     return p
 
 
-def _run(kappa, step=0.0015, length=2.5, **changes):
-    n = int(length / step)
-    ds = np.full((1, n), step)
-    dw = np.zeros((2, 1, n))
-    dw[0] = kappa * step
-    one = np.ones((1, n))
-    force = np.zeros((2, 1, n))
+def _forces(ds, dw, **changes):
+    """Fx and Fy (2, n) of one element; ds: step [m] of the plank, dw (2, 1, n)."""
+    one, force = np.ones((1, dw.shape[-1])), np.zeros(dw.shape)
     kernel.sweep(
-        kernel.blocks_of(np.arange(1)), True, True, ds, dw, one * step / 0.03, one * LOAD, one,
+        kernel.blocks_of(np.arange(1)), True, True, ds * one, dw, ds / 0.03 * one, one * LOAD, one,
         _params(**changes), np.array([LOAD]), 0.03, force, None,
     )  # fmt: skip
-    return np.cumsum(ds[0]), force[0, 0]
+    return force[:, 0]
+
+
+def _run(kappa, step=0.0015, length=2.5, **changes):
+    n = int(length / step)
+    dw = np.zeros((2, 1, n))
+    dw[0] = kappa * step
+    return step * np.arange(1, n + 1), _forces(step, dw, **changes)[0]
 
 
 def test_small_slip_is_first_order_with_the_sum_of_both_lengths():
@@ -61,16 +64,6 @@ def test_steady_force_is_the_law(kappa):
     slip = kappa / (1.0 + kappa)
     law, _ = kernel.steady(slip, STIFF, 1.05 * LOAD, 3.0, 0.0, 0.0)
     assert fx[-1] == pytest.approx(law, rel=2e-3)
-
-
-def _forces(ds, dw, **changes):
-    n = dw.shape[-1]
-    one, force = np.ones((1, n)), np.zeros((2, 1, n))
-    kernel.sweep(
-        kernel.blocks_of(np.arange(1)), True, True, ds * one, dw, one * 0.05, one * LOAD, one,
-        _params(**changes), np.array([LOAD]), 0.03, force, None,
-    )  # fmt: skip
-    return force[:, 0]
 
 
 @pytest.mark.parametrize("slip", [0.01, 0.05, 0.1])
@@ -160,18 +153,9 @@ def test_halving_the_step_changes_little():
 
 def test_play_holds_the_force_at_zero_for_the_gap():
     n = 600
-    ds = np.full((1, n), 0.0015)
     dw = np.zeros((2, 1, n))
     dw[0, 0] = np.where(np.arange(n) < 100, -3e-6, 6e-6)
-    one = np.ones((1, n))
-    force = np.zeros((2, 1, n))
-    p = _params(play=6e-4, play_rest=-1.0, play_soft=2.0)
-    blocks = kernel.blocks_of(np.arange(1))
-    kernel.sweep(
-        blocks, True, True, ds, dw, one * 0.05, one * LOAD, one, p, np.array([LOAD]), 0.03, force,
-        None,
-    )  # fmt: skip
-    fx = force[0, 0]
+    fx = _forces(0.0015, dw, play=6e-4, play_rest=-1.0, play_soft=2.0)[0]
     flat = np.sum(np.abs(fx[100:]) < 3.0) * 6e-6
     assert fx[99] < -20.0 and fx[-1] > 50.0
     assert flat == pytest.approx(6e-4, rel=0.2)
