@@ -201,17 +201,23 @@ def test_the_signals_of_an_effect_are_those_that_others_cannot_imitate():
 
 
 def test_what_an_error_of_the_law_does_to_a_score(in_stretches):
-    """One factor on the signal per condition, by default half a hundredth, on what the base leaves
-    of it."""
+    """One factor on the signal per condition, or for all of one law, by default half a hundredth,
+    on what the base leaves of it."""
     gram, columns, _ = in_stretches
     flat = np.moveaxis(columns[:, :2], 1, 0).reshape(2, -1).T
     x, force = columns[:, 2], columns[:, 8]
     own = without(flat, x.ravel()).reshape(x.shape)
     along = np.sum(own * force, axis=1)
     by_force = decide._along(gram, 2)[:, 8:9]
-    for model, law in ((None, 0.005), (SimpleNamespace(form=FormError(law=0.03)), 0.03)):
-        state = SimpleNamespace(runs=SimpleNamespace(groups=GROUPS), model=model)
-        wanted = law**2 * sum(along[g].sum() ** 2 for g in GROUPS)
+    runs = SimpleNamespace(groups=GROUPS)
+    both = [np.concatenate(GROUPS)]
+    for more, law, groups in (
+        ({}, 0.005, GROUPS),
+        ({"form": FormError(law=0.03)}, 0.03, GROUPS),
+        ({"same_law": both}, 0.005, both),
+    ):
+        state = SimpleNamespace(model=SimpleNamespace(runs=runs, **more))
+        wanted = law**2 * sum(along[g].sum() ** 2 for g in groups)
         assert decide._of_the_law(state, by_force) == pytest.approx(wanted)
 
 
@@ -219,7 +225,7 @@ def test_an_error_of_the_law_is_each_channel_s_own():
     """One factor on both forces would not turn them: no scatter of the grip would, and the law of
     another tire does."""
     turned = np.array([[3.0, -3.0]] * RUNS)
-    state = SimpleNamespace(runs=SimpleNamespace(groups=GROUPS), model=None)
+    state = SimpleNamespace(model=SimpleNamespace(runs=SimpleNamespace(groups=GROUPS)))
     wanted = 0.005**2 * sum(2.0 * (3.0 * len(g)) ** 2 for g in GROUPS)
     assert decide._of_the_law(state, turned) == pytest.approx(wanted)
     signals = numbers(36, 2, RUNS, 5)

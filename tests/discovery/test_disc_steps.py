@@ -118,9 +118,11 @@ def test_the_base_found_with_an_effect_may_fit_better_without_it(chi2, wanted):
 
 
 def test_a_wrong_form_is_added_where_it_is_nearly_right_or_leaves_nothing(monkeypatch):
-    asked, says = [], {}
+    asked, says = [], {"before": "9 N"}
 
     def left(state, found):
+        if state == "before":
+            return says["before"]
         asked.append((state, found))
         return says["left"]
 
@@ -131,7 +133,7 @@ def test_a_wrong_form_is_added_where_it_is_nearly_right_or_leaves_nothing(monkey
             assert best == [tried[which]] and misshapen
             return taken
 
-        step = SimpleNamespace(found=[])
+        step = SimpleNamespace(found=[], state="before")
         return _Searcher.complete(SimpleNamespace(take=take), step, None, tried)
 
     def after(share: float):
@@ -149,6 +151,8 @@ def test_a_wrong_form_is_added_where_it_is_nearly_right_or_leaves_nothing(monkey
     # of two that cannot be told apart it is the more common one
     rare = odd(shape("rare", LONG.form, rarity=1), drop=1005.0)
     assert completed([(rare, None), *pair], near, which=1) is near
+    says["before"] = ""  # nothing that a fault must explain
+    assert completed(pair, near) is None
 
 
 def test_what_a_step_judges_its_refits_by(monkeypatch):

@@ -88,6 +88,7 @@ def parts(monkeypatch):
     monkeypatch.setattr(invariants, "is_active", lambda term: term.effect.identifier != "null")
     monkeypatch.setattr(heldout, "gain", lambda state, fit, index: 0.1 + index)
     monkeypatch.setattr(search, "suspects", lambda *what: what[1:])
+    monkeypatch.setattr(invariants, "residual_of_consequence", lambda *_: "9 N")
 
 
 def test_the_first_that_passes_is_taken():
@@ -104,6 +105,16 @@ def test_the_first_that_passes_is_taken():
 def test_the_more_common_of_two_that_cannot_be_told_apart_is_taken():
     rare = shape("rare", LONG.form, rarity=1)
     assert Told().take(decision(rare, drop=1001.0), decision()) == ["long"]
+
+
+@pytest.mark.parametrize(("left", "found"), [("9 N", ["free"]), ("", None)])
+def test_a_free_law_is_taken_only_where_something_of_consequence_is_left(left, found, monkeypatch):
+    """Was taken and searched on beside, and dropped at the end: half of the time with nothing
+    hidden, and the way of a false wear."""
+    monkeypatch.setattr(invariants, "residual_of_consequence", lambda *_: left)
+    free = shape("free", LONG.form, generic=True)
+    assert Told().take(decision(free)) == found
+    assert Told().take(decision(), decision(free, drop=900.0)) == ["long"]
 
 
 @pytest.mark.parametrize("refused", [REFUSED, UNEVEN[:1]])

@@ -6,12 +6,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
 from flatplank_analysis.contact_patch.grid import SPEED
 from flatplank_analysis.contact_patch.model import (
-    LAW_WITH_SIDE_SLIP,
+    LAW_AMONG_SETTINGS,
     STRETCH_WITH_SIDE_SLIP,
     TireModel,
 )
@@ -38,11 +39,15 @@ SCATTERS = (0.0, 0.01)
 """scatter of the tire from run to run, used in turn [-]"""
 QUIET = 1.0
 """noise at which the form error of the base model is visible [N]"""
-LAW_NOISE = 7.5, 0.02
-"""noise [N] and scatter with which the error of the force law is measured: scatter hides an error
-in the size of a force, but not in its rise after a step, nor in the direction of both forces"""
-LAW_WORLDS = {"plain": ("plant", "second", "third"), "combined": COMBINED}
-"""design -> worlds that measure the error of the force law without and with side slip"""
+ONE_LAW = ("plant", "second", "third")
+SCATTERED, STILL = (7.5, 0.02), (QUIET, 0.0)
+LAW_WORLDS = {
+    "plain": (ONE_LAW, (SCATTERED,)), "pressures": (ONE_LAW, (SCATTERED, STILL)),
+    "combined": (COMBINED, (SCATTERED,)), "loads": (ONE_LAW, (SCATTERED, STILL)),
+}  # fmt: skip
+"""design -> worlds that measure the error of the force law there, with their noises [N] and
+scatters: scatter hides an error in the size of a force, but not in its rise after a step, nor in
+the direction of both forces; an error in how it follows the settings shows most without"""
 LIKE_A_LAW = (DriveBrakeAsymmetry, LoadLossBraking, DriveBrakeStiffness)
 """effects that look like another force law"""
 
@@ -167,8 +172,8 @@ def law_errors(
 ) -> Iterator[tuple[str, int, str, float]]:
     """Error of the force law of the base, as a share of the force, from the size of effects that
     are not there: (world, seed, effect, error). design: see `LAW_WORLDS`."""
-    level, scatter = LAW_NOISE
-    for world in LAW_WORLDS[design]:
+    worlds, noises = LAW_WORLDS[design]
+    for (level, scatter), world in product(noises, worlds):
         for number in range(seed, seed + count):
             tables = nothing_hidden(world, number, level, scatter, design=design)
             state = Session.of_tables(tables).fit(None).state
@@ -177,8 +182,9 @@ def law_errors(
                 start = Term(effect, effect.vector({effect.main_parameter().name: 0.01}))
                 found = state.with_term(start, most=12)
                 decision = judge.decide(found, len(found.fit.terms) - 1, 1.0)
-                share = form_error_of(state.model).law / decision.law_error
-                yield world, number, effect.identifier, share * abs(decision.term.size)
+                if decision.law_error > 0.0:
+                    share = form_error_of(state.model).law / decision.law_error
+                    yield world, number, effect.identifier, share * abs(decision.term.size)
 
 
 def lines_of_form(count: int) -> Iterator[str]:
@@ -211,7 +217,8 @@ def lines_of_form(count: int) -> Iterator[str]:
     for what, (share, limit) in most.items():
         yield f"most {what}: {share:.3%}, band {limit:.3%}"
     later = float(np.sqrt(np.mean([f.shift**2 for f in found])))
-    bands = {"plain": band.law, "combined": LAW_WITH_SIDE_SLIP}
+    wide = LAW_AMONG_SETTINGS
+    bands = {"plain": band.law, "pressures": band.law, "combined": wide, "loads": wide}
     for design, shares in laws.items():
         law = float(np.sqrt(np.mean(np.square(shares))))
         yield f"law, {design} runs, rms: {law:.2%}, band {bands[design]:.2%}"

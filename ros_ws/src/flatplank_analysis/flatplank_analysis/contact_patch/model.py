@@ -13,6 +13,8 @@ import numpy as np
 from flatplank_analysis.contact_patch import kernel
 from flatplank_analysis.contact_patch.grid import SPEED
 from flatplank_analysis.contact_patch.parameters import (
+    among_loads,
+    at_one_law,
     base_parameters,
     other_starts,
     with_side_slip,
@@ -25,9 +27,10 @@ from flatplank_analysis.effects.base import Block, Motion, Node, Signal, Tire
 
 CHUNK = 48
 """parameter sets computed at once"""
-LAW_WITH_SIDE_SLIP = 0.01
-"""`FormError.law` where runs have side slip: no scatter of the grip hides the direction of the two
-forces together, and that of another tire differs from the model's by a hundredth"""
+LAW_AMONG_SETTINGS = 0.01
+"""`FormError.law` where runs differ in side slip or load: no scatter of the grip hides the
+direction of the two forces together, and another tire's law follows the load otherwise, which
+shows as a difference between driving and braking, or as a carcass that follows the load"""
 STRETCH_WITH_SIDE_SLIP = 0.012
 """`FormError.stretch` where runs have side slip: the forces turn while they rise"""
 THREADS = min(4, os.cpu_count() or 1)
@@ -51,9 +54,11 @@ class TireModel:
         self.data = data
         self.runs: RunSet = data.runs
         if with_side_slip(data):
-            self.form = replace(
-                TireModel.form, law=LAW_WITH_SIDE_SLIP, stretch=STRETCH_WITH_SIDE_SLIP
-            )
+            self.form = replace(self.form, stretch=STRETCH_WITH_SIDE_SLIP)
+        if with_side_slip(data) or among_loads(data):
+            self.form = replace(self.form, law=LAW_AMONG_SETTINGS)
+        self.same_law = at_one_law(data)
+        """rows of the runs of one law; the pressure does not change its form"""
         self.parameters = base_parameters(data)
         self.starts = other_starts(self.parameters)
         self._names = [p.name for p in self.parameters]

@@ -61,6 +61,22 @@ def with_side_slip(data: TireRuns) -> bool:
     return bool(np.abs(data.alpha).max() > SIDE_SLIP)
 
 
+def among_loads(data: TireRuns) -> bool:
+    """True when the runs differ in load."""
+    return bool(np.ptp(data.nominal) > 0.02 * data.reference.load)
+
+
+def at_one_law(data: TireRuns) -> list[np.ndarray]:
+    """Rows of the runs with the same slip, side slip, camber and load; runs without a constant
+    slip are alike within their condition."""
+    slip = np.where(np.isnan(data.kappa), 1.0 + data.runs.condition, data.kappa)
+    settings = np.round(
+        np.stack([slip, data.alpha, data.gamma, data.nominal / data.reference.load]), 3
+    )
+    _, law = np.unique(settings, axis=1, return_inverse=True)
+    return [np.flatnonzero(law == i) for i in np.unique(law)]
+
+
 def base_parameters(data: TireRuns) -> tuple[Parameter, ...]:
     """Parameters of the base for a campaign, start values in `null`, scales in `screen`."""
     load = data.reference.load
@@ -70,7 +86,7 @@ def base_parameters(data: TireRuns) -> tuple[Parameter, ...]:
         "load within a run": moving_load(data.load) > LEAST_LOAD,
         "side force": "fy" in data.runs.channels,
         "side slip": turned,
-        "load": np.ptp(data.nominal) > 0.02 * load,
+        "load": among_loads(data),
         "three loads": len(set(np.round(data.nominal / load, 1))) > 2,
         "pressure": np.ptp(data.pressure) > 0.02,
     }

@@ -25,7 +25,7 @@ from flatplank_analysis.discovery.dispersion import (
 )
 from flatplank_analysis.discovery.fit import Fit, Term, Whitened, effect_contribution
 from flatplank_analysis.discovery.gram import Gram, solve
-from flatplank_analysis.discovery.model import form_error_of
+from flatplank_analysis.discovery.model import form_error_of, same_law
 from flatplank_analysis.discovery.state import State, Uneven
 
 FAMILY = 0.05
@@ -347,8 +347,8 @@ def _conditions(state: State) -> list[np.ndarray]:
 
 def _of_the_law(state: State, along: np.ndarray) -> float:
     """Variance of the score by a relative error of the law (`FormError.law`), independent in each
-    condition and channel; along (runs, channels): score by the signal of each channel."""
-    scores = [along[g].sum(axis=0) for g in state.runs.groups]
+    channel and between runs of another law; along (runs, channels): score by the signals."""
+    scores = [along[rows].sum(axis=0) for rows in same_law(state.model)]
     return form_error_of(state.model).law ** 2 * float(np.sum(np.square(scores)))
 
 

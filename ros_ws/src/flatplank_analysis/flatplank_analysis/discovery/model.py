@@ -43,8 +43,9 @@ class FormError:
     side: float = 0.0
     """`mean` for the other channels"""
     law: float = 0.005
-    """standard deviation of a signal per condition, as a share of it, independent in each channel;
-    it limits the precision of effects that are proportional to the signals"""
+    """standard deviation of a signal, as a share of it, independent in each channel and between
+    runs of another law (`same_law`); it limits the precision of effects that are proportional to
+    the signals"""
     shift: float = 0.0
     """standard deviation of the place at which signals rise and fall, in the unit of the place"""
 
@@ -56,6 +57,12 @@ class FormError:
 def form_error_of(model: Model) -> FormError:
     """Form error of a model: its attribute `form`, or zeros."""
     return getattr(model, "form", FormError())
+
+
+def same_law(model: Model) -> Sequence[np.ndarray]:
+    """Rows of the runs whose signals have the same error `FormError.law`: the attribute `same_law`
+    of the model, or the conditions."""
+    return getattr(model, "same_law", model.runs.groups)
 
 
 def usual_scatter(model: Model) -> Sequence[float]:

@@ -251,7 +251,7 @@ class _Searcher:
         odd = [d for d in step.refits if d.misshapen]
         self.refused |= {d.term.effect.identifier: d.unevenness for d in odd}
         taken = self.take(step, judge, tried)
-        if taken is None and invariants.residual_of_consequence(state, bool(step.found)):
+        if taken is None and _left(step):
             more = self.refits.with_start_sizes(judge, step.screen, items)
             step.refits += [d for d, _ in more]
             taken = self.take(step, judge, more)
@@ -260,13 +260,15 @@ class _Searcher:
 
     def complete(self, step: Step, judge: Judge, tried: list[Refit]) -> Step | None:
         """Add an effect refused for its form, when the form is nearly right (`NEARLY`) or no
-        residual of consequence remains beside it.
+        residual of consequence remains beside it; none where nothing of consequence is left.
         """
+        if not _left(step):
+            return None
         best = preferred(completable(tried, step.found))[:1]
         taken = self.take(step, judge, best, misshapen=True) if best else None
         if taken is None or taken.found[-1].decision.unevenness < NEARLY:
             return taken
-        return None if invariants.residual_of_consequence(taken.state, True) else taken
+        return None if _left(taken) else taken
 
     def take(
         self,
@@ -278,11 +280,14 @@ class _Searcher:
         """The step with the first refit that passes all tests, after backward elimination.
 
         misshapen: a wrong form is permitted. A refit that is eliminated itself, or that leads back
-        to the effects of an earlier step, is refused. None when no refit passes.
+        to the effects of an earlier step, is refused, and so is a free form of the law where
+        nothing of consequence is left. None when no refit passes.
         """
         state = step.state
         further: list[Refit] | None = None
-        for _, near in preferred(tried):
+        for first, near in preferred(tried):
+            if first.term.effect.generic and not _left(step):
+                continue
             best = state.fit_whitened(near.fit)
             fair, decision = self.tested(judge, best)
             # later steps start from this base
@@ -395,6 +400,11 @@ def completable(tried: Sequence[Refit], found: Sequence[AcceptedEffect]) -> list
 def passes(decision: Decision, misshapen: bool) -> bool:
     """True when an effect is accepted; misshapen: also with a wrong form."""
     return decision.accepted or (misshapen and decision.misshapen)
+
+
+def _left(step: Step) -> str:
+    """The residual of consequence of a step in words; empty when there is none."""
+    return invariants.residual_of_consequence(step.state, bool(step.found))
 
 
 def _names(step: Step) -> frozenset[str]:

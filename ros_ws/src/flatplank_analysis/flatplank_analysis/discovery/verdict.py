@@ -169,7 +169,7 @@ def undecidable(runs: RunSet) -> str:
 
 def diagnose(search: Search, next_run: dict[str, Any] | None = None) -> Diagnosis:
     """Judge the end of a search."""
-    runs, search = search.model.runs, _without_idle_law(search)
+    runs = search.model.runs
     verdict, reason = _unsettled(search)
     if verdict:
         search = replace(search, steps=search.steps[:1])
@@ -259,13 +259,6 @@ def _verdict(search: Search, last: Step) -> tuple[str, str]:
     if crowd:
         return GROUP, "some effects cannot be told apart with these runs"
     return FOUND, "down to the floor"
-
-
-def _without_idle_law(search: Search) -> Search:
-    """The search without a free form of the law that explains nothing of consequence."""
-    first = search.steps[0].state
-    idle = _only_law(search.last) and not invariants.residual_of_consequence(first, False)
-    return replace(search, steps=search.steps[:1]) if idle else search
 
 
 def _named(last: Step) -> list[AcceptedEffect]:

@@ -14,9 +14,13 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from flatplank_analysis.discovery.effect import Effect
+from flatplank_analysis.discovery.runs import RunSet
 
 if TYPE_CHECKING:
     from flatplank_analysis.contact_patch.tire_runs import TireRuns
+
+OTHER_SPEED = 1.2
+"""ratio of the plank speeds from which on what takes time can be told from what takes a way"""
 
 
 @dataclass(eq=False)
@@ -140,3 +144,9 @@ class TireProperty(TireEffect):
 
     kind = "tire"
     removes = "Nothing: it belongs to the tire."
+
+
+def several_speeds(runs: RunSet) -> bool:
+    """True when the plank speeds of the runs differ (`OTHER_SPEED`)."""
+    speed = runs.facts["speed"]
+    return bool(speed.max() > OTHER_SPEED * speed.min())

@@ -3,13 +3,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.runs import RunSet
-from flatplank_analysis.effects.base import Tire, TireProperty
+from flatplank_analysis.effects.base import Tire, TireProperty, several_speeds
+
+TRANSIENT = 0.1
+"""[m] relaxation length along the wheel: at one speed a creep on a shorter way cannot be told from
+the transient of the tire"""
 
 
 @dataclass(frozen=True)
@@ -33,6 +38,12 @@ class CarcassCreep(TireProperty):
     @classmethod
     def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:
         return [{"time": t} for t in (4.0, 15.0)]
+
+    @classmethod
+    def separable(cls, runs: RunSet, values: Mapping[str, float] | None = None) -> bool:
+        if values is None or several_speeds(runs):
+            return True
+        return bool(values["time"] * runs.facts["speed"].max() > TRANSIENT)
 
     def tire(self, tire: Tire) -> None:
         tire.x.creep += self.per_run.share

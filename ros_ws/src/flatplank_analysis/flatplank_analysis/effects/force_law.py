@@ -9,11 +9,9 @@ from typing import ClassVar
 
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.runs import RunSet
-from flatplank_analysis.effects.base import Tire, TireEffect, TireProperty
+from flatplank_analysis.effects.base import Tire, TireEffect, TireProperty, several_speeds
 
 LEVELS = ("at_1", "at_2", "at_5", "at_10")
-OTHER_SPEED = 1.2
-"""ratio of the plank speeds from which on friction over speed can be told from the force law"""
 
 
 @dataclass(frozen=True)
@@ -106,8 +104,7 @@ class SlidingFriction(TireEffect):
 
     @classmethod
     def separable(cls, runs: RunSet, values: Mapping[str, float] | None = None) -> bool:
-        speed = runs.facts["speed"]
-        return bool(speed.max() > OTHER_SPEED * speed.min())
+        return several_speeds(runs)
 
     def tire(self, tire: Tire) -> None:
         tire.x.slide += self.per_run.drop

@@ -12,10 +12,10 @@ from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.effects.base import Motion, Tire, TireEffect
 
-BEFORE, AFTER, AFTER_START = 0.1, 0.2, 0.6
-"""[m] distances before and after a step common to all runs, and after a common start with side
-slip, within which a patch cannot be told from the transient: the lateral force takes about two
-relaxation lengths, of 0.3 m"""
+BEFORE, AFTER, AFTER_START, AFTER_TURNED_START = 0.1, 0.2, 0.3, 0.6
+"""[m] distances before and after a step common to all runs, and after a common start without and
+with side slip, within which a patch cannot be told from the transient: two to three relaxation
+lengths, of 0.1 m along the wheel and 0.3 m across it"""
 COMMON = 0.05
 """[m] largest difference between places that are common to all runs"""
 
@@ -149,9 +149,11 @@ def _transients(runs: RunSet) -> list[tuple[float, float]]:
     if len(steps) and np.ptp(steps) < COMMON:
         out.append((float(np.median(steps)) - BEFORE, float(np.median(steps)) + AFTER))
     starts = runs.coordinates["plank position"].values[:, 0]
-    angles = runs.facts.get("alpha", np.zeros(1))
-    if np.ptp(starts) < COMMON and np.any(angles != 0.0):
-        out.append((-np.inf, float(np.median(starts)) + AFTER_START))
+    if np.ptp(starts) < COMMON:
+        turned = np.any(runs.facts.get("alpha", np.zeros(1)) != 0.0)
+        end = np.median(starts) + (AFTER_TURNED_START if turned else AFTER_START)
+        # a straight wheel shows a patch from its first slip on
+        out.append((-np.inf, float(end if turned else min(end, *steps, np.inf))))
     return out
 
 
