@@ -20,7 +20,8 @@ Send = Callable[[str], dict[str, Any]]
 
 
 class EmulatorStalls:
-    """Counters of the emulator: it was not let run, or a frame came too old to be answered."""
+    """Counters of the emulator: it was not let run, or took a frame too late for the master, whose
+    answer it then misses."""
 
     def __init__(self, send: Send) -> None:
         self._send = send
@@ -28,13 +29,13 @@ class EmulatorStalls:
 
     def _count(self) -> tuple[float, ...]:
         state = self._send("state")
-        return state["stalled_ms"], state["wire"]["aged"]
+        return state["stalled_ms"], state["wire"]["late"]
 
     def __bool__(self) -> bool:
         return self._count() != self._before
 
     def __str__(self) -> str:
-        return f"emulator: {self._before} -> {self._count()} (stalled ms, aged frames)"
+        return f"emulator: {self._before} -> {self._count()} (stalled ms, late frames)"
 
 
 class LongestWait:

@@ -335,6 +335,14 @@ def test_wire_drops_what_is_old() -> None:
     assert wire.counts["aged"] == 1
 
 
+def test_wire_counts_what_the_master_may_miss_the_answer_to() -> None:
+    """Two milliseconds were no stall, which counts from 3 ms on, and four lost frames a fault of
+    the master."""
+    wire = Wire()
+    assert all(wire.admits(True, age) for age in (0, 1_400_000, 1_600_000, 2_500_000))
+    assert (wire.counts["late"], wire.counts["aged"]) == (2, 0)
+
+
 def test_wire_loses_holds_and_delays() -> None:
     wire = Wire()
     wire.lose_next = 1

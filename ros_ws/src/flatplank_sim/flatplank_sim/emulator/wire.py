@@ -6,6 +6,9 @@ from __future__ import annotations
 import random
 from dataclasses import dataclass, field
 
+LATE_NS = 1_500_000
+"""age of a frame from which its answer may come too late [ns]: the master waits for 2 ms"""
+
 
 @dataclass
 class Wire:
@@ -28,7 +31,7 @@ class Wire:
     """true: no frame passes"""
     counts: dict[str, int] = field(
         default_factory=lambda: dict.fromkeys(
-            ("received", "answered", "lost", "aged", "process_data", "unanswered"), 0
+            ("received", "answered", "lost", "late", "aged", "process_data", "unanswered"), 0
         )
     )
     _held: list[bytearray] = field(default_factory=list)
@@ -41,6 +44,7 @@ class Wire:
         """True when a frame from the master reaches the slaves."""
         self.counts["received"] += 1
         self.counts["process_data"] += process_data
+        self.counts["late"] += age_ns > LATE_NS
         if age_ns > self.max_age_ns:
             self.counts["aged"] += 1
             return False
