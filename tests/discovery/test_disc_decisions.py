@@ -218,6 +218,7 @@ def test_which_wrong_form_is_completed():
     assert not completed(wronger, odd)
     assert completed(replace(wronger, p_repeats=0.5), odd) == [odd]
     assert completed(replace(wronger, drop=900.0), odd) == [odd]
+    assert completed(replace(wronger, reasons=(*UNEVEN, IMITATED)), odd) == [odd]
     alike = (AlternativeEffect(odd.term, False),)
     assert completed(odd, weaker, found=[AcceptedEffect(weaker, alike)]) == [weaker]
     assert completed(odd, weaker, found=[AcceptedEffect(decision(), alike)]) == [odd]

@@ -105,24 +105,33 @@ def test_a_refit_that_was_carried_to_its_end_takes_the_place_of_the_first():
         assert step.refits == [other, last] and searcher.refused == refused
 
 
-@pytest.mark.parametrize(("chi2", "wanted"), [(640.0, 640.0), (660.0, 650.0)])
-def test_the_base_found_with_an_effect_may_fit_better_without_it(chi2, wanted):
-    state = SimpleNamespace(fit_whitened={("both", 1): Whitened("without", chi2)}.get)
+@pytest.mark.parametrize(
+    ("without", "again", "wanted", "fitted"),
+    [
+        (640.0, 0.0, 640.0, "both"), (660.0, 0.0, 650.0, "both"),
+        (590.0, 580.0, 590.0, "again"), (590.0, 610.0, 590.0, "both"),
+    ],
+)  # fmt: skip
+def test_the_base_found_with_an_effect_may_fit_better_without_it(without, again, wanted, fitted):
+    """Where it is better than with it, 600, that fit had not ended: it goes on from there."""
+    ends = {"less": ("less", without), "less and last": ("again", again)}
+    state = SimpleNamespace(fit_whitened=lambda fit: Whitened(*ends[fit]))
     searcher = SimpleNamespace(
-        fitter=SimpleNamespace(without_term=lambda fit, index: (fit.name, index)),
-        refits=SimpleNamespace(newest=lambda judge, found: (judge.without, found)),
+        fitter=SimpleNamespace(
+            without_term=lambda fit, index: "less", with_term=lambda fit, term: f"{fit} and {term}"
+        ),
+        refits=SimpleNamespace(newest=lambda judge, found: judge.without),
     )
-    found = Whitened(SimpleNamespace(name="both", terms=("first", "last")), 0.0)
-    fair, told = _Searcher.tested(searcher, Judge(state, 650.0, None), found)
-    assert fair.without == wanted and told == (wanted, found)
+    found = Whitened(SimpleNamespace(name="both", terms=("first", "last")), 600.0)
+    fair, told, end = _Searcher.tested(searcher, Judge(state, 650.0, None), found)
+    assert fair.without == told == wanted
+    assert end.fit == "again" if fitted == "again" else end is found
 
 
 def test_a_wrong_form_is_added_where_it_is_nearly_right_or_leaves_nothing(monkeypatch):
-    asked, says = [], {"before": "9 N"}
+    asked, says = [], {}
 
     def left(state, found):
-        if state == "before":
-            return says["before"]
         asked.append((state, found))
         return says["left"]
 
@@ -133,7 +142,7 @@ def test_a_wrong_form_is_added_where_it_is_nearly_right_or_leaves_nothing(monkey
             assert best == [tried[which]] and misshapen
             return taken
 
-        step = SimpleNamespace(found=[], state="before")
+        step = SimpleNamespace(found=[])
         return _Searcher.complete(SimpleNamespace(take=take), step, None, tried)
 
     def after(share: float):
@@ -151,8 +160,6 @@ def test_a_wrong_form_is_added_where_it_is_nearly_right_or_leaves_nothing(monkey
     # of two that cannot be told apart it is the more common one
     rare = odd(shape("rare", LONG.form, rarity=1), drop=1005.0)
     assert completed([(rare, None), *pair], near, which=1) is near
-    says["before"] = ""  # nothing that a fault must explain
-    assert completed(pair, near) is None
 
 
 def test_what_a_step_judges_its_refits_by(monkeypatch):

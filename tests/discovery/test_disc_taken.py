@@ -50,7 +50,7 @@ class Told:
     def tested(self, judge, best):
         effect = best.fit.effect
         first = next(d for d in self.step.refits if d.term.effect is effect)
-        return f"fair {judge}", self.later.get(effect, first)
+        return f"fair {judge}", self.later.get(effect, first), best
 
     def correct(self, _step, _tried, now, before):
         self.corrected.append((now[0], before.fit.effect))

@@ -60,6 +60,8 @@ in which it shows"""
 
 NEGLIGIBLE = "present, negligible"
 """reason that applies to a size of no consequence"""
+IMITATED = "these runs cannot tell it from the base"
+"""reason that applies to an effect that the base imitates wholly (`Effect.separable`)"""
 UNEVEN = ("not the same size along the run", "not the same size in every condition")
 """reasons that apply to a false effect, and to a fault of another form than the effect"""
 
@@ -282,7 +284,7 @@ class Judge:
         if d.drop < self.alike.get(d.term.effect.identifier, 0.0):
             yield "its drop does not distinguish it from a found effect"
         if not d.term.effect.separable(self.state.runs, d.term.named()):
-            yield "these runs cannot tell it from the base"
+            yield IMITATED
 
 
 def _reasons(d: Decision, conditions: float) -> Iterator[str]:

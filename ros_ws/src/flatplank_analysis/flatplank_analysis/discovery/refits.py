@@ -83,10 +83,11 @@ class Refits:
         return by_drop(out)
 
     def converged(self, judge: Judge, pair: Refit) -> Refit:
-        """The refit, continued to its end when it was refused although it exceeds the scatter:
-        two Jacobians may not reach the size of an effect."""
+        """The refit, continued to its end when it was refused although it exceeds the scatter, or
+        when it explains less than nothing: two Jacobians may not reach the size of an effect."""
         d, warm = pair
-        if d.accepted or d.p_repeats > d.level or d.term.effect.generic:
+        slight = d.drop > 0.0 and d.p_repeats > d.level
+        if d.accepted or slight or d.term.effect.generic:
             return pair
         found = judge.state.fit_whitened(warm.fit)
         return self.newest(judge, found), found

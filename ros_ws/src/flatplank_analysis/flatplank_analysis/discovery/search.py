@@ -14,7 +14,7 @@ from flatplank_analysis.discovery import heldout, invariants
 from flatplank_analysis.discovery import screen as screens
 from flatplank_analysis.discovery.backward import Backward, uneven_terms
 from flatplank_analysis.discovery.classes import Classes
-from flatplank_analysis.discovery.decide import NEARLY, UNEVEN, Decision, Judge
+from flatplank_analysis.discovery.decide import IMITATED, NEARLY, UNEVEN, Decision, Judge
 from flatplank_analysis.discovery.effect import Effect, variants_of
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term, Whitened
 from flatplank_analysis.discovery.model import Model, starts_of
@@ -260,10 +260,8 @@ class _Searcher:
 
     def complete(self, step: Step, judge: Judge, tried: list[Refit]) -> Step | None:
         """Add an effect refused for its form, when the form is nearly right (`NEARLY`) or no
-        residual of consequence remains beside it; none where nothing of consequence is left.
+        residual of consequence remains beside it.
         """
-        if not _left(step):
-            return None
         best = preferred(completable(tried, step.found))[:1]
         taken = self.take(step, judge, best, misshapen=True) if best else None
         if taken is None or taken.found[-1].decision.unevenness < NEARLY:
@@ -289,11 +287,11 @@ class _Searcher:
             if first.term.effect.generic and not _left(step):
                 continue
             best = state.fit_whitened(near.fit)
-            fair, decision = self.tested(judge, best)
+            fair, decision, best = self.tested(judge, best)
             # later steps start from this base
             if passes(decision, misshapen) and best.fit.at_bound and not step.found:
-                best = self.refits.restarted(state, best)
-                fair, decision = self.tested(judge, best)
+                restarted = self.refits.restarted(state, best)
+                fair, decision, best = self.tested(judge, restarted)
             if not passes(decision, misshapen):
                 self.correct(step, tried, (decision, best), near)
                 continue
@@ -323,13 +321,19 @@ class _Searcher:
             ]
         return None
 
-    def tested(self, judge: Judge, found: Whitened) -> tuple[Judge, Decision]:
-        """The tests of the last effect of a fit, and the judge that made them: the base found with
-        the effect may also fit better without it."""
-        index = len(found.fit.terms) - 1
-        less = judge.state.fit_whitened(self.fitter.without_term(found.fit, index))
+    def tested(self, judge: Judge, found: Whitened) -> tuple[Judge, Decision, Whitened]:
+        """The tests of the last effect of a fit, the judge that made them, and the fit.
+
+        The base found with the effect may also fit better without it; where that is better than
+        with it, the effect is fitted again from there.
+        """
+        state, index = judge.state, len(found.fit.terms) - 1
+        less = state.fit_whitened(self.fitter.without_term(found.fit, index))
+        if less.chi2 < found.chi2:
+            again = state.fit_whitened(self.fitter.with_term(less.fit, found.fit.terms[-1]))
+            found = min(found, again, key=lambda fit: fit.chi2)
         fair = replace(judge, without=min(judge.without, less.chi2))
-        return fair, self.refits.newest(fair, found)
+        return fair, self.refits.newest(fair, found), found
 
     def correct(self, step: Step, tried: list[Refit], now: Refit, before: Whitened) -> None:
         """Put a refit that was carried to its end in the place of the first one, `before`: an
@@ -374,9 +378,9 @@ class _Searcher:
 def completable(tried: Sequence[Refit], found: Sequence[AcceptedEffect]) -> list[Refit]:
     """Refits of a wrong form that may be added.
 
-    They must explain more than every effect whose size differs even more, and more than found
-    effects may leave (`ALIKE`). They must not be able to stand in for a found effect of a wrong
-    form: they may be what that form leaves.
+    They must explain more than every effect that the runs can show and whose size differs even
+    more, and more than found effects may leave (`ALIKE`). They must not be able to stand in for a
+    found effect of a wrong form: they may be what that form leaves.
     """
     before = [f.decision for f in found]
     worse = [
@@ -384,6 +388,7 @@ def completable(tried: Sequence[Refit], found: Sequence[AcceptedEffect]) -> list
         for d, _ in tried
         if d.p_repeats <= d.level
         and set(UNEVEN) & set(d.reasons)
+        and IMITATED not in d.reasons
         and not (d.misshapen or d.term.effect.generic)
     ]
     wrong = [f for f in found if f.decision.misshapen]
