@@ -13,7 +13,7 @@ from decisions import RUNS, decision, rival, screened
 from shapes import CONDITIONS, LONG, OTHER, REPEATS, measured, shape
 
 from flatplank_analysis.discovery import backward, decide, refits, rivals, search
-from flatplank_analysis.discovery.decide import SHARE, UNEVEN, Judge
+from flatplank_analysis.discovery.decide import IMITATED, SHARE, UNEVEN, Judge
 from flatplank_analysis.discovery.fit import Fitter, Term, Whitened
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.rivals import AlternativeEffect
