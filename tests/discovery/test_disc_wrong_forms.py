@@ -106,6 +106,10 @@ def test_a_promising_refit_is_carried_to_its_end():
     for changes in ({"reasons": ()}, {"p_repeats": 2.0 * first.level}):
         given = (replace(first, **changes), early)
         assert searcher.refits.converged(judge, given) is given
+    # what explains less than nothing had not ended, however far from the scatter it seems
+    lost = replace(first, drop=-5.0, p_repeats=1.0)
+    decision, _ = searcher.refits.converged(judge, (lost, early))
+    assert decision.term.size == pytest.approx(0.1, rel=0.1)
 
 
 def test_a_fault_of_another_form_goes_before_what_imitates_it():
