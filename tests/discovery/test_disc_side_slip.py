@@ -16,14 +16,13 @@ from flatplank_analysis.contact_patch import kernel, laws
 from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.discovery.model import FormError, same_law
+from flatplank_analysis.discovery.model import FormError
 from flatplank_analysis.discovery.noise import ChannelNoise, no_quieter
 from flatplank_analysis.discovery.state import channel_weights
 from flatplank_analysis.discovery.verdict import AT_FLOOR, LAW, Diagnosis
 from flatplank_data.table import MeasurementTable
 from flatplank_sim.cli.simulate import main as simulate
 from flatplank_sim.plant.config import PlantConfig
-from flatplank_validation.blind.nulls import nothing_hidden
 
 PLAN = """
 format: flatplank-plan/1
@@ -109,35 +108,6 @@ def test_with_side_slip_or_several_loads_the_form_of_the_law_is_known_less_well(
     assert loaded.law == turned.law and replace(loaded, law=straight.law) == straight
 
 
-def test_a_law_that_the_loads_bend_is_no_difference_between_driving_and_braking():
-    """Was `found: drive_brake_asymmetry`, -2 %: the error fell from 2.1 N to 1.7 N, both of the
-    form of the base, in a campaign of 0.8 N of noise with nothing hidden."""
-    result = Session.of_tables(nothing_hidden("second", 3, 1.0, design="loads")).diagnose()
-    assert (result.verdict, result.found) == (AT_FLOOR, ()), result.reason
-
-
-@pytest.mark.parametrize(("design", "seed"), [("loads", 1), ("pressures", 31)])
-def test_the_transients_of_all_runs_are_no_worn_patch_and_no_creep(design, seed):
-    """Were `found: worn_patch`, 56 % at 0.14 m, where the wheel starts to roll, with an error of
-    5.94 N before and 5.91 N after; and `found: carcass_creep`, 5 % in 2 s, which are 6 cm."""
-    result = Session.of_tables(nothing_hidden("third", seed, 7.5, design=design)).diagnose()
-    names = {f.decision.term.effect.identifier for f in result.found}
-    assert names <= {"rolling_resistance"}, result.reason  # that of this tire grows with the load
-
-
-def test_the_pressure_does_not_change_the_form_of_the_law():
-    """Were laws of their own: two pressures made the error of a law that they share smaller by the
-    root of two, and that of a carcass that follows the pressure large."""
-    model = TireModel(from_tables(nothing_hidden("second", 1, 7.5, design="pressures")))
-    data, runs = model.data, model.runs
-    law = [set(rows) for rows in same_law(model)]
-    assert sum(map(len, law)) == runs.runs and len(runs.groups) == 2 * len(law)
-    assert all(any(set(rows) <= one for one in law) for rows in runs.groups)
-    assert all(np.ptp(data.kappa[[*one]]) == 0.0 for one in law)
-    single = TireModel(from_tables(tables("wide_loads", 1)))
-    assert [*map(len, same_law(single))] == [*map(len, single.runs.groups)]
-
-
 def test_what_the_form_misses_beside_the_first_channel_is_no_evidence():
     noise = ChannelNoise(np.array([0.04, 0.0, 0.02, 0.0, 0.0, 0.0, 0.0, 0.03]), np.ones(6))
     assert no_quieter(noise, 0.2) is noise
@@ -162,7 +132,7 @@ def test_of_the_bench_with_two_loads_only_what_its_tire_has_is_named(tmp_path):
     true = {"carcass_load": PlantConfig.load("toyo").tire.carcass_stiffness_x_load}
     for found in (f.decision for f in result.found):
         name, (low, high) = found.term.effect.identifier, found.interval
-        assert low < true[name] < high
+        assert name in true and low < true[name] < high
     assert result.verdict in ("found", AT_FLOOR), result.reason
 
 

@@ -39,15 +39,17 @@ SCATTERS = (0.0, 0.01)
 """scatter of the tire from run to run, used in turn [-]"""
 QUIET = 1.0
 """noise at which the form error of the base model is visible [N]"""
-ONE_LAW = ("plant", "second", "third")
+STRAIGHT = ("plant", "second", "third")
+"""worlds that measure the error of the force law without side slip"""
 SCATTERED, STILL = (7.5, 0.02), (QUIET, 0.0)
+"""noise [N] and scatter: scatter hides an error in the size of a force, but not in its rise after
+a step, nor in the direction of both forces; an error in how it follows the settings shows most
+without scatter"""
 LAW_WORLDS = {
-    "plain": (ONE_LAW, (SCATTERED,)), "pressures": (ONE_LAW, (SCATTERED, STILL)),
-    "combined": (COMBINED, (SCATTERED,)), "loads": (ONE_LAW, (SCATTERED, STILL)),
+    "plain": (STRAIGHT, (SCATTERED,)), "pressures": (STRAIGHT, (SCATTERED, STILL)),
+    "combined": (COMBINED, (SCATTERED,)), "loads": (STRAIGHT, (SCATTERED, STILL)),
 }  # fmt: skip
-"""design -> worlds that measure the error of the force law there, with their noises [N] and
-scatters: scatter hides an error in the size of a force, but not in its rise after a step, nor in
-the direction of both forces; an error in how it follows the settings shows most without"""
+"""design -> worlds that measure the error of the force law there, and their noises"""
 LIKE_A_LAW = (DriveBrakeAsymmetry, LoadLossBraking, DriveBrakeStiffness)
 """effects that look like another force law"""
 
