@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 from shapes import CONDITIONS, LONG, REPEATS, shape
 
-from flatplank_analysis.discovery.decide import Decision
+from flatplank_analysis.discovery.decision import Decision
 from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.rivals import Rival
 from flatplank_analysis.discovery.screen import ScreenResult

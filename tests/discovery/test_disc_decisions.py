@@ -13,7 +13,8 @@ from decisions import RUNS, decision, rival, screened
 from shapes import CONDITIONS, LONG, OTHER, REPEATS, measured, shape
 
 from flatplank_analysis.discovery import backward, decide, refits, rivals, search
-from flatplank_analysis.discovery.decide import IMITATED, SHARE, UNEVEN, Judge
+from flatplank_analysis.discovery.decide import SHARE, Judge
+from flatplank_analysis.discovery.decision import IMITATED, NEGLIGIBLE, UNEVEN
 from flatplank_analysis.discovery.fit import Fitter, Term, Whitened
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.rivals import AlternativeEffect
@@ -402,7 +403,7 @@ def test_what_takes_the_place_of_an_effect_is_of_its_class_or_excluded():
     last["c"] = 299.0
     found = rivals.rivals(fitter, judge, 3, wrong, tried, [])
     assert {r.name for r in found if not r.excluded} == {"a", "b", "c"}
-    told["c"] = decision(reasons=(*UNEVEN, decide.NEGLIGIBLE))
+    told["c"] = decision(reasons=(*UNEVEN, NEGLIGIBLE))
     found = rivals.rivals(fitter, judge, 3, wrong, tried, [])
     assert {r.name for r in found if not r.excluded} == {"a", "b"}
 

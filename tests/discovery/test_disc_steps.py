@@ -13,7 +13,8 @@ from decisions import decision
 from shapes import LONG, OTHER, shape
 
 from flatplank_analysis.discovery import classes, invariants, search
-from flatplank_analysis.discovery.decide import NEARLY, UNEVEN, Judge
+from flatplank_analysis.discovery.decide import NEARLY, Judge
+from flatplank_analysis.discovery.decision import NEGLIGIBLE, UNEVEN
 from flatplank_analysis.discovery.fit import Term, Whitened
 from flatplank_analysis.discovery.rivals import AlternativeEffect, Rival
 from flatplank_analysis.discovery.search import _Searcher
@@ -36,8 +37,11 @@ def odd(effect=LONG, share: float = 0.2, **changes):
         (decision(FREE, drop=1035.0, parameters=3), True),
         (decision(FREE, drop=1034.0, parameters=3), False),
         (decision(FREE, drop=1035.0, parameters=3, p_repeats=0.011), False),
-        (decision(OTHER, drop=1035.0, parameters=3, reasons=("present, negligible",)), True),
-        (decision(OTHER, drop=1034.0, parameters=3, reasons=("present, negligible",)), False),
+        (decision(OTHER, drop=1035.0, parameters=3, reasons=(NEGLIGIBLE,)), True),
+        (decision(OTHER, drop=1034.0, parameters=3, reasons=(NEGLIGIBLE,)), False),
+        # of another form than the effect, too; was the way of a false softening of the carcass
+        (decision(OTHER, drop=1035.0, parameters=3, reasons=(NEGLIGIBLE, *UNEVEN)), True),
+        (decision(OTHER, drop=1035.0, parameters=3, reasons=(NEGLIGIBLE, *REFUSED)), False),
         (decision(OTHER, drop=9000.0), False),
         (odd(OTHER, drop=9000.0), False),
     ],
@@ -138,8 +142,8 @@ def test_a_wrong_form_is_added_where_it_is_nearly_right_or_leaves_nothing(monkey
     monkeypatch.setattr(invariants, "residual_of_consequence", left)
 
     def completed(tried, taken, which=0):
-        def take(_step, _judge, best, misshapen):
-            assert best == [tried[which]] and misshapen
+        def take(_step, _judge, every, best, misshapen):
+            assert every is tried and best == [tried[which]] and misshapen
             return taken
 
         step = SimpleNamespace(found=[])

@@ -13,7 +13,7 @@ from decisions import decision, rival
 from shapes import LONG, OTHER, TIME, Sum, measured, searched, shape, wave
 
 from flatplank_analysis.discovery import invariants, verdict, where
-from flatplank_analysis.discovery.decide import UNEVEN
+from flatplank_analysis.discovery.decision import UNEVEN
 from flatplank_analysis.discovery.fit import Fitter, Term
 from flatplank_analysis.discovery.model import FormError
 from flatplank_analysis.discovery.parameters import Parameter

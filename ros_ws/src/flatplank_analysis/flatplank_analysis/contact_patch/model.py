@@ -14,6 +14,7 @@ from flatplank_analysis.contact_patch import kernel
 from flatplank_analysis.contact_patch.grid import SPEED
 from flatplank_analysis.contact_patch.parameters import (
     among_loads,
+    among_pressures,
     at_one_law,
     base_parameters,
     other_starts,
@@ -28,9 +29,10 @@ from flatplank_analysis.effects.base import Block, Motion, Node, Signal, Tire
 CHUNK = 48
 """parameter sets computed at once"""
 LAW_AMONG_SETTINGS = 0.01
-"""`FormError.law` where runs differ in side slip or load: no scatter of the grip hides the
-direction of the two forces together, and another tire's law follows the load otherwise, which
-shows as a difference between driving and braking, or as a carcass that follows the load"""
+"""`FormError.law` where runs differ in side slip, load or pressure: no scatter of the grip hides
+the direction of the two forces together, and another tire's law follows load and pressure
+otherwise, which shows as a difference between driving and braking, or as a carcass that follows
+the load"""
 STRETCH_WITH_SIDE_SLIP = 0.012
 """`FormError.stretch` where runs have side slip: the forces turn while they rise"""
 THREADS = min(4, os.cpu_count() or 1)
@@ -55,7 +57,7 @@ class TireModel:
         self.runs: RunSet = data.runs
         if with_side_slip(data):
             self.form = replace(self.form, stretch=STRETCH_WITH_SIDE_SLIP)
-        if with_side_slip(data) or among_loads(data):
+        if with_side_slip(data) or among_loads(data) or among_pressures(data):
             self.form = replace(self.form, law=LAW_AMONG_SETTINGS)
         self.same_law = at_one_law(data)
         """rows of the runs of one law; the pressure does not change its form"""
@@ -116,9 +118,11 @@ class TireModel:
         d = self.data
         shape = (sets, *d.position.shape)
         zero, more = np.zeros(sets), d.nominal / d.reference.load - 1.0
-        # the rolling radius changes with the load, whatever radius the runs were made with
+        over = d.pressure / d.reference.pressure - 1.0
+        # the rolling radius follows load and pressure, whatever radius the runs were made with
         offset = base["slip_offset"][:, None] + base.get("slip_load", zero)[:, None] * more
         offset = offset + base.get("slip_bend", zero)[:, None] * more**2
+        offset = offset + base.get("slip_pressure", zero)[:, None] * over
         scale = (1.0 + offset) * d.radius
         rolled = scale[:, :, None] * d.turned
         angle = d.alpha + base.get("angle_offset", zero)[:, None]

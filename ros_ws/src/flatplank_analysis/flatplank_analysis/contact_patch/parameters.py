@@ -66,6 +66,11 @@ def among_loads(data: TireRuns) -> bool:
     return bool(np.ptp(data.nominal) > 0.02 * data.reference.load)
 
 
+def among_pressures(data: TireRuns) -> bool:
+    """True when the runs differ in inflation pressure."""
+    return bool(np.ptp(data.pressure) > 0.02)
+
+
 def at_one_law(data: TireRuns) -> list[np.ndarray]:
     """Rows of the runs with the same slip, side slip, camber and load; runs without a constant
     slip are alike within their condition."""
@@ -88,7 +93,7 @@ def base_parameters(data: TireRuns) -> tuple[Parameter, ...]:
         "side slip": turned,
         "load": among_loads(data),
         "three loads": len(set(np.round(data.nominal / load, 1))) > 2,
-        "pressure": np.ptp(data.pressure) > 0.02,
+        "pressure": among_pressures(data),
     }
     known = _parameters(load, turned, along_plank(data) if turned else 0.0)
     return tuple(p for need, p in known if shown[need])
@@ -158,6 +163,7 @@ def _parameters(load: float, turned: bool, along: float = 0.0) -> list[tuple[str
         ("three loads", Parameter("peak_bend", "1", 0.0, -0.4, 0.4, 0.05, prior=0.1)),
         ("pressure", Parameter("stiff_pressure", "1", 0.0, -2.0, 2.0, 0.1)),
         ("pressure", Parameter("peak_pressure", "1", 0.0, -1.0, 1.0, 0.05)),
+        ("pressure", Parameter("slip_pressure", "1", 0.0, -0.02, 0.02, 1e-3)),
     ]
 
 

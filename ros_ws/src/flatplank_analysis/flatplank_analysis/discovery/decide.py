@@ -8,7 +8,7 @@ effect's own scores among repeats and among conditions, and its size must be the
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -17,6 +17,7 @@ from scipy.stats import norm
 from scipy.stats import t as student
 
 from flatplank_analysis.discovery import heldout
+from flatplank_analysis.discovery.decision import IMITATED, NEGLIGIBLE, UNEVEN, Decision
 from flatplank_analysis.discovery.dispersion import (
     TypicalDispersion,
     among_conditions,
@@ -39,10 +40,8 @@ STRETCHES = 5
 SAME = 0.015
 """permitted difference of the size along the run, as a share of the drop of chi2: true effects
 have 0 to 0.005, false ones 0.3 and more"""
-OTHER = 0.4
-"""`SAME` for a fault of another form than the effect, when no residual of consequence remains"""
 NEARLY = 0.15
-"""`SAME` for such a fault when a residual remains: half of the smallest value of false effects"""
+"""`OTHER` when a residual remains: half of the smallest value of false effects"""
 PER_FREEDOM = 6.0
 """permitted sum of squares of the size along the run or among conditions, per degree of freedom"""
 PRIOR = 4.0
@@ -57,87 +56,6 @@ form could look like the effect"""
 SHARE = 0.003
 """least drop of chi2 of a further effect, as a share of the drop explained already in the signals
 in which it shows"""
-
-NEGLIGIBLE = "present, negligible"
-"""reason that applies to a size of no consequence"""
-IMITATED = "these runs cannot tell it from the base"
-"""reason that applies to an effect that the base imitates wholly (`Effect.separable`)"""
-UNEVEN = ("not the same size along the run", "not the same size in every condition")
-"""reasons that apply to a false effect, and to a fault of another form than the effect"""
-
-
-@dataclass(frozen=True)
-class Decision:
-    """Outcome of all tests of one effect in one refit."""
-
-    term: Term
-    drop: float
-    """drop of the whitened chi2 by the effect"""
-    parameters: int
-    dispersion: float
-    """dispersion of the scores among repeats over that of the noise model"""
-    dispersion_conditions: float
-    p_repeats: float
-    p_conditions: float
-    level: float
-    """required p-value: `FAMILY` divided by the number of columns tested"""
-    matters: float
-    """smallest size of consequence"""
-    stretch_q: float
-    stretch_limit: float
-    """gain of chi2 with one size per stretch of the run (`stretch_q`), and its limit"""
-    condition_q: float
-    condition_limit: float
-    """sum of squares of the size over the conditions (`condition_q`), and its limit"""
-    interval: tuple[float, float]
-    """90 % interval of the size"""
-    held_out_gain: float
-    """share of the squared error in left-out conditions that the effect removes"""
-    reasons: tuple[str, ...]
-    """why it was refused; empty when accepted"""
-    law_error: float = 0.0
-    """standard deviation of the size by the error of the force law (`FormError.law`)"""
-    signals: tuple[float, ...] = (1.0,)
-    """share of each channel in what shows the effect"""
-
-    @property
-    def accepted(self) -> bool:
-        return not self.reasons
-
-    @property
-    def covers_zero(self) -> bool:
-        """True when the interval of a size does not exclude zero; a free form has no such size."""
-        return self.interval[0] * self.interval[1] <= 0.0 and not self.term.effect.generic
-
-    @property
-    def unevenness(self) -> float:
-        """Share of the drop by which the size differs along the run or between conditions."""
-        return max(self.stretch_q, self.condition_q) / max(self.drop, 1e-30)
-
-    @property
-    def misshapen(self) -> bool:
-        """True when only its form is wrong, within the permitted limit."""
-        uneven = bool(self.reasons) and set(self.reasons) <= set(UNEVEN)
-        return uneven and not self.term.effect.generic and self.unevenness < OTHER
-
-    @property
-    def slight(self) -> bool:
-        """True when only its size is below what matters."""
-        return self.reasons == (NEGLIGIBLE,)
-
-    @property
-    def residue(self) -> float:
-        """Part of the drop that its wrong form leaves."""
-        return self.unevenness * self.drop if self.misshapen else 0.0
-
-    @property
-    def p_value(self) -> float:
-        return max(self.p_repeats, self.p_conditions)
-
-    def explained_by(self, others: Iterable[Decision]) -> float:
-        """Drop by other effects in the signals in which this one shows."""
-        weights = np.divide(self.signals, max(*self.signals, 1e-30))
-        return sum(d.drop * float(np.dot(weights, d.signals)) for d in others)
 
 
 @dataclass(frozen=True)
@@ -186,13 +104,19 @@ class Judge:
         shrunk = (freedom_c * kappa_c + prior_freedom * kappa) / (freedom_c + prior_freedom)
         whole = max(float(info.sum()), 1e-30)
         along = _along(gram, base)
-        by_law = _of_the_law(state, along[:, -len(signals) :])
+        beside = [row for row, i in enumerate(own) if fit.free[i][0] != index]
+        shown = _not_imitated(
+            gram, beside, base, fit.jacobian[[own[row] for row in beside]], direction
+        )
+        energies = state.metric.energies(shown)
+        by_law = _of_the_law(
+            state, along[:, -len(signals) :], _limits_of_form(state, shown, energies, whole)
+        )
         shrunk += by_law / whole
         stretch_q, stretch_n = _stretch_test(gram, base)
         condition_q, condition_n = _condition_test(state, local, info)
         # the model's law has not the form of the tire's; repeats do not show this error, and the
         # smaller the visible share of an effect, the more of its size the law can imitate
-        beside = [row for row, i in enumerate(own) if fit.free[i][0] != index]
         visible = _visible(gram, beside, base)
         if visible < FAINT:
             visible = max(visible, self._visible_beside_the_bare(direction))
@@ -231,29 +155,9 @@ class Judge:
             held_out_gain=float("nan") if plain is None else heldout.gain(state, plain, index),
             reasons=(),
             law_error=abs(term.size) * float(np.sqrt(by_law)) / whole,
-            signals=self._signals(
-                gram, beside, fit.jacobian[[own[row] for row in beside]], base, direction
-            ),
+            signals=tuple(map(float, energies / max(float(energies.sum()), 1e-30))),
         )
         return replace(decision, reasons=tuple(self._reasons(decision)))
-
-    def _signals(
-        self,
-        gram: Gram,
-        others: Sequence[int],
-        columns: np.ndarray,
-        effect: int,
-        direction: np.ndarray,
-    ) -> tuple[float, ...]:
-        """Share of each channel in what other columns cannot imitate of an effect.
-
-        others, effect: places in the sums of the columns (n, channels, runs, samples) and of the
-        effect's direction (channels, runs, samples).
-        """
-        products = gram.total()[0]
-        mix, _ = solve(products[np.ix_(others, others)], products[others, effect])
-        left = direction - np.tensordot(mix, columns, axes=1)
-        return tuple(map(float, self.state.metric.shares(left)))
 
     def _uneven_beside(self, fit: Fit, index: int) -> Uneven | None:
         """What the other effects of a fit may leave by their wrong form; None when nothing."""
@@ -331,6 +235,16 @@ def _visible(gram: Gram, others: Sequence[int], column: int) -> float:
     return float(info.sum()) / max(float(part.products[:, -1, -1].sum()), 1e-30)
 
 
+def _not_imitated(
+    gram: Gram, others: Sequence[int], effect: int, columns: np.ndarray, direction: np.ndarray
+) -> np.ndarray:
+    """What other columns (n, channels, runs, samples) cannot imitate of an effect's direction
+    (channels, runs, samples); others, effect: their places in the sums."""
+    products = gram.total()[0]
+    mix, _ = solve(products[np.ix_(others, others)], products[others, effect])
+    return direction - np.tensordot(mix, columns, axes=1)
+
+
 def _stretches(state: State, direction: np.ndarray) -> np.ndarray:
     """The effect's column split into stretches of equal information along the run."""
     runs = state.runs
@@ -347,11 +261,34 @@ def _conditions(state: State) -> list[np.ndarray]:
     return [np.isin(runs, rows)[:, None] for rows in state.runs.groups]
 
 
-def _of_the_law(state: State, along: np.ndarray) -> float:
+def _of_the_law(state: State, along: np.ndarray, limits: np.ndarray) -> float:
     """Variance of the score by a relative error of the law (`FormError.law`), independent in each
-    channel and between runs of another law; along (runs, channels): score by the signals."""
-    scores = [along[rows].sum(axis=0) for rows in same_law(state.model)]
-    return form_error_of(state.model).law ** 2 * float(np.sum(np.square(scores)))
+    channel and between runs of another law.
+
+    along (runs, channels): score by the signals; limits (channels,) of the standard deviation.
+    """
+    scores = np.array([along[rows].sum(axis=0) for rows in same_law(state.model)])
+    variance = form_error_of(state.model).law ** 2 * np.sum(scores**2, axis=0)
+    return float(np.minimum(variance, limits**2).sum())
+
+
+def _limits_of_form(
+    state: State, shown: np.ndarray, energies: np.ndarray, info: float
+) -> np.ndarray:
+    """Largest scores (channels,) of an effect by what the model leaves on systems of another form.
+
+    shown (channels, runs, samples): what the base cannot imitate of the effect; energies
+    (channels,) of that; info: its information, less than the energies where the scatter hides
+    some. No error of the law leaves more in a channel than the form band.
+    """
+    form, largest = form_error_of(state.model), state.runs.largest
+    out = np.full(len(shown), np.inf)
+    size = np.sqrt(np.mean(shown**2, axis=(1, 2)))
+    hidden = np.sqrt(info / max(float(energies.sum()), 1e-30))
+    for c in np.flatnonzero(size):
+        if form.share(c):
+            out[c] = energies[c] * hidden * form.share(c) * largest[c] / size[c]
+    return out
 
 
 def _single_channels(signals: np.ndarray) -> np.ndarray:

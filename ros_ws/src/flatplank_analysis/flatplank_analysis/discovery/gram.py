@@ -86,12 +86,11 @@ class Metric:
                 white[:, r] -= (white[:, r] @ side.T) @ side
         return white
 
-    def shares(self, values: np.ndarray) -> np.ndarray:
-        """Share of each channel (channels,) in the energy of values (channels, runs, samples), in
-        units of the noise."""
+    def energies(self, values: np.ndarray) -> np.ndarray:
+        """Sums of the squares of values (channels, runs, samples) by channel, in units of the
+        noise alone."""
         white = [self.whitener.apply(one[None], c) for c, one in enumerate(values)]
-        energy = np.array([np.sum(w**2) for w in white])
-        return energy / max(float(energy.sum()), 1e-30)
+        return np.array([float(np.sum(w**2)) for w in white])
 
     def gram(self, residual: np.ndarray, columns: np.ndarray) -> Gram:
         """Sums of a residual (channels, runs, samples) and columns (n, ... the same)."""

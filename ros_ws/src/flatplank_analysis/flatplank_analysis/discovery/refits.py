@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatplank_analysis.discovery.decide import NEGLIGIBLE, Decision, Judge
+from flatplank_analysis.discovery.decide import Judge
+from flatplank_analysis.discovery.decision import NEGLIGIBLE, Decision
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import ENOUGH, Fitter, Term, Whitened
 from flatplank_analysis.discovery.model import Model

@@ -12,7 +12,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from flatplank_analysis.discovery.decide import SHARE, Decision, Judge, at_edge
+from flatplank_analysis.discovery.decide import SHARE, Judge, at_edge
+from flatplank_analysis.discovery.decision import Decision
 from flatplank_analysis.discovery.fit import Fitter, Term, Whitened
 from flatplank_analysis.discovery.model import Model
 from flatplank_analysis.discovery.screen import (

@@ -14,7 +14,8 @@ from flatplank_analysis.discovery import heldout, invariants
 from flatplank_analysis.discovery import screen as screens
 from flatplank_analysis.discovery.backward import Backward, uneven_terms
 from flatplank_analysis.discovery.classes import Classes
-from flatplank_analysis.discovery.decide import IMITATED, NEARLY, UNEVEN, Decision, Judge
+from flatplank_analysis.discovery.decide import NEARLY, Judge
+from flatplank_analysis.discovery.decision import IMITATED, UNEVEN, Decision
 from flatplank_analysis.discovery.effect import Effect, variants_of
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term, Whitened
 from flatplank_analysis.discovery.model import Model, starts_of
@@ -263,7 +264,7 @@ class _Searcher:
         residual of consequence remains beside it.
         """
         best = preferred(completable(tried, step.found))[:1]
-        taken = self.take(step, judge, best, misshapen=True) if best else None
+        taken = self.take(step, judge, tried, best, misshapen=True) if best else None
         if taken is None or taken.found[-1].decision.unevenness < NEARLY:
             return taken
         return None if _left(taken) else taken
@@ -273,17 +274,19 @@ class _Searcher:
         step: Step,
         judge: Judge,
         tried: list[Refit],
+        chosen: Sequence[Refit] | None = None,
         misshapen: bool = False,
     ) -> Step | None:
         """The step with the first refit that passes all tests, after backward elimination.
 
-        misshapen: a wrong form is permitted. A refit that is eliminated itself, or that leads back
+        chosen: those of the refits that may be added, by default the `preferred` ones; misshapen:
+        a wrong form is permitted. A refit that is eliminated itself, or that leads back
         to the effects of an earlier step, is refused, and so is a free form of the law where
         nothing of consequence is left. None when no refit passes.
         """
         state = step.state
         further: list[Refit] | None = None
-        for first, near in preferred(tried):
+        for first, near in preferred(tried) if chosen is None else chosen:
             if first.term.effect.generic and not _left(step):
                 continue
             best = state.fit_whitened(near.fit)
@@ -355,14 +358,15 @@ class _Searcher:
         """False when an effect fails the tests beside something stronger that is not named itself.
 
         That is a free form of the force law (the tire has another law, and no fault), or an effect
-        of no consequence, which is there and explains it. Both are compared by their drop minus
-        the price of their parameters (BIC); an `indecisive_difference` is not stronger.
+        of no consequence, whatever its form, which is there and explains it. Both are compared by
+        their drop minus the price of their parameters (BIC); an `indecisive_difference` is not
+        stronger.
         """
         if decision.term.effect.generic:
             return True
         for other, fit in tried:
             law = other.term.effect.generic and other.p_repeats <= other.level
-            if not (law or other.slight):
+            if not (law or other.present):
                 continue
             price = math.log(judge.state.independent)
             own = decision.drop - price * decision.parameters

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from flatplank_analysis.discovery import heldout
-from flatplank_analysis.discovery.decide import Decision
+from flatplank_analysis.discovery.decision import Decision
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.model import Model
 from flatplank_analysis.discovery.rivals import AlternativeEffect, Rival

@@ -19,7 +19,7 @@ import numpy as np
 
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.tire_runs import TireRuns
-from flatplank_analysis.discovery.decide import Decision
+from flatplank_analysis.discovery.decision import Decision
 from flatplank_analysis.discovery.fit import Fit, Fitter, priors
 from flatplank_analysis.discovery.gram import Metric
 from flatplank_analysis.discovery.model import form_error_of

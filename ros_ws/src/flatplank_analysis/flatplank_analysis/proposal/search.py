@@ -11,7 +11,8 @@ from typing import TypeVar
 import numpy as np
 
 from flatplank_analysis.contact_patch.tire_runs import TireRuns
-from flatplank_analysis.discovery.decide import Decision, Judge
+from flatplank_analysis.discovery.decide import Judge
+from flatplank_analysis.discovery.decision import Decision
 from flatplank_analysis.discovery.dispersion import TypicalDispersion
 from flatplank_analysis.discovery.fit import Term, Whitened
 from flatplank_analysis.discovery.rivals import ALIKE
