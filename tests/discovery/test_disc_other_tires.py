@@ -44,6 +44,25 @@ def test_two_pressures_change_the_rolling_radius_of_our_own_plant():
     assert result.rmse_after < 1.1 * result.floor
 
 
+@pytest.mark.long
+@pytest.mark.timeout(900)
+@pytest.mark.parametrize(
+    ("design", "own"),
+    [
+        ("loads", {"carcass_load"}), ("wide_loads", {"carcass_load"}),
+        ("pressures", {"carcass_pressure"}), ("cambers", {"camber_thrust"}), ("angles", set()),
+        ("combined", set()),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("level", [1.0, 7.5, 30.0])
+def test_no_setting_of_our_own_plant_is_a_fault(design, own, level):
+    """Its carcass follows load and pressure, and it has a camber thrust; nothing else is named."""
+    result = Session.of_tables(nothing_hidden("plant", 500, level, 0.01, design=design)).diagnose()
+    names = {f.decision.term.effect.identifier for f in result.found}
+    assert names <= own, result.reason
+    assert result.verdict == (FOUND if names else AT_FLOOR), result.reason
+
+
 @pytest.mark.parametrize("design", ["loads", "pressures", "angles"])
 def test_where_the_settings_differ_the_law_may_be_off_by_more(design):
     """Pressures had the half: other tires have 1.3 % there, a false difference between driving and
