@@ -44,7 +44,7 @@ SOURCES: dict[str, str] = {
     "contact_patch.grid.SPEED": "machine: fast speed of the plank",
     "contact_patch.parameters.PROTRACTOR": "a tenth of a degree is 1.7 mrad",
     "contact_patch.laws.LAW_LEVELS": "slips of the thesis's campaigns and of the blind kit",
-    "contact_patch.model.LAW_AMONG_SETTINGS": "`bench-discovery --form 1`: 0.8 % and 0.7 % rms",
+    "contact_patch.model.LAW_AMONG_SETTINGS": "`bench-discovery --form 3`: 0.9 to 1.0 % rms",
     "contact_patch.model.STRETCH_WITH_SIDE_SLIP": "`bench-discovery --form 4`: 1.1 % of 24 tires",
 }
 """constant -> source of its value, where known"""
