@@ -71,9 +71,12 @@ def test_a_first_effect_that_is_sure_among_repeats_needs_less_among_conditions()
         assert list(judge._reasons(sure)) == reasons
     assert list(first._reasons(replace(sure, p_repeats=1.1e-5))) == refused
     assert list(first._reasons(replace(sure, p_conditions=0.0051))) == refused
-    # conditions that differ are an error of the law
-    assert not list(first._reasons(replace(sure, dispersion_conditions=5.9)))
-    assert list(first._reasons(replace(sure, dispersion_conditions=6.0))) == refused
+    # conditions that differ are an error of the law, but for what another form may differ
+    weak = replace(sure, drop=39.0)
+    assert not list(first._reasons(replace(weak, dispersion_conditions=5.9)))
+    assert list(first._reasons(replace(weak, dispersion_conditions=6.0))) == refused
+    assert not list(first._reasons(replace(sure, dispersion_conditions=149.0)))
+    assert list(first._reasons(replace(sure, dispersion_conditions=151.0))) == refused
 
 
 def test_what_is_explained_already_asks_for_more():

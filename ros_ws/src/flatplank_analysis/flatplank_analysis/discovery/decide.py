@@ -52,7 +52,8 @@ form and of accepted effects also differ between conditions"""
 SURE, CONDITIONS_OF_SURE = 1e-5, 0.005
 """p-value among repeats of a first effect, or of one beside a free form of the law, from which on
 the second value is required among conditions: chance is excluded, and only an error of the law's
-form could look like the effect. Where the conditions differ by `PER_FREEDOM`, one does"""
+form could look like the effect. Where the scatter among conditions is beyond `PER_FREEDOM`, and
+beyond `NEARLY` of the drop, one does"""
 SHARE = 0.003
 """least drop of chi2 of a further effect, as a share of the drop explained already in the signals
 in which it shows"""
@@ -181,8 +182,9 @@ class Judge:
         return _visible(self.state.sums(fit, own, direction[None]), range(len(own)), len(own))
 
     def _reasons(self, d: Decision) -> Iterator[str]:
-        sure = d.p_repeats < SURE and d.dispersion_conditions < PER_FREEDOM
-        sure = sure and all(o.term.effect.generic for o in self.others)
+        agree = d.dispersion_conditions < max(PER_FREEDOM, NEARLY * d.drop)
+        first = all(o.term.effect.generic for o in self.others)
+        sure = d.p_repeats < SURE and agree and first
         yield from _reasons(d, CONDITIONS_OF_SURE if sure else CONDITIONS)
         if d.drop < SHARE * d.explained_by(self.others):
             yield f"its drop is below {100 * SHARE:g} % of what is explained already"
