@@ -65,8 +65,7 @@ def test_no_setting_of_our_own_plant_is_a_fault(design, own, level):
 
 @pytest.mark.parametrize("design", ["loads", "pressures", "angles"])
 def test_where_the_settings_differ_the_law_may_be_off_by_more(design):
-    """Pressures had the half: other tires have 1.3 % there, a false difference between driving and
-    braking of 2 %."""
+    """Pressures had the half: other tires have 1.0 % there (`bench-discovery --form 3`)."""
     model = TireModel(from_tables(nothing_hidden("second", 1, 7.5, design=design)))
     plain = TireModel(from_tables(nothing_hidden("second", 1, 7.5)))
     assert (model.form.law, plain.form.law) == (0.01, 0.005)
