@@ -126,15 +126,6 @@ def test_a_part_of_another_force_law_is_no_effect():
     assert names(searched(both, part, law).last.found) == {"part", "law"}
 
 
-def test_a_free_form_that_is_never_named_speaks_against_an_effect():
-    """A law that differs between two directions in another way than the effect says."""
-    part = shape("part", lambda c: LONG.form(c) + 0.8 * (1.0 - 0.5 * c) * wave(3.5, 0.5))
-    unnamed = shape("unnamed", LONG.form, generic=True)
-    law = shape("law", lambda c: (c > 0.0) * wave(4.5), generic=True, further=unnamed)
-    assert names(searched(measured(21, (0.02, LONG.form)), part, law).last.found) == set()
-    assert names(searched(measured(21, (0.02, part.form)), part, law).last.found) == {"part"}
-
-
 def test_what_is_known_of_the_model_limits_what_it_imitates():
     """The model could imitate the effect by a number that is known to 0.001 of it."""
 

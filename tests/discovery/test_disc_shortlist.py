@@ -79,6 +79,28 @@ def test_the_shortlist_has_what_may_be_an_effect():
     assert shortlist._goes_before(usual, rare) and not shortlist._goes_before(rare, usual)
 
 
+def test_what_the_base_imitates_mostly_is_refitted_without_any_gain():
+    """One size, and no free form, and no gap; from one screening step, whatever its sign."""
+    two = classmethod(lambda cls: (1.0, 7.5))
+    gap, free = shape("gap", LONG.form, starts=two), shape("free", LONG.form, generic=True)
+    second = param(0.0, unit="1", bounds=(-1.0, 1.0), screen=0.1)
+    pair = make_dataclass("pair", [("b", float, second)], bases=(LONG,), frozen=True)
+    pair.identifier = "pair"
+
+    def listed(*items, known=()):
+        result = SimpleNamespace(ranked=list(items))
+        found = shortlist.mostly_imitated(result, list(known))
+        assert all(item.sizes.tolist() == [1.0] for item in found)
+        return [item.identifier for item in found]
+
+    faint = screened(LONG, -3.0, gain=0.0, visible=0.24)
+    assert listed(faint, screened(OTHER, 0.0, 0.0, 0.005)) == ["long", "other"]
+    assert listed(faint, known=[faint]) == []
+    assert listed(replace(faint, visible=0.26)) == listed(replace(faint, visible=0.0049)) == []
+    assert listed(*(screened(e, np.ones(len(e.linear())), visible=0.1) for e in (gap, free))) == []
+    assert listed(screened(pair, [1.0, 1.0], visible=0.1)) == []
+
+
 def test_likeness_is_that_of_columns_without_what_the_model_takes():
     """0.6 between two columns; never more than 1, whatever rounding makes of the sums."""
     one, other = screened(LONG, 1.0), screened(OTHER, 1.0)

@@ -132,15 +132,7 @@ def test_the_base_found_with_an_effect_may_fit_better_without_it(without, again,
     assert end.fit == "again" if fitted == "again" else end is found
 
 
-def test_a_wrong_form_is_added_where_it_is_nearly_right_or_leaves_nothing(monkeypatch):
-    asked, says = [], {}
-
-    def left(state, found):
-        asked.append((state, found))
-        return says["left"]
-
-    monkeypatch.setattr(invariants, "residual_of_consequence", left)
-
+def test_a_wrong_form_is_added_where_it_is_nearly_right_or_leaves_nothing():
     def completed(tried, taken, which=0):
         def take(_step, _judge, every, best, misshapen):
             assert every is tried and best == [tried[which]] and misshapen
@@ -149,16 +141,15 @@ def test_a_wrong_form_is_added_where_it_is_nearly_right_or_leaves_nothing(monkey
         step = SimpleNamespace(found=[])
         return _Searcher.complete(SimpleNamespace(take=take), step, None, tried)
 
-    def after(share: float):
+    def after(share: float, left: str):
         found = [AcceptedEffect(decision(OTHER)), AcceptedEffect(odd(share=share))]
-        return SimpleNamespace(state="after", found=found)
+        return SimpleNamespace(left=left, found=found)
 
     pair = [(odd(), None), (odd(OTHER, drop=800.0), None)]
-    near, far = after(0.99 * NEARLY), after(1.01 * NEARLY)
-    for says["left"] in ("5 N", ""):
-        assert completed(pair, near) is near and not asked
-        assert completed(pair, far) is (None if says["left"] else far)
-        assert asked.pop() == ("after", True)
+    for left in ("5 N", ""):
+        near, far = after(0.99 * NEARLY, left), after(1.01 * NEARLY, left)
+        assert completed(pair, near) is near
+        assert completed(pair, far) is (None if left else far)
     assert completed([], far) is None and completed([(decision(), None)], far) is None
     assert completed(pair, None) is None
     # of two that cannot be told apart it is the more common one
@@ -170,7 +161,8 @@ def test_what_a_step_judges_its_refits_by(monkeypatch):
     """The drop of what was found, by the noise of now where it is one effect; whether all of it
     is of the law; effects of a wrong form; and what looks like a found effect."""
     judges = []
-    monkeypatch.setattr(search, "shortlist", lambda screen, looked, most: (screen, looked, most))
+    monkeypatch.setattr(search, "shortlist", lambda *what: [what])
+    monkeypatch.setattr(search, "mostly_imitated", lambda screen, items: [(screen, *items)])
     like = AlternativeEffect(Term(shape("like", LONG.form), np.array([0.1])), True)
     over = AlternativeEffect(Term(shape("over", LONG.form), np.array([0.1])), False)
     wide = AcceptedEffect(decision(drop=700.0, dispersion=2.0), (like, over))
@@ -179,8 +171,9 @@ def test_what_a_step_judges_its_refits_by(monkeypatch):
     def judged(*found):
         def of(judge, items):
             judges.append(judge)
-            assert items == (step.screen, {"looked": 2}, 5)
-            return [(odd(drop=600.0), None), (decision(OTHER, reasons=REFUSED), None)]
+            listed = (step.screen, {"looked": 2}, 5)
+            assert items == [listed, (step.screen, listed)]
+            return [(odd(drop=600.0), None)], [decision(OTHER, reasons=REFUSED)]
 
         step = SimpleNamespace(
             state=SimpleNamespace(whitened=SimpleNamespace(chi2=4000.0)), found=list(found),
@@ -194,7 +187,7 @@ def test_what_a_step_judges_its_refits_by(monkeypatch):
         )  # fmt: skip
         assert _Searcher.forward(searcher, step) == "taken"
         assert searcher.refused == {"earlier": 0.1, "long": pytest.approx(0.2)}
-        assert [d.drop for d in step.refits] == [600.0, 1000.0]
+        assert [d.drop for d in step.refits] == [1000.0, 600.0]
         judge = judges.pop()
         assert judge.without == 4000.0 and judge.typical == "typical"
         return [d.drop for d in judge.others], judge.uneven, judge.alike
@@ -207,36 +200,37 @@ def test_what_a_step_judges_its_refits_by(monkeypatch):
 
 
 def test_where_much_is_left_gaps_are_tried_from_their_start_sizes(monkeypatch):
-    monkeypatch.setattr(search, "shortlist", lambda *_: "items")
-    says = {}
-    monkeypatch.setattr(invariants, "residual_of_consequence", lambda *_: says["left"])
+    monkeypatch.setattr(search, "shortlist", lambda *_: ["items"])
+    monkeypatch.setattr(search, "mostly_imitated", lambda *_: [])
+    monkeypatch.setattr(search, "preferred", lambda tried: ("best of", *tried))
     first, more = (decision(drop=500.0), "a"), (decision(OTHER, drop=800.0), "b")
     state = SimpleNamespace(whitened=SimpleNamespace(chi2=4000.0))
 
-    def forward(*takes):
+    def forward(left, *takes):
         given, tried = iter(takes), []
 
-        def take(_step, _judge, refits):
+        def take(_step, _judge, refits, chosen):
+            assert chosen == ("best of", *refits)
             tried.append(refits)
             return next(given)
 
-        step = SimpleNamespace(state=state, found=[], screen=SimpleNamespace(typical=None))
+        step = SimpleNamespace(
+            state=state, found=[], screen=SimpleNamespace(typical=None), left=left
+        )
         searcher = SimpleNamespace(
             options=SimpleNamespace(terms=(), refits=5), looked_at={}, refused={}, take=take,
             refits=SimpleNamespace(
-                of=lambda *_: [first], with_start_sizes=lambda *what: [more]
+                of=lambda *_: ([first], []), with_start_sizes=lambda *what: [more]
             ),
             complete=lambda _step, _judge, refits: refits,
         )  # fmt: skip
         return _Searcher.forward(searcher, step), tried, [d.drop for d in step.refits]
 
-    for says["left"] in ("5 N", ""):
-        assert forward("taken") == ("taken", [[first]], [500.0])
-    says["left"] = "5 N"
-    assert forward(None, "taken") == ("taken", [[first], [more]], [500.0, 800.0])
-    assert forward(None, None) == ([more, first], [[first], [more]], [500.0, 800.0])
-    says["left"] = ""
-    assert forward(None) == ([first], [[first]], [500.0])
+    for left in ("5 N", ""):
+        assert forward(left, "taken") == ("taken", [[first]], [500.0])
+    assert forward("5 N", None, "taken") == ("taken", [[first], [more]], [500.0, 800.0])
+    assert forward("5 N", None, None) == ([more, first], [[first], [more]], [500.0, 800.0])
+    assert forward("", None) == ([first], [[first]], [500.0])
 
 
 @pytest.mark.parametrize(

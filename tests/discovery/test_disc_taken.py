@@ -13,10 +13,10 @@ from shapes import LONG, OTHER, shape
 from flatplank_analysis.discovery import heldout, invariants, search
 from flatplank_analysis.discovery.decision import UNEVEN
 from flatplank_analysis.discovery.fit import Whitened
+from flatplank_analysis.discovery.refits import preferred
 from flatplank_analysis.discovery.search import IDLE, _Searcher
 from flatplank_analysis.discovery.steps import AcceptedEffect
 
-FREE = shape("free", LONG.form, generic=True)
 THIRD = shape("third", LONG.form)
 REFUSED = ("its interval covers zero",)
 
@@ -33,18 +33,20 @@ class Told:
     known: frozenset = frozenset()
     model, effects = "model", ["effects"]
 
-    def __init__(self, found=(), stands=(), idle=(), bound=(), later=None):
+    def __init__(self, found=(), stands=(), idle=(), bound=(), later=None, left="9 N"):
         """stands: effects that do not stand beside a stronger one; idle: those that backward
         elimination removes; bound: parameters of the base at an end of their range; later:
         decisions at the end of the fit, where they differ from the first ones."""
         self.no_stand, self.idle, self.bound, self.later = stands, idle, bound, later or {}
-        self.corrected, self.restarts, self.beside, self.fits = [], [], [], []
+        self.corrected, self.restarts, self.fits = [], [], []
         self.state = SimpleNamespace(
             fit=SimpleNamespace(base="plain"),
             fit_whitened=lambda fit: Whitened(fit_of(fit.effect, self.bound), 0.0),
         )
-        self.step = SimpleNamespace(state=self.state, screen="screen", found=list(found))
-        self.refits = SimpleNamespace(restarted=self.restarted, further=lambda *_: ["further"])
+        self.step = SimpleNamespace(
+            state=self.state, screen="screen", found=list(found), left=left
+        )
+        self.refits = SimpleNamespace(restarted=self.restarted)
         self.fitter = SimpleNamespace(fit=lambda base, terms: self.fits.append(base) or terms)
 
     def tested(self, judge, best):
@@ -62,8 +64,7 @@ class Told:
 
     def stands_beside_stronger(self, judge, one, tried, misshapen):
         assert judge == "fair judge"
-        assert [d for d, _ in tried[: len(self.given)]] == self.given
-        self.beside.append(tried[len(self.given) :])
+        assert [d for d, _ in tried] == self.given
         return one.term.effect not in self.no_stand
 
     def step_of(self, fit, found, near):
@@ -77,7 +78,7 @@ class Told:
         """Names of the effects of the next step; chosen: places of those that may be added."""
         self.given, self.step.refits = list(decisions), list(decisions)
         tried = [(d, Whitened(fit_of(d.term.effect), 0.0)) for d in decisions]
-        some = None if chosen is None else [tried[i] for i in chosen]
+        some = preferred(tried) if chosen is None else [tried[i] for i in chosen]
         self.after = _Searcher.take(self, self.step, "judge", tried, some, misshapen)
         return self.after and [f.decision.term.effect.identifier for f in self.after.found]
 
@@ -90,7 +91,6 @@ def parts(monkeypatch):
     monkeypatch.setattr(invariants, "is_active", lambda term: term.effect.identifier != "null")
     monkeypatch.setattr(heldout, "gain", lambda state, fit, index: 0.1 + index)
     monkeypatch.setattr(search, "suspects", lambda *what: what[1:])
-    monkeypatch.setattr(invariants, "residual_of_consequence", lambda *_: "9 N")
 
 
 def test_the_first_that_passes_is_taken():
@@ -101,7 +101,7 @@ def test_the_first_that_passes_is_taken():
     assert found.decision == replace(told.step.refits[0], held_out_gain=0.1)
     assert found.suspects == (told.state, "screen", found.decision)
     assert told.fits == ["plain", "white"] and told.after.near.effect is LONG
-    assert told.beside == [["further"]] and not told.corrected
+    assert not told.corrected
 
 
 def test_the_more_common_of_two_that_cannot_be_told_apart_is_taken():
@@ -114,17 +114,15 @@ def test_a_chosen_one_is_compared_with_all_others():
     zero of no consequence that explained three times as much."""
     told = Told()
     assert told.take(decision(OTHER, drop=9000.0), decision(), chosen=[1]) == ["long"]
-    assert told.beside == [["further"]]  # after both
 
 
 @pytest.mark.parametrize(("left", "found"), [("9 N", ["free"]), ("", None)])
-def test_a_free_law_is_taken_only_where_something_of_consequence_is_left(left, found, monkeypatch):
+def test_a_free_law_is_taken_only_where_something_of_consequence_is_left(left, found):
     """Was taken and searched on beside, and dropped at the end: half of the time with nothing
     hidden, and the way of a false wear."""
-    monkeypatch.setattr(invariants, "residual_of_consequence", lambda *_: left)
     free = shape("free", LONG.form, generic=True)
-    assert Told().take(decision(free)) == found
-    assert Told().take(decision(), decision(free, drop=900.0)) == ["long"]
+    assert Told(left=left).take(decision(free)) == found
+    assert Told(left=left).take(decision(), decision(free, drop=900.0)) == ["long"]
 
 
 @pytest.mark.parametrize("refused", [REFUSED, UNEVEN[:1]])
@@ -148,15 +146,12 @@ def test_a_base_at_an_end_of_its_range_is_started_again_for_the_first_effect():
 
 
 def test_what_does_not_stand_beside_a_stronger_one_is_not_taken():
-    """Nor what does nothing once the error must not rise. Forms that are never named are fitted
-    once, and for effects that have a name."""
+    """Nor what does nothing once the error must not rise."""
     pair = decision(), decision(OTHER, drop=900.0)
     told = Told(stands=(LONG,))
-    assert told.take(*pair) == ["other"] and told.beside == [["further"]] * 2
+    assert told.take(*pair) == ["other"]
     null = decision(shape("null", LONG.form))
     assert Told().take(null, pair[1]) == ["other"] and Told().take(null) is None
-    free = Told()
-    assert free.take(decision(FREE)) == ["free"] and free.beside == [[]]
 
 
 def test_what_goes_again_at_once_is_said_to_be_idle():

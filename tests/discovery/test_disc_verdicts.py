@@ -23,10 +23,9 @@ from flatplank_analysis.discovery.verdict import diagnose as unasked
 def judged(found, left="", lawful=None, unseen=(), refits=(), monkeypatch=None):
     """The verdict where these effects were found and this is left, before and after polishing."""
     state, polished = SimpleNamespace(floors=[SimpleNamespace(floor=1.0)]), object()
-    what = {id(state): left, id(polished): lawful}
-    monkeypatch.setattr(invariants, "residual_of_consequence", lambda s, _found: what[id(s)])
+    monkeypatch.setattr(invariants, "residual_of_consequence", lambda *_: lawful)
     monkeypatch.setattr(verdict, "unidentifiable", lambda _screen, _looked_at: list(unseen))
-    steps = SimpleNamespace(state=state, found=found, screen=None, refits=refits)
+    steps = SimpleNamespace(state=state, found=found, screen=None, refits=refits, left=left)
     search = SimpleNamespace(with_law_effects=None if lawful is None else polished, looked_at={})
     return verdict._verdict(search, steps)
 
@@ -95,7 +94,7 @@ def test_the_law_is_fitted_where_something_is_left(monkeypatch):
     monkeypatch.setattr(verdict, "_verdict", lambda *_: (verdict.AT_FLOOR, "nothing"))
     for left, off, fitted in (("5 N", "", "fitted"), ("", "", None), ("5 N", "far", None)):
         search = searched(measured(1, (0.05, LONG.form)), LONG)
-        monkeypatch.setattr(invariants, "residual_of_consequence", lambda *_, left=left: left)
+        search.last.left = left
         monkeypatch.setattr(invariants, "far_off", lambda _state, off=off: off)
         found = unasked(search)
         assert found.search.with_law_effects == fitted

@@ -56,7 +56,7 @@ NAMES = (
     "creep", "creep_time", "slide", "follow", "other_slip", "loss_brake", "loss_drive",
     "play_rest", "play_hold", "patch_order", "turn", "load_share", "turn_share", "turn_rate",
     "start", "fixed_length",
-    "law_0", "law_1", "law_2", "law_3", "brake_0", "brake_1", "brake_2", "brake_3",
+    "law_0", "law_1", "law_2", "law_3",
 )  # fmt: skip
 (
     STIFF, PEAK, SHAPE, FALL, ROUND, DENOM, CARCASS, HALF, TREAD,
@@ -65,7 +65,6 @@ NAMES = (
     PLAY_REST, PLAY_HOLD, PATCH_ORDER, TURN, LOAD_SHARE, TURN_SHARE, TURN_RATE,
     START, FIXED_LENGTH, LAW,
 ) = range(33)  # fmt: skip
-BRAKE = NAMES.index("brake_0")
 WIDTH = len(NAMES)
 #: further rows of a block: constants, state, inputs of a node, work space of a node
 (
@@ -207,9 +206,8 @@ def newton(flat, across):
             alone = w[ACROSS, i] == 0.0
             force = choose(alone, force, both)
             slope = choose(alone, slope, turned)
-        h0, h1 = w[LAW, i] + back * w[BRAKE, i], w[LAW + 1, i] + back * w[BRAKE + 1, i]
-        h2, h3 = w[LAW + 2, i] + back * w[BRAKE + 2, i], w[LAW + 3, i] + back * w[BRAKE + 3, i]
-        change, bent = free_law(k, h0, h1, h2, h3)
+        heights = w[LAW, i], w[LAW + 1, i], w[LAW + 2, i], w[LAW + 3, i]
+        change, bent = free_law(k, *heights)
         slope = slope * change + force * bent
         force = force * change
         soft = softened(force, w[SOFTEN, i])

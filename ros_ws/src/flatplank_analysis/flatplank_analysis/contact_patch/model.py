@@ -117,8 +117,7 @@ class TireModel:
     def _motion(self, base: dict, sets: int, deep: list) -> Motion:
         d = self.data
         shape = (sets, *d.position.shape)
-        zero, more = np.zeros(sets), d.nominal / d.reference.load - 1.0
-        over = d.pressure / d.reference.pressure - 1.0
+        zero, more, over = np.zeros(sets), d.relative_load - 1.0, d.relative_pressure - 1.0
         # the rolling radius follows load and pressure, whatever radius the runs were made with
         offset = base["slip_offset"][:, None] + base.get("slip_load", zero)[:, None] * more
         offset = offset + base.get("slip_bend", zero)[:, None] * more**2
@@ -155,8 +154,7 @@ class TireModel:
     def _fill(self, base: dict, params: np.ndarray) -> None:
         """Fill the tire parameters in x and y, per run."""
         d = self.data
-        ratio = d.nominal / d.reference.load
-        over = d.pressure / d.reference.pressure - 1.0
+        ratio, over = d.relative_load, d.relative_pressure - 1.0
         zero = np.zeros(len(params[0]))
 
         def get(name: str) -> np.ndarray:

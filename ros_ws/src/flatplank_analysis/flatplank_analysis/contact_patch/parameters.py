@@ -75,9 +75,7 @@ def at_one_law(data: TireRuns) -> list[np.ndarray]:
     """Rows of the runs with the same slip, side slip, camber and load; runs without a constant
     slip are alike within their condition."""
     slip = np.where(np.isnan(data.kappa), 1.0 + data.runs.condition, data.kappa)
-    settings = np.round(
-        np.stack([slip, data.alpha, data.gamma, data.nominal / data.reference.load]), 3
-    )
+    settings = np.round(np.stack([slip, data.alpha, data.gamma, data.relative_load]), 3)
     _, law = np.unique(settings, axis=1, return_inverse=True)
     return [np.flatnonzero(law == i) for i in np.unique(law)]
 

@@ -98,6 +98,16 @@ class TireRuns:
         """Reference values of effect sizes."""
         return self.against or References.of(self)
 
+    @property
+    def relative_load(self) -> np.ndarray:
+        """(runs,) nominal load over the reference [-]."""
+        return self.nominal / self.reference.load
+
+    @property
+    def relative_pressure(self) -> np.ndarray:
+        """(runs,) pressure over the reference [-]."""
+        return self.pressure / self.reference.pressure
+
     @cached_property
     def side_before(self) -> np.ndarray:
         """(runs,) sign of the last slip before each run; 0 where unknown."""

@@ -41,9 +41,6 @@ class Effect:
     """name of the parameter whose value is the size; empty: the first one"""
     generic: ClassVar[bool] = False
     """True for a free form without a physical cause: the law of the model is incomplete"""
-    further: ClassVar[type[Effect] | None] = None
-    """of a free form: another one, which is never named, but which may explain more than an effect
-    and so speak against it"""
     law: ClassVar[bool] = False
     """True for a part of the model's own law: what it alone explains is no fault of the machine"""
     instances: ClassVar[int] = 1

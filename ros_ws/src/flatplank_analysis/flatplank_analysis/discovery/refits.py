@@ -11,7 +11,6 @@ import numpy as np
 
 from flatplank_analysis.discovery.decide import Judge
 from flatplank_analysis.discovery.decision import NEGLIGIBLE, Decision
-from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import ENOUGH, Fitter, Term, Whitened
 from flatplank_analysis.discovery.model import Model
 from flatplank_analysis.discovery.rivals import indecisive_difference
@@ -27,8 +26,6 @@ from flatplank_analysis.discovery.state import (
 
 COLD = 2
 """most refits per step that are repeated from the base's start values: the largest drops"""
-FEW = 6
-"""most Jacobians of the refit of a free form that is never named"""
 PROMISING = 0.02
 """p-value among repeats from which on a refit is worth a longer fit"""
 
@@ -64,24 +61,33 @@ class Refits:
             start = measured_term(start, measured)
         return state.with_term(start, most=2)
 
-    def of(self, judge: Judge, items: Sequence[ScreenResult]) -> list[Refit]:
+    def of(
+        self, judge: Judge, items: Sequence[ScreenResult]
+    ) -> tuple[list[Refit], list[Decision]]:
         """Refits of screened effects by drop, some of them repeated from the start values of the
-        base.
+        base; and the tests of those that do not exceed the scatter (`PROMISING`), whose fits would
+        only take memory.
 
-        A refit is repeated when it is among the `COLD` best ones, may exceed the scatter
-        (`PROMISING`), was refused, and has a larger drop than any accepted one.
+        A refit is repeated when it is among the `COLD` best ones, was refused, and has a larger
+        drop than any accepted one.
         """
-        warm_fits = [self.refit(judge.state, item) for item in items]
-        found = [self.converged(judge, (self.newest(judge, f), f)) for f in warm_fits]
-        out = by_drop([self.with_known_at_null(judge, pair) for pair in found])
+        out, rest = [], []
+        for item in items:
+            warm = self.refit(judge.state, item)
+            pair = self.converged(judge, (self.newest(judge, warm), warm))
+            if pair[0].p_repeats < PROMISING:
+                out.append(self.with_known_at_null(judge, pair))
+            else:
+                rest.append(pair[0])
+        out = by_drop(out)
         accepted = max((d.drop for d, _ in out if d.accepted), default=0.0)
         for i, (d, warm) in enumerate(out[:COLD]):
-            if d.accepted or d.drop < accepted or d.p_repeats > PROMISING:
+            if d.accepted or d.drop < accepted:
                 continue
             cold = self.restarted(judge.state, warm)
             if cold is not warm:
                 out[i] = (self.newest(judge, cold), cold)
-        return by_drop(out)
+        return by_drop(out), rest
 
     def converged(self, judge: Judge, pair: Refit) -> Refit:
         """The refit, continued to its end when it was refused although it exceeds the scatter, or
@@ -104,15 +110,6 @@ class Refits:
             return pair
         found = judge.state.fit_whitened(start)
         return (self.newest(judge, found), found) if found.chi2 < warm.chi2 + ENOUGH else pair
-
-    def further(self, judge: Judge, effects: Sequence[type[Effect]]) -> list[Refit]:
-        """Refits of the free forms that are never named (`Effect.further`)."""
-        out = []
-        for form in [e.further for e in effects if e.further is not None]:
-            found = judge.state.with_term(Term(form, form.null_values()), most=FEW)
-            looked_at = len(self.looked_at) * len(form.linear())
-            out.append((judge.decide(found, len(found.fit.terms) - 1, looked_at), found))
-        return out
 
     def restarted(self, state: State, found: Whitened) -> Whitened:
         """The same effects with the base from its start values, when that is better.

@@ -21,7 +21,7 @@ from flatplank_analysis.discovery.fit import Fit, Fitter, Term, Whitened
 from flatplank_analysis.discovery.model import Model, starts_of
 from flatplank_analysis.discovery.refits import Refit, Refits, by_drop, preferred
 from flatplank_analysis.discovery.rivals import ALIKE, indecisive_difference, suspects
-from flatplank_analysis.discovery.shortlist import EVIDENCE, shortlist
+from flatplank_analysis.discovery.shortlist import EVIDENCE, mostly_imitated, shortlist
 from flatplank_analysis.discovery.sources import UNDECIDED, cut_where_needed, source_of
 from flatplank_analysis.discovery.state import (
     State,
@@ -185,7 +185,8 @@ class _Searcher:
             return None
         judge = Judge(state, state.whitened.chi2, first.screen.typical)
         start = state.with_term(best.term, most=2)
-        return self.take(first, judge, [(best, start)], misshapen=True)
+        alone = [(best, start)]
+        return self.take(first, judge, alone, alone, misshapen=True)
 
     def from_other_starts(self, step: Step) -> Step:
         """The step, or a better one from other start values of the base when a residual remains.
@@ -247,15 +248,16 @@ class _Searcher:
             alike=alike,
         )
         items = shortlist(step.screen, self.looked_at, self.options.refits)
-        tried = self.refits.of(judge, items)
-        step.refits = [d for d, _ in tried]
+        items += mostly_imitated(step.screen, items)
+        tried, rest = self.refits.of(judge, items)
+        step.refits = sorted([*(d for d, _ in tried), *rest], key=lambda d: -d.drop)
         odd = [d for d in step.refits if d.misshapen]
         self.refused |= {d.term.effect.identifier: d.unevenness for d in odd}
-        taken = self.take(step, judge, tried)
-        if taken is None and _left(step):
+        taken = self.take(step, judge, tried, preferred(tried))
+        if taken is None and step.left:
             more = self.refits.with_start_sizes(judge, step.screen, items)
             step.refits += [d for d, _ in more]
-            taken = self.take(step, judge, more)
+            taken = self.take(step, judge, more, preferred(more))
             tried = by_drop([*tried, *more])
         return taken or self.complete(step, judge, tried)
 
@@ -267,27 +269,26 @@ class _Searcher:
         taken = self.take(step, judge, tried, best, misshapen=True) if best else None
         if taken is None or taken.found[-1].decision.unevenness < NEARLY:
             return taken
-        return None if _left(taken) else taken
+        return None if taken.left else taken
 
     def take(
         self,
         step: Step,
         judge: Judge,
         tried: list[Refit],
-        chosen: Sequence[Refit] | None = None,
+        chosen: Sequence[Refit],
         misshapen: bool = False,
     ) -> Step | None:
         """The step with the first refit that passes all tests, after backward elimination.
 
-        chosen: those of the refits that may be added, by default the `preferred` ones; misshapen:
-        a wrong form is permitted. A refit that is eliminated itself, or that leads back
-        to the effects of an earlier step, is refused, and so is a free form of the law where
-        nothing of consequence is left. None when no refit passes.
+        tried: all refits, beside which an added one must stand; chosen: those of them that may be
+        added, in this order; misshapen: a wrong form is permitted. A refit that is eliminated
+        itself, or that leads back to the effects of an earlier step, is refused, and so is a free
+        form of the law where nothing of consequence is left. None when no refit passes.
         """
         state = step.state
-        further: list[Refit] | None = None
-        for first, near in preferred(tried) if chosen is None else chosen:
-            if first.term.effect.generic and not _left(step):
+        for first, near in chosen:
+            if first.term.effect.generic and not step.left:
                 continue
             best = state.fit_whitened(near.fit)
             fair, decision, best = self.tested(judge, best)
@@ -298,10 +299,7 @@ class _Searcher:
             if not passes(decision, misshapen):
                 self.correct(step, tried, (decision, best), near)
                 continue
-            if further is None and not decision.term.effect.generic:
-                further = self.refits.further(fair, self.effects)
-            stronger = [*tried, *(further or [])]
-            if not self.stands_beside_stronger(fair, decision, stronger, misshapen):
+            if not self.stands_beside_stronger(fair, decision, tried, misshapen):
                 continue
             # from both bases, because one of them may end at limits of the force law
             fits = [self.fitter.fit(b, best.fit.terms) for b in (state.fit.base, best.fit.base)]
@@ -409,11 +407,6 @@ def completable(tried: Sequence[Refit], found: Sequence[AcceptedEffect]) -> list
 def passes(decision: Decision, misshapen: bool) -> bool:
     """True when an effect is accepted; misshapen: also with a wrong form."""
     return decision.accepted or (misshapen and decision.misshapen)
-
-
-def _left(step: Step) -> str:
-    """The residual of consequence of a step in words; empty when there is none."""
-    return invariants.residual_of_consequence(step.state, bool(step.found))
 
 
 def _names(step: Step) -> frozenset[str]:

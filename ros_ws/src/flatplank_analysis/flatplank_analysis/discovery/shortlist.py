@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.stats import chi2
@@ -28,6 +29,9 @@ HOPE = 0.8
 EVIDENCE = 20.0
 """difference of two chi2 that decides between two models"""
 
+FAINT = 0.25
+"""visible share of an effect below which its gain is the small difference of large numbers: the
+base, which is not linear, may give way further than the screening says"""
 MOST_UNSHOWN = 3
 """most effects that are reported although the runs hardly show them"""
 
@@ -52,6 +56,20 @@ def shortlist(ranking: Screen, looked_at: Mapping[str, int], most: int) -> list[
         if len(out) == most:
             break
     return out
+
+
+def mostly_imitated(ranking: Screen, listed: Sequence[ScreenResult]) -> list[ScreenResult]:
+    """Candidates beside the listed ones of which the base imitates most (`FAINT`), at the size of
+    one screening step: only a refit shows what they explain. For gaps see
+    `Refits.with_start_sizes`.
+    """
+    known, out = {item.identifier for item in listed}, []
+    for item in best_per_effect(ranking):
+        effect = item.candidate.effect
+        single = len(effect.linear()) == 1 == len(effect.starts())
+        if single and not effect.generic and VISIBLE <= item.visible < FAINT:
+            out.append(replace(item, sizes=np.ones(1)))
+    return [item for item in out if item.identifier not in known]
 
 
 def unidentifiable(ranking: Screen, looked_at: Mapping[str, int]) -> list[str]:

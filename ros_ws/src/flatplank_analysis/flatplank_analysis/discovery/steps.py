@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from flatplank_analysis.discovery import heldout
+from flatplank_analysis.discovery import heldout, invariants
 from flatplank_analysis.discovery.decision import Decision
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.model import Model
@@ -62,6 +62,11 @@ class Step:
     def held_out(self) -> float:
         """Held-out RMSE of the first channel, see `heldout`."""
         return heldout.rmse(self.state)
+
+    @cached_property
+    def left(self) -> str:
+        """The residual of consequence in words; empty when there is none."""
+        return invariants.residual_of_consequence(self.state, bool(self.found))
 
 
 @dataclass

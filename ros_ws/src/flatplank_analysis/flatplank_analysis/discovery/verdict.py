@@ -173,7 +173,7 @@ def diagnose(search: Search, next_run: dict[str, Any] | None = None) -> Diagnosi
     verdict, reason = _unsettled(search)
     if verdict:
         search = replace(search, steps=search.steps[:1])
-    elif invariants.residual_of_consequence(search.last.state, bool(search.last.found)):
+    elif search.last.left:
         search.with_law_effects = fit_with_law_effects(search)
     last, first = search.last, search.steps[0]
     levels = last.state.floors[0]
@@ -234,7 +234,7 @@ def _unsettled(search: Search) -> tuple[str, str]:
 
 def _verdict(search: Search, last: Step) -> tuple[str, str]:
     level = last.state.floors[0]
-    left = invariants.residual_of_consequence(last.state, bool(last.found))
+    left = last.left
     with_law_effects = search.with_law_effects
     lawful = with_law_effects is not None and not invariants.residual_of_consequence(
         with_law_effects, bool(last.found)

@@ -74,7 +74,7 @@ class CarcassLoad(TireProperty):
     )  # fmt: skip
 
     def tire(self, tire: Tire) -> None:
-        more = tire.data.nominal / tire.data.reference.load - 1.0
+        more = tire.data.relative_load - 1.0
         change = 1.0 + self.per_run.slope * more + self.per_run.bend * more**2
         change = np.maximum(change, 0.1)
         tire.x.carcass *= change
@@ -99,7 +99,7 @@ class CarcassPressure(TireProperty):
 
     def tire(self, tire: Tire) -> None:
         data = tire.data
-        change = 1.0 + self.per_run.slope * (data.pressure / data.reference.pressure - 1.0)
+        change = 1.0 + self.per_run.slope * (data.relative_pressure - 1.0)
         tire.x.carcass *= change
         tire.y.carcass *= change
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
 
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.runs import RunSet
@@ -15,14 +14,23 @@ LEVELS = ("at_1", "at_2", "at_5", "at_10")
 
 
 @dataclass(frozen=True)
-class LawTable(TireEffect):
+class FreeLaw(TireEffect):
     """A free correction of the steady force over the size of the contact slip."""
 
+    identifier = "tire_law"
+    title = "The force law is of another form"
     kind = "tire"
     coordinate = "slip level"
     generic = True
-    block: ClassVar[str] = ""
-    """parameters of the tire that the table changes, without their number"""
+    law = True
+    source = "thesis 7.2: look-up table of the steady force"
+    what = (
+        "The machine is in order; the force over the slip has another form than in the base, "
+        "alike in driving and braking. What differs between the two is an effect of its own. A "
+        "table of the steady force explains much, so it is the last name to be given."
+    )
+    check = "Nothing to check on the machine."
+    removes = "A table of the steady force, or another law."
 
     at_1: float = param(0.0, unit="1", bounds=(-0.4, 0.4), screen=0.02, matters=0.01)
     at_2: float = param(0.0, unit="1", bounds=(-0.4, 0.4), screen=0.02)
@@ -35,34 +43,8 @@ class LawTable(TireEffect):
 
     def tire(self, tire: Tire) -> None:
         for i, name in enumerate(LEVELS):
-            block = f"{self.block}_{i}"
+            block = f"law_{i}"
             setattr(tire.x, block, getattr(tire.x, block) + getattr(self.per_run, name))
-
-
-@dataclass(frozen=True)
-class BrakeLaw(LawTable):
-    """The table in braking only; the search compares effects with it, and does not name it."""
-
-    block = "brake"
-
-
-@dataclass(frozen=True)
-class FreeLaw(LawTable):
-    """The table in both directions."""
-
-    identifier = "tire_law"
-    title = "The force law is of another form"
-    law = True
-    source = "thesis 7.2: look-up table of the steady force"
-    what = (
-        "The machine is in order; the force over the slip has another form than in the base, "
-        "alike in driving and braking. What differs between the two is an effect of its own. A "
-        "table of the steady force explains much, so it is the last name to be given."
-    )
-    check = "Nothing to check on the machine."
-    removes = "A table of the steady force, or another law."
-    further = BrakeLaw
-    block = "law"
 
 
 @dataclass(frozen=True)

@@ -76,7 +76,7 @@ class NonUniformity(TurningForce):
 
     def signal(self, signal: Signal) -> None:
         data = signal.data
-        grow = (data.nominal / data.reference.load)[:, None] * (data.position > 0.0005)
+        grow = data.relative_load[:, None] * (data.position > 0.0005)
         turn, order = data.wheel_turn, self.per_turn
         signal.fx = signal.fx + grow * wave(turn, order, self.fx_cos, self.fx_sin)
         signal.fz = signal.fz + grow * wave(turn, order, self.fz_cos, self.fz_sin)
