@@ -81,3 +81,13 @@ def test_of_two_that_share_what_they_explain_one_goes():
     assert "time_skew" in (named["name"], *named["class"]) and score(diagnosis, answer)["right"]
     low, high = named["interval"]
     assert low > 0.0 and high < 0.1
+
+
+def test_a_load_that_undulates_is_found_beside_a_force_that_all_runs_show():
+    """Its period was looked for in the mean over all runs, where driving and braking cancel; so it
+    was called a worn patch."""
+    diagnosis, answer = diagnosed(
+        Case("pair", "second", ("load_undulation", "parasitic_force"), 3.0, "coloured", 0.01),
+        73907,
+    )
+    assert score(diagnosis, answer)["right"], diagnosis["effects"]

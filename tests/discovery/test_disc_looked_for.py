@@ -102,8 +102,6 @@ def test_settings_that_depend_on_the_runs():
     rough = np.cumsum(np.random.default_rng(1).standard_normal(400)) * 0.01
     hum = np.cos(2.0 * np.pi * place / 0.2)[None] + rough + 0.0 * runs.measured
     assert known["mesh_ripple"].variants(runs, hum)[0]["period"] == pytest.approx(0.2, rel=0.02)
-    found = [v["period"] for v in known["load_undulation"].variants(runs, hum)]
-    assert found[0] == pytest.approx(0.2, rel=0.02) and found[-3:] == [0.35, 0.7, 1.4]
     fy = known["crosstalk_fy"].variants
     assert fy(replace(runs, measured=runs.measured + 101.0), None) == [{"tared": 1.0}]
     assert fy(replace(runs, measured=runs.measured + 99.0), None) == []
@@ -140,6 +138,20 @@ def test_the_spectrum_of_what_all_runs_show():
     frequencies, level = spectrum(cut, same, "plank position")
     assert level.max() == pytest.approx(3.0, rel=0.02)
     assert frequencies[np.argmax(level)] == pytest.approx(4.0, abs=0.05)
+
+
+def test_a_load_that_undulates_is_looked_for_where_driving_and_braking_differ_in_sign():
+    """In the mean over all runs driving and braking cancel; a force of the machine, the same in
+    every run, is left, and hid the period."""
+    x = np.linspace(0.0, 4.0, 900)
+    drawn = np.random.default_rng(5)
+    force = np.tile([1500.0, -1500.0, 3000.0, -3000.0], 6)[:, None]
+    wave_ = 0.01 * np.sin(2.0 * np.pi * x / 0.44 + 1.0)
+    same = 15.0 * np.sin(2.0 * np.pi * x / 1.9) + drawn.standard_normal((24, 900))
+    runs = placed(force * (1.0 + wave_) + same)
+    settings = library()["load_undulation"].variants(runs, (force * wave_ + same)[None])
+    found = [setting["period"] for setting in settings]
+    assert found[0] == pytest.approx(0.44, rel=0.02) and found[-3:] == [0.35, 0.7, 1.4]
 
 
 def test_periods_stand_out_of_their_neighbourhood():

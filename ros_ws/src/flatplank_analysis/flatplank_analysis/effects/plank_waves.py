@@ -72,7 +72,9 @@ class LoadUndulation(Wave):
 
     @classmethod
     def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:
-        found = periods(runs, residual, 0.08, 2.5)
+        # the change of the force is a share of it: of the other sign in braking than in driving
+        force = runs.measured[0].mean(axis=-1, keepdims=True)
+        found = periods(runs, residual * force, 0.08, 2.5)
         return [{"period": p} for p in [*found, 0.35, 0.7, 1.4]]
 
     @classmethod
