@@ -261,8 +261,8 @@ def test_one_effect_takes_the_place_of_several_that_imitate_it():
 
     for dispersion, evidence in ((0.5, 20.0), (3.0, 60.0)):
         best = odd(501.0 + evidence, dispersion)
-        where, judge, tried, misshapen = taken([odd(100.0, 1.0), best])
-        assert tried == [(best, (best.term, 2))] and misshapen
+        where, judge, tried, chosen, misshapen = taken([odd(100.0, 1.0), best])
+        assert tried == chosen == [(best, (best.term, 2))] and misshapen
         assert where.state is state and judge.without == 5000.0
         assert taken([odd(499.0 + evidence, dispersion)]) is None
     assert taken([]) is None and taken([odd(900.0, 1.0)], free) is None

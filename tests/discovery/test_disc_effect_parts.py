@@ -84,6 +84,8 @@ DATA = SimpleNamespace(
     runs=SimpleNamespace(order=ORDER, time=np.array([[0.0, 1.0, 2.0, 3.0]] * 3)),
 )  # fmt: skip
 DATA.reference = References.of(DATA)
+DATA.relative_load = DATA.nominal / DATA.reference.load
+DATA.relative_pressure = DATA.pressure / DATA.reference.pressure
 
 
 def tire(name: str, load=None, **values: float):
