@@ -21,7 +21,7 @@ from flatplank_analysis.discovery.search import _Searcher
 from flatplank_analysis.discovery.steps import AcceptedEffect
 
 FREE = shape("free", LONG.form, generic=True)
-REFUSED = ("its interval covers zero",)
+REFUSED = ("its 99 % interval covers zero",)
 
 
 def odd(effect=LONG, share: float = 0.2, **changes):

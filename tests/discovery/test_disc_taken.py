@@ -18,7 +18,7 @@ from flatplank_analysis.discovery.search import IDLE, _Searcher
 from flatplank_analysis.discovery.steps import AcceptedEffect
 
 THIRD = shape("third", LONG.form)
-REFUSED = ("its interval covers zero",)
+REFUSED = ("its 99 % interval covers zero",)
 
 
 def fit_of(effect, at_bound=()) -> SimpleNamespace:

@@ -206,7 +206,7 @@ def _reasons(d: Decision, conditions: float) -> Iterator[str]:
     if d.condition_q > d.condition_limit:
         yield UNEVEN[1]
     if d.covers_zero:
-        yield "its interval covers zero"
+        yield "its 99 % interval covers zero"
     if at_edge(d.term):
         yield "at the end of its physical range"
     elif beyond_range(d):

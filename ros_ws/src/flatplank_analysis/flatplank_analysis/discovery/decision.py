@@ -13,6 +13,9 @@ from flatplank_analysis.discovery.fit import Term
 OTHER = 0.4
 """permitted `Decision.unevenness` of a fault of another form than the effect, when no residual of
 consequence remains"""
+CLEAR = 1.57
+"""half-widths of its 90 % interval by which a size must differ from zero: with these the interval
+would be one of 99 %. A size that the base mostly imitates is known no better than its law"""
 NEGLIGIBLE = "present, negligible"
 """reason that applies to a size of no consequence"""
 IMITATED = "these runs cannot tell it from the base"
@@ -61,8 +64,10 @@ class Decision:
 
     @property
     def covers_zero(self) -> bool:
-        """True when the interval of a size does not exclude zero; a free form has no such size."""
-        return self.interval[0] * self.interval[1] <= 0.0 and not self.term.effect.generic
+        """True when the 99 % interval of a size contains zero (`CLEAR`); a free form has no such
+        size."""
+        low, high = self.interval
+        return abs(low + high) <= CLEAR * (high - low) and not self.term.effect.generic
 
     @property
     def unevenness(self) -> float:
