@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 from shapes import CONDITIONS, LONG, REPEATS, shape
 
-from flatplank_analysis.discovery.decision import Decision
+from flatplank_analysis.discovery.decision import UNEVEN, Decision
 from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.rivals import Rival
 from flatplank_analysis.discovery.screen import ScreenResult
@@ -24,6 +24,12 @@ def decision(effect=LONG, size: float = 0.1, **changes) -> Decision:
         interval=(0.5 * size, 1.5 * size), held_out_gain=0.5, reasons=(),
     )  # fmt: skip
     return Decision(**{**facts, **changes})
+
+
+def odd(effect=LONG, share: float = 0.2, **changes):
+    """Refused for its form alone."""
+    drop = changes.setdefault("drop", 1000.0)
+    return decision(effect, reasons=UNEVEN[:1], stretch_q=share * drop, **changes)
 
 
 def rival(name: str, excluded: bool, near: bool) -> Rival:

@@ -9,25 +9,19 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from decisions import decision
+from decisions import decision, odd
 from shapes import LONG, OTHER, shape
 
-from flatplank_analysis.discovery import classes, invariants, search
+from flatplank_analysis.discovery import invariants, search
 from flatplank_analysis.discovery.decide import NEARLY, Judge
 from flatplank_analysis.discovery.decision import NEGLIGIBLE, UNEVEN
 from flatplank_analysis.discovery.fit import Term, Whitened
-from flatplank_analysis.discovery.rivals import AlternativeEffect, Rival
+from flatplank_analysis.discovery.rivals import AlternativeEffect
 from flatplank_analysis.discovery.search import _Searcher
 from flatplank_analysis.discovery.steps import AcceptedEffect
 
 FREE = shape("free", LONG.form, generic=True)
 REFUSED = ("its 99 % interval covers zero",)
-
-
-def odd(effect=LONG, share: float = 0.2, **changes):
-    """Refused for its form alone."""
-    drop = changes.setdefault("drop", 1000.0)
-    return decision(effect, reasons=UNEVEN[:1], stretch_q=share * drop, **changes)
 
 
 @pytest.mark.parametrize(
@@ -264,78 +258,6 @@ def test_a_base_fitted_with_the_weights_of_the_floors_must_be_a_tenth_better(
     found = _Searcher.with_weights_of_floors(searcher, step)
     best = "from plain" if errors[0] < errors[1] else "from white"
     assert found == ((best, []) if again else step) and isinstance(searcher.fitter, Told)
-
-
-def test_a_rival_that_explains_more_goes_before_an_effect_of_a_wrong_form():
-    """By twenty times the scatter; of rivals that differ by less than that the more common one."""
-
-    def rival(rarity, excess, excluded=False):
-        term = Term(shape("rival", LONG.form, rarity=rarity), np.array([0.2]))
-        return Rival(term, excess, True, excluded)
-
-    rare, usual, common = rival(2, -50.0), rival(1, -31.0), rival(0, -29.0)
-    gone = rival(0, -99.0, True)
-    every = (gone, rare, usual, common)
-
-    def better(effect, *rivals):
-        return classes.better_rival(AcceptedEffect(effect, rivals=rivals))
-
-    assert better(odd(dispersion=1.0), *every) is usual
-    assert better(odd(dispersion=0.5), rare) is rare
-    assert better(odd(dispersion=2.4), *every) is rare
-    assert better(odd(dispersion=2.6), *every) is None
-    assert better(odd(dispersion=1.5), usual, common) is usual
-    assert better(odd(), gone) is better(odd()) is better(decision(), *every) is None
-
-
-def test_a_rival_takes_the_place_of_an_effect(monkeypatch):
-    """Fitted again from both bases, without raising the error beside the fit without it; the old
-    effect may stand in for the new one."""
-    best, other = (
-        Rival(Term(shape(name, LONG.form), np.array([0.2])), -50.0, True, False)
-        for name in ("best", "other")
-    )
-    suspects = tuple(AlternativeEffect(r.term, False) for r in (best, other))
-    kept, old = AcceptedEffect(decision(OTHER)), AcceptedEffect(odd(), suspects)
-    less, near = SimpleNamespace(terms="without"), SimpleNamespace(terms="terms", base="near")
-    state = SimpleNamespace(
-        fit=SimpleNamespace(base="plain"), whitened=SimpleNamespace(fit="white", chi2=500.0),
-        fit_whitened=lambda start: {("without", id(best.term)): SimpleNamespace(fit=near)}[start],
-    )  # fmt: skip
-    fitter = SimpleNamespace(
-        without_term=lambda fit, i: {("white", 2): less}[fit, i],
-        with_term=lambda fit, term: (fit.terms, id(term)), fit=lambda base, terms: (base, terms),
-    )  # fmt: skip
-    monkeypatch.setattr(invariants, "not_raising_error", lambda *what: what)
-    judged = []
-
-    def rivals(_fitter, judge, index, effect, tried, found):
-        judged.append((judge.without, index, effect, tried, found))
-        return (best,) if effect.misshapen else ()
-
-    monkeypatch.setattr(classes, "rivals", rivals)
-    made = classes.Classes(
-        fitter, 1, lambda step: [*step.found, kept],
-        lambda fit, found, near: SimpleNamespace(fit=fit, found=found, near=near, **facts),
-    )  # fmt: skip
-    facts = {"state": state, "screen": SimpleNamespace(typical=None)}
-    after = made(SimpleNamespace(found=[kept, old], **facts))
-    assert after.fit == (
-        fitter, ("plain", "without"), [("plain", "terms"), ("near", "terms")],
-    )  # fmt: skip
-    assert after.near is near
-    first, new, again = after.found
-    assert first == again == kept
-    assert new.decision == replace(old.decision, term=best.term) and new.rivals == (best,)
-    assert new.suspects == (AlternativeEffect(old.decision.term, True), suspects[1])
-    both = [kept.decision, old.decision]
-    assert judged[:2] == [
-        (500.0 + d.drop, i, d, f.suspects, both)
-        for i, (d, f) in enumerate(zip(both, (kept, old), strict=True), 1)
-    ]
-    # the right form stays
-    right = SimpleNamespace(found=[kept, kept], **facts)
-    assert made(right) is right
 
 
 def test_a_search_goes_on_from_one_effect_that_replaces_several(monkeypatch):
