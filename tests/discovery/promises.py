@@ -18,9 +18,9 @@ def broken(result: Diagnosis) -> list[str]:
     errors = [s.state.runs.rmse(s.state.residual[0]) for s in search.steps]
     for one, other, e, f in zip(search.steps, search.steps[1:], errors, errors[1:], strict=False):
         grown = len(other.found) > len(one.found)
-        if grown and f > e * (1.0 + 1e-9):
+        if grown and invariants.is_raised(f, e):
             out.append(f"the error rises from {e:.3f} to {f:.3f}")
-    if result.rmse_after > result.rmse_before * (1.0 + 1e-9):
+    if invariants.is_raised(result.rmse_after, result.rmse_before):
         out.append(f"the error rises from {result.rmse_before:.3f} to {result.rmse_after:.3f}")
     if result.verdict.startswith("found"):
         left = invariants.residual_of_consequence(last, True)

@@ -103,6 +103,11 @@ def test_what_is_not_kept_is_said(found):
         assert any(told in line for line in broken(result)), told
 
 
+def test_errors_that_differ_by_where_fits_end_are_equal():
+    assert not invariants.is_raised(48.0047, 48.0) and invariants.is_raised(48.0049, 48.0)
+    assert not invariants.is_raised(47.0, 48.0) and not invariants.is_raised(0.0, 0.0)
+
+
 def state_of(unexplained, floors, largest, form, p=1e-9):
     """As much of a state as the limits ask for; nothing but a mean residual in two channels."""
     levels = [

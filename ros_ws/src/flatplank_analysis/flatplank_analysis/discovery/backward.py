@@ -53,7 +53,7 @@ class Backward:
             fit = step.state.fit
             terms = [*fit.terms[: self.offset], *(fit.terms[self.offset + i] for i in kept)]
             smaller = self.fitter.fit(fit.base, terms)
-            if invariants.error_of(self.fitter, smaller) > self.bare:
+            if invariants.is_raised(invariants.error_of(self.fitter, smaller), self.bare):
                 break
             step = self.step_of(smaller, [step.found[i] for i in kept])
             step.found = self.retested(step)

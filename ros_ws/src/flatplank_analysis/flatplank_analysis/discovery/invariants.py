@@ -43,6 +43,9 @@ FAR_FLOORS, FAR_FORCE, LOADED = 5.0, 0.1, 0.05
 there; and the share of the largest signal below which a condition is not tested"""
 TILTS = (1.0, 0.3, 0.1, 0.01)
 """weights of the other channels in fits that must not raise the error of the first one"""
+EQUAL = 1e-4
+"""relative difference of two errors of the first channel that is none: where fits end, and less
+than is printed"""
 NEAR_END = 1e-3
 """share of its range within which a parameter counts as at its end"""
 
@@ -148,7 +151,7 @@ def not_raising_error(fitter: Fitter, old: Fit, fits: Sequence[Fit]) -> Fit:
     """
     best = min(fits, key=lambda f: f.chi2)
     limit = error_of(fitter, old)
-    if error_of(fitter, best) <= limit:
+    if not is_raised(error_of(fitter, best), limit):
         return best
     terms = [*old.terms, at_null(best.terms[-1])]
     for tilt in TILTS:
@@ -157,11 +160,11 @@ def not_raising_error(fitter: Fitter, old: Fit, fits: Sequence[Fit]) -> Fit:
         tilted = Fitter(fitter.model, weight)
         for base, start in ((old.base, terms), (best.base, best.terms)):
             fit = tilted.fit(base, start)
-            if is_active(fit.terms[-1]) and error_of(fitter, fit) <= limit:
+            if is_active(fit.terms[-1]) and not is_raised(error_of(fitter, fit), limit):
                 return fit
     for start in (terms, [*old.terms, best.terms[-1]]):
         fit = _fit_only_last(fitter, old, start)
-        if is_active(fit.terms[-1]) and error_of(fitter, fit) <= limit:
+        if is_active(fit.terms[-1]) and not is_raised(error_of(fitter, fit), limit):
             return fit
     return fitter.fit(old.base, terms, iterations=0)
 
@@ -178,6 +181,11 @@ def _fit_only_last(fitter: Fitter, old: Fit, terms: Sequence[Term]) -> Fit:
     held = [replace(t, fixed=tuple(t.named())) for t in terms[:-1]]
     fit = Fitter(model, fitter.weight).fit(old.base, [*held, terms[-1]])
     return fitter.fit(fit.base, [*terms[:-1], fit.terms[-1]], iterations=0)
+
+
+def is_raised(error: float, before: float) -> bool:
+    """True when an error of the first channel is larger than the one before (`EQUAL`)."""
+    return error > before * (1.0 + EQUAL)
 
 
 def error_of(fitter: Fitter, fit: Fit) -> float:
