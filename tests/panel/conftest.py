@@ -11,7 +11,18 @@ from typing import Any
 
 import pytest
 import yaml
-from panel_rig import CHROMIUM, FLAGS, IDLE, PATIENT, Observer, loopback, panel_process, wait_for
+from panel_rig import (
+    CHROMIUM,
+    FLAGS,
+    IDLE,
+    PATIENT,
+    WATCHDOG_CYCLES,
+    Observer,
+    lift_and_go_back,
+    loopback,
+    panel_process,
+    wait_for,
+)
 
 pytest.register_assert_rewrite("requirement_checks")
 HERE = Path(__file__).parent
@@ -50,9 +61,11 @@ def pictures(tmp_path) -> Path:
 @pytest.fixture(scope="session")
 def address(domain, data):
     data.mkdir()
-    # a machine that runs tests stalls now and then; the limits of the lab are held by tests/drive
-    patient = data.parent / "patient.yaml"
-    patient.write_text(yaml.safe_dump({"wheel_drive": {"ros__parameters": PATIENT}}))
+    # a computer that runs tests stalls now and then; tests/drive tests the limits of the lab
+    plant, patient = data.parent / "plant.yaml", data.parent / "patient.yaml"
+    plant.write_text(yaml.safe_dump({"watchdog_cycles": WATCHDOG_CYCLES}))
+    nodes = {"wheel_drive": PATIENT, "simulated_plant": {"config": str(plant)}}
+    patient.write_text(yaml.safe_dump({n: {"ros__parameters": p} for n, p in nodes.items()}))
     with panel_process(data, "--parameters", str(patient)) as url:
         yield url
 
@@ -176,6 +189,8 @@ def operator(visitor, observer):
         observer.client.wait_connected(["wheel_drive", "recorder", "simulated_plant"], 120.0)
     observer.fresh()
     who.word_is("bench", "running", 60.0)
+    if not (observer.lifted and observer.at_beginning):
+        lift_and_go_back(who, observer)
     yield who
     if who.button("Hand back").is_visible():
         who.click("Hand back")

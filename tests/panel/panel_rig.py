@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from flatplank_control.bench.fast_dds import loopback_environment as on_loopback
+from flatplank_hw.drive.params import DriveParameters
 from flatplank_hw.nodes import convert
 from flatplank_hw.process import END_WITH_PARENT
 
@@ -29,13 +30,16 @@ FLAGS = [
     "--disable-component-update",
     "--disable-sync",
 ]
+SILENCES = ("inputs", "samples", "reference")
+"""rules of the drive that end a motion after some tenths of a second of silence"""
 PATIENT = {
     "heartbeat_timeout": 3.0,
-    "input_timeout": 0.1,
-    "reference_timeout": 0.1,
     "start_timeout": 5.0,
+    "rules": [name for name in DriveParameters().rules if name not in SILENCES],
 }
-"""of the drive [s]"""
+"""parameters of a drive node that does not stop while the computer stalls"""
+WATCHDOG_CYCLES = 1000
+"""of the simulated drive, which would report a fault after a shorter stall"""
 TIMEOUT_S = 4.0
 SHARE = 1.0
 """of their time that waits are given; less where nothing is expected to come"""
@@ -158,6 +162,15 @@ def shows(who, campaign: str) -> None:
     who.page.get_by_role("option").filter(has_text=campaign).first.click()
 
 
+def lift_and_go_back(who, observer: Observer) -> None:
+    """Wheel lifted, plank at rest at its beginning."""
+    who.tab("Machine")
+    who.click("Lift the wheel")
+    observer.wait(lambda: observer.lifted, 40.0, "the wheel is lifted")
+    who.click("Plank back")
+    observer.wait(lambda: observer.at_beginning, 60.0, "the plank is back")
+
+
 def status(who) -> str:
     """What the page Discover says of its work."""
     return who.page.get_by_role("status").first.text_content() or ""
@@ -234,6 +247,17 @@ class Observer:
         self.latest.pop("inputs", None)
         self.look(0.3)
         return "inputs" in self.latest
+
+    @property
+    def lifted(self) -> bool:
+        """The tire is clear of the road."""
+        return self.latest["hub"].loaded_radius > 0.326
+
+    @property
+    def at_beginning(self) -> bool:
+        """The plank rests at its beginning."""
+        plank = self.latest["encoders"]
+        return not plank.plank_moving and plank.plank_position < 0.01
 
     def shaft(self) -> float:
         """Angle by the raw counts of the wheel's encoder, over many turns [deg]."""

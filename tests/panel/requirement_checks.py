@@ -63,24 +63,6 @@ def load(who, observer, newtons: float) -> None:
     observer.wait(lambda: abs(observer.force("z") - newtons) < 60.0, 40.0, "the tire is loaded")
 
 
-def back(who, observer) -> None:
-    """Wheel lifted, plank at its beginning."""
-    who.tab("Machine")
-    who.click("Lift the wheel")
-    observer.wait(
-        lambda: observer.latest["hub"].loaded_radius > 0.326, 40.0, "the wheel is lifted"
-    )
-    who.click("Plank back")
-    observer.wait(
-        lambda: (
-            not observer.latest["encoders"].plank_moving
-            and observer.latest["encoders"].plank_position < 0.01
-        ),
-        60.0,
-        "the plank is back",
-    )
-
-
 @requirement("R1.I stops and starts the bench")
 def stops_and_starts(who, observer, data):
     who.tab("Machine")
@@ -144,7 +126,6 @@ def numbers_and_plots_follow_the_bench(who, observer, data):
     )
     wait_for(lambda: abs(who.page.evaluate(drawn)[2] - 900.0) < 80.0, what="Fz in the plot")
     assert len(who.page.evaluate(drawn)) == 6
-    back(who, observer)
 
 
 @requirement("R1.VI constants")
@@ -288,7 +269,6 @@ def slip_over_the_road(who, observer, data):
     who.word_is("run", "complete")
     record = yaml.safe_load((data / "TOY_slip_by_hand" / "run.yaml").read_text())
     assert record["cycles_received"] > 400
-    back(who, observer)
 
 
 @requirement("R1.X status of the bus", stub="eyes")
@@ -345,7 +325,6 @@ def free_rolling(who, observer, data):
     forces, speeds = zip(*[(observer.force("x"), observer.speed()) for _ in range(5)], strict=True)
     assert np.mean(forces) == pytest.approx(HELD, abs=20.0), "Fx is held"
     assert np.mean(speeds) == pytest.approx(SPEED / 0.32, rel=0.05), "the wheel rolls"
-    back(who, observer)
 
 
 @requirement("R1.II, R1.VIII a whole measurement")
@@ -369,4 +348,3 @@ def measures_a_slip_step(who, observer, data):
     there = (table["plank_position"] > 0.2) & (table["plank_position"] < 0.34)
     slip = table["wheel_velocity"][there] * 0.3108 / table["plank_velocity"][there] - 1.0
     assert np.mean(slip) == pytest.approx(0.05, abs=0.005)
-    back(who, observer)

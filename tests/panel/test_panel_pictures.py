@@ -57,7 +57,7 @@ def test_pictures_of_bench_and_runs(operator, observer, pictures):
         looked_after(operator)
     operator.tab("Machine")
     operator.click("Lift the wheel")
-    observer.wait(lambda: observer.latest["hub"].loaded_radius > 0.326, 60.0, "lifted")
+    observer.wait(lambda: observer.lifted, 60.0, "lifted")
 
 
 def test_runs_are_listed_filtered_and_drawn(visitor, data, pictures):
