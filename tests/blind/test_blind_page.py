@@ -76,8 +76,16 @@ def test_sizes_of_another_law_are_counted_both_ways(monkeypatch):
     text = page([converted], HEADER)
     assert "| 90 % intervals that cover the truth, all (goal 85 .. 95 %) | 0/1 = 0%" in text
     assert "| 90 % intervals that cover the size in the plain law, all | 1/1 = 100%" in text
-    one["diagnosis"]["effects"] = []
-    assert "plain" not in plain_size.with_plain_sizes(one)["answer"]["effects"][0]
+
+
+def test_the_plain_size_of_a_missed_fault_is_compared_with_what_is_of_no_consequence(monkeypatch):
+    one = entry("single", ["wear"], [], "at floor")
+    one["case"]["world"] = "forms"
+    monkeypatch.setattr(plain_size, "plain_size", lambda case, name, size: 0.004 * size)
+    for shown, cell in ((one, "100.0 x"), (plain_size.with_plain_sizes(one), "0.4 x")):
+        text = page([shown], HEADER)
+        (row,) = [line for line in text.splitlines() if line.startswith("| wear | forms")]
+        assert row.split("|")[6].strip() == cell
 
 
 def test_the_page_says_what_the_journal_says():

@@ -35,16 +35,11 @@ CLOSE = 0.01
 
 
 def with_plain_sizes(entry: dict[str, Any]) -> dict[str, Any]:
-    """A journal entry whose hidden effects have their `plain` size, where that may differ and the
-    effect was named."""
+    """A journal entry whose hidden effects have their `plain` size, where that may differ."""
     case, answer = entry["case"], entry["answer"]
     if answer is None or case["world"] != OTHER_FORMS:
         return entry
-    named = {n for e in entry["diagnosis"]["effects"] for n in (e["name"], *e["class"])}
-    effects = [
-        e | {"plain": plain_size(case, e["name"], e["size"])} if e["name"] in named else e
-        for e in answer["effects"]
-    ]
+    effects = [e | {"plain": plain_size(case, e["name"], e["size"])} for e in answer["effects"]]
     return entry | {"answer": answer | {"effects": effects}}
 
 

@@ -35,6 +35,7 @@ def scored(entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
         outside = e["answer"]["outside"] if e["case"]["group"] == "outside" else None
         p = points_of(e) | {"world": e["case"]["world"], "factor": e["case"]["factor"]}
         p |= {"rung": e["case"]["rung"], "ratio": math.nan, "clear": True}
+        p["plain_ratio"] = math.nan
         p |= {"noise": f"{e['case']['noise']}, {e['case']['scatter']:.0%}", "said": _said(e)}
         p["own_ratio"] = _own_ratio(one, e["diagnosis"].get("detectable") or {})
         plain = points_of(by_plain_sizes(e))["sizes"]
@@ -43,7 +44,7 @@ def scored(entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
         for h in one:
             p["ratio"] = h["size"] / h["detectable"]
             p["clear"] = h["size"] >= CLEAR * h["consequence"] * (1.0 - 1e-9)
-            p |= {"hidden": h}
+            p |= {"hidden": h, "plain_ratio": h.get("plain", h["size"]) / h["consequence"]}
         if outside:  # older journals lack the size of no consequence
             p["ratio"] = outside.get("size", math.nan) / outside.get("detectable", math.nan)
             slight = outside.get("consequence", 0.0)
@@ -271,7 +272,8 @@ def missed(points: Points) -> str:
     rows = [
         [
             p["truth"], p["world"], p["noise"],
-            _times(p["ratio"]), _times(p["own_ratio"]), f"{p['error']:.2f}", p["said"], how(p),
+            _times(p["ratio"]), _times(p["own_ratio"]), _times(p["plain_ratio"]),
+            f"{p['error']:.2f}", p["said"], how(p),
         ]
         for key, own in rows_of(points).items()
         if key in ASKED
@@ -279,7 +281,8 @@ def missed(points: Points) -> str:
         if not p["right"]
     ]  # fmt: skip
     head = ["hidden", "world", "noise, scatter", "size / detectable"]
-    head += ["size / detectable by the search", "error / floor", "said", "how"]
+    head += ["size / detectable by the search", "plain size / no consequence"]
+    head += ["error / floor", "said", "how"]
     return table(head, rows)
 
 
