@@ -129,7 +129,7 @@ def test_a_size_below_what_is_of_consequence_is_not_asked_and_is_shown():
 def test_a_missed_effect_is_compared_with_what_the_search_states_of_itself():
     one = entry("single", ["wear"], [], "at floor")
     for stated, cell in (({"size": 1.25, "unit": "1"}, "0.8 x"), ({"size": 1.25, "unit": "m"}, ""),
-                         (None, "")):  # fmt: skip
+                         (None, "none")):  # fmt: skip
         one["diagnosis"]["detectable"] = {"wear": stated}
         (row,) = [r for r in page([one], HEADER).splitlines() if r.startswith("| wear | second")]
         assert [c.strip() for c in row.split("|")][4:6] == ["2.0 x", cell]

@@ -3,25 +3,22 @@
 
 from __future__ import annotations
 
-from dataclasses import make_dataclass, replace
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from draws import GROUPS, RUNS, numbers, without
 from scipy.stats import f as f_distribution
-from scipy.stats import norm
 from shapes import CONDITIONS, LONG, REPEATS, shape
 
-from flatplank_analysis.discovery import decide, screen
+from flatplank_analysis.discovery import decide, screen, size_errors
 from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.gram import Gram, Metric
 from flatplank_analysis.discovery.model import FormError
 from flatplank_analysis.discovery.nextrun import weight_of
 from flatplank_analysis.discovery.noise import ChannelNoise, Whitener
-from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.state import Candidate
-from flatplank_analysis.discovery.verdict import detectable_sizes
 
 PAIR = shape("pair", LONG.form, bound=0.04)
 
@@ -78,37 +75,6 @@ def test_sums_along_a_combination_of_columns():
     wanted = Gram.of(np.concatenate([base, own[:, None]], axis=1), e)
     np.testing.assert_allclose(found.products, wanted.products)
     np.testing.assert_allclose(found.scores, wanted.scores)
-
-
-def test_smallest_size_that_is_found():
-    """Both errors: half the family-wise level on either side, and one in five missed."""
-    info = np.array([[4.0]])
-    seen = screen.ScreenResult(candidate(np.zeros(0)), np.ones(1), 1.0, 0.5, info, np.ones(1))
-    step = SimpleNamespace(screen=SimpleNamespace(ranked=[seen]))
-    ((name, (size, unit)),) = detectable_sizes(step, {"long": 10}).items()
-    need = norm.isf(0.05 / 10 / 2) + norm.isf(0.2)
-    assert (name, unit) == ("long", "1") and size == pytest.approx(0.02 * need / 2.0)
-    hidden = SimpleNamespace(screen=SimpleNamespace(ranked=[replace(seen, visible=1e-4)]))
-    assert not detectable_sizes(hidden, {})
-
-    def asked(effect, columns):
-        one = replace(seen, candidate=candidate(np.zeros(0), effect), information=columns)
-        return detectable_sizes(SimpleNamespace(screen=SimpleNamespace(ranked=[one])), {})
-
-    # what nobody looked for elsewhere has the whole level; a size has no sign
-    once = norm.isf(0.05 / 2) + norm.isf(0.2)
-    size = param(0.0, unit="N", bounds=(-1.0, 1.0), screen=-0.04)
-    more = param(0.0, unit="1", bounds=(-1.0, 1.0))
-    fields = [("b", float, more), ("c", float, size)]
-    two = make_dataclass("two", fields, bases=(LONG,), frozen=True)
-    two.identifier, two.main = "two", "c"
-    assert asked(two, np.array([[1.0, 0.0], [0.0, 16.0]])) == {
-        "two": (pytest.approx(0.04 * once / 4.0), "N")
-    }
-    # a size that is not screened, or of a form without a cause, is none; nor what is not shown
-    two.main = "b"
-    assert not asked(two, np.eye(2)) and not asked(shape("free", LONG.form, generic=True), info)
-    assert not asked(LONG, np.zeros((1, 1)))
 
 
 @pytest.fixture
@@ -194,7 +160,7 @@ def test_the_signals_of_an_effect_are_those_that_others_cannot_imitate():
     energy = np.sum(direction**2, axis=(1, 2))
 
     def shares(*others: int) -> np.ndarray:
-        left = decide._not_imitated(gram, others, 2, columns[[*others]], direction)
+        left = size_errors.not_imitated(gram, others, 2, columns[[*others]], direction)
         energies = metric.energies(left)
         return energies / energies.sum()
 
@@ -212,7 +178,7 @@ def test_what_an_error_of_the_law_does_to_a_score(in_stretches):
     x, force = columns[:, 2], columns[:, 8]
     own = without(flat, x.ravel()).reshape(x.shape)
     along = np.sum(own * force, axis=1)
-    by_force = decide._along(gram, 2)[:, 8:9]
+    by_force = size_errors.along(gram, 2)[:, 8:9]
     both, free = [np.concatenate(GROUPS)], np.full(1, np.inf)
     for more, law, groups in (
         ({}, 0.005, GROUPS),
@@ -220,9 +186,9 @@ def test_what_an_error_of_the_law_does_to_a_score(in_stretches):
         ({"same_law": both}, 0.005, both),
     ):
         wanted = law**2 * sum(along[g].sum() ** 2 for g in groups)
-        assert decide._of_the_law(of_law(**more), by_force, free) == pytest.approx(wanted)
+        assert size_errors.variance_of_law(of_law(**more), by_force, free) == pytest.approx(wanted)
         limit = np.array([0.3 * wanted**0.5])
-        found = decide._of_the_law(of_law(**more), by_force, limit)
+        found = size_errors.variance_of_law(of_law(**more), by_force, limit)
         assert found == pytest.approx(0.09 * wanted)
 
 
@@ -241,15 +207,15 @@ def test_an_error_of_the_law_leaves_no_more_than_the_form_band():
     form = FormError(mean=0.02, side=0.03)
     state = of_law(100.0, 1000.0, form=form)
     wanted = [300.0 * 2.0 / 4.0, 100.0 * 30.0 / 60.0]
-    assert decide._limits_of_form(state, shown, energies, 400.0) == pytest.approx(wanted)
-    half = decide._limits_of_form(state, shown, energies, 100.0)
+    assert size_errors.limits_of_form(state, shown, energies, 400.0) == pytest.approx(wanted)
+    half = size_errors.limits_of_form(state, shown, energies, 100.0)
     assert half == pytest.approx([0.5 * one for one in wanted])
     # in a channel without the effect, and without a known form, nothing is limited
     shown[1] = 0.0
-    found = decide._limits_of_form(state, shown, np.array([300.0, 0.0]), 300.0)
+    found = size_errors.limits_of_form(state, shown, np.array([300.0, 0.0]), 300.0)
     assert found == pytest.approx([wanted[0], np.inf])
     blank = of_law(100.0, 1000.0, form=FormError())
-    assert np.isinf(decide._limits_of_form(blank, shown, energies, 400.0)).all()
+    assert np.isinf(size_errors.limits_of_form(blank, shown, energies, 400.0)).all()
 
 
 def test_an_error_of_the_law_is_each_channel_s_own():
@@ -257,10 +223,10 @@ def test_an_error_of_the_law_is_each_channel_s_own():
     another tire does."""
     turned = np.array([[3.0, -3.0]] * RUNS)
     wanted = 0.005**2 * sum(2.0 * (3.0 * len(g)) ** 2 for g in GROUPS)
-    found = decide._of_the_law(of_law(), turned, np.full(2, np.inf))
+    found = size_errors.variance_of_law(of_law(), turned, np.full(2, np.inf))
     assert found == pytest.approx(wanted)
     signals = numbers(36, 2, RUNS, 5)
-    single = decide._single_channels(signals)
+    single = size_errors.single_channels(signals)
     np.testing.assert_array_equal(single.sum(axis=0), signals)
     assert not single[0, 1].any() and not single[1, 0].any()
 
@@ -270,7 +236,7 @@ def test_signals_that_rise_later_are_lower_by_their_slope_over_the_place():
     slopes = np.array([300.0, -50.0])[:, None]
     runs = SimpleNamespace(coordinates={"place": SimpleNamespace(values=place, local=True)})
     state = SimpleNamespace(runs=runs, model=SimpleNamespace(form=FormError(shift=1e-3)))
-    found = decide._shifted(state, (slopes * place)[None])
+    found = size_errors.shifted_later(state, (slopes * place)[None])
     np.testing.assert_allclose(found, -1e-3 * np.broadcast_to(slopes, (1, 2, 11)))
 
 
@@ -279,7 +245,7 @@ def test_share_of_an_effect_that_others_do_not_make(in_stretches):
     flat = np.moveaxis(columns, 1, 0).reshape(columns.shape[1], -1).T
     own = flat[:, 2]
     rest = without(flat[:, [0, 4]], own)
-    found = decide._visible(gram, [0, 4], 2)
+    found = size_errors.visible_share(gram, [0, 4], 2)
     assert found == pytest.approx((rest @ rest) / (own @ own)) and found < 0.95
 
 

@@ -67,7 +67,8 @@ AREAS = (
             "discovery/test_disc",
             "decisions decision_sums shortlist fit_rules verdicts residuals sums floor_sums "
             "pieces where noise descent heldout whitened engine safeguards wrong_forms "
-            "starts patterns determined steps taken classes sizes floors loop rivals invariants",
+            "starts patterns determined detectable steps taken classes sizes floors loop rivals "
+            "invariants",
         ),
         ("report", "modelfile.py", "score.py", "nextrun.py"),
     ),

@@ -123,8 +123,9 @@ the base without any effect over the scatter between repeats; at 1 and below the
 less than what repeats differ by, and only its regularity can tell it. *Size / detectable*: the
 detectable size of the generator, which fits its own tire with the few parameters that this tire
 has. *Size / detectable by the search*: the smallest size that `diagnose --json` states for these
-runs (80 % power with its own base, noise and scatter). Where it is below 1, the search states
+runs (80 % power with its own base, noise, scatter and model errors). Below 1 the search states
 itself that it cannot find the effect: its base must fit any tire, and so imitates more of it.
+*none*: it states that these runs show no size within the effect's range.
 *Plain size / no consequence*: the size in the plain law (below) over the size that is of no
 consequence. A fault of another form whose plain size is below 1 looks like one that does not
 matter; a diagnosis, which reads it by the plain law, is silent about it. It counts as missed."""

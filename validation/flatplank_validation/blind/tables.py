@@ -54,12 +54,13 @@ def scored(entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _own_ratio(hidden: Sequence[Mapping[str, Any]], own: Mapping[str, Any]) -> float:
-    """Hidden size over the smallest size that the search states for itself [-]; NaN for an effect
-    that it found, for a pair, and where the two numbers have different units.
-    """
+    """Hidden size over the smallest size that the search states for itself [-]; 0 where it states
+    none, NaN for a pair and where the two numbers have different units."""
     for h in hidden:
         stated = own.get(h["name"])
-        if stated and stated["unit"] == h["unit"]:
+        if stated is None:
+            return 0.0
+        if stated["unit"] == h["unit"]:
             return h["size"] / stated["size"]
     return math.nan
 
@@ -272,8 +273,8 @@ def missed(points: Points) -> str:
     rows = [
         [
             p["truth"], p["world"], p["noise"],
-            _times(p["ratio"]), _times(p["own_ratio"]), _times(p["plain_ratio"]),
-            f"{p['error']:.2f}", p["said"], how(p),
+            _times(p["ratio"]), _times(p["own_ratio"]) if p["own_ratio"] else "none",
+            _times(p["plain_ratio"]), f"{p['error']:.2f}", p["said"], how(p),
         ]
         for key, own in rows_of(points).items()
         if key in ASKED

@@ -8,7 +8,7 @@ effect's own scores among repeats and among conditions, and its size must be the
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -26,7 +26,8 @@ from flatplank_analysis.discovery.dispersion import (
 )
 from flatplank_analysis.discovery.fit import Fit, Term, Whitened, effect_contribution
 from flatplank_analysis.discovery.gram import Gram, solve
-from flatplank_analysis.discovery.model import form_error_of, same_law
+from flatplank_analysis.discovery.runs import RunSet
+from flatplank_analysis.discovery.size_errors import shifts_of, size_errors, visible_share
 from flatplank_analysis.discovery.state import State, Uneven
 
 FAMILY = 0.05
@@ -60,6 +61,33 @@ in which it shows"""
 
 
 @dataclass(frozen=True)
+class Scatter:
+    """Dispersion of an effect's scores over that of the noise model, with degrees of freedom."""
+
+    repeats: float
+    freedom: float
+    own_conditions: float
+    """among conditions, by these scores alone"""
+    conditions: float
+    """among conditions, shrunk towards that among repeats"""
+    freedom_conditions: float
+
+
+def scatter_among(
+    runs: RunSet, typical: TypicalDispersion, score: np.ndarray, info: np.ndarray
+) -> Scatter:
+    """Scatter of the scores (runs,) of an effect with information (runs,)."""
+    kappa, freedom = typical.shrink(*among_repeats(runs.comparable, score, info))
+    kappa_c, freedom_c = among_conditions(runs.groups, score, info)
+    # an effect that shows in two conditions has one degree of freedom: too few for a
+    # dispersion of its own, so it is shrunk towards that among repeats
+    prior_freedom = max(PRIOR, typical.freedom)
+    total = freedom_c + prior_freedom
+    shrunk = (freedom_c * kappa_c + prior_freedom * kappa) / total
+    return Scatter(kappa, freedom, kappa_c, shrunk, total)
+
+
+@dataclass(frozen=True)
 class Judge:
     """Tests of the effects that may be added to a state, with the values they share."""
 
@@ -90,39 +118,26 @@ class Judge:
         direction = effect_contribution(fit, index)
         linear = {(index, p.name) for p in term.effect.linear()}
         own = [i for i in fit.loose() if fit.free[i] not in linear]
-        pieces = _stretches(state, direction)
         uneven = self._uneven_beside(fit, index)
-        shifted, signals = _shifted(state, fit.predicted)[None], _single_channels(fit.predicted)
-        gram = state.sums(fit, own, direction[None], pieces, shifted, signals, uneven=uneven)
+        columns = direction[None], _stretches(state, direction), shifts_of(state, fit.predicted)
+        gram = state.sums(fit, own, *columns, uneven=uneven)
         base = len(own) + (0 if uneven is None else len(uneven.strength))
         k = len([1 for owner, _ in fit.free if owner == index])
         local, info = scores_of(gram, base)
-        kappa, freedom = self.typical.shrink(*among_repeats(runs.comparable, local, info))
-        kappa_c, freedom_c = among_conditions(runs.groups, local, info)
-        # an effect that shows in two conditions has one degree of freedom: too few for a
-        # dispersion of its own, so it is shrunk towards that among repeats
-        prior_freedom = max(PRIOR, self.typical.freedom)
-        shrunk = (freedom_c * kappa_c + prior_freedom * kappa) / (freedom_c + prior_freedom)
-        whole = max(float(info.sum()), 1e-30)
-        along = _along(gram, base)
+        scatter = scatter_among(runs, self.typical, local, info)
         beside = [row for row, i in enumerate(own) if fit.free[i][0] != index]
-        shown = _not_imitated(
-            gram, beside, base, fit.jacobian[[own[row] for row in beside]], direction
-        )
-        energies = state.metric.energies(shown)
-        by_law = _of_the_law(
-            state, along[:, -len(signals) :], _limits_of_form(state, shown, energies, whole)
-        )
-        shrunk += by_law / whole
+        others = fit.jacobian[[own[row] for row in beside]]
+        errors = size_errors(state, gram, base, beside, others, direction)
+        shrunk = scatter.conditions + errors.law * errors.information
         stretch_q, stretch_n = _stretch_test(gram, base)
         condition_q, condition_n = _condition_test(state, local, info)
         # the model's law has not the form of the tire's; repeats do not show this error, and the
         # smaller the visible share of an effect, the more of its size the law can imitate
-        visible = _visible(gram, beside, base)
+        visible = visible_share(gram, beside, base)
         if visible < FAINT:
             visible = max(visible, self._visible_beside_the_bare(direction))
         form = FORM**2 / max(visible, 1e-9)
-        variance = max(kappa, shrunk) / whole + form
+        variance = max(scatter.repeats, shrunk) / errors.information + form
         allowed = (
             PER_FREEDOM * stretch_n + SAME * drop,
             PER_FREEDOM * condition_n + SAME * drop,
@@ -131,19 +146,19 @@ class Judge:
             # a fault of another form has a different size in every stretch and condition
             variance += max(stretch_q, condition_q) / max(drop, 1e-30) / (STRETCHES - 1)
         # the repeats estimate the variance; the model's shift has a known one
-        late = float(along[:, -len(signals) - 1].sum()) / whole
-        relative = np.hypot(student.ppf(0.95, freedom) * np.sqrt(variance), norm.ppf(0.95) * late)
+        quantile = student.ppf(0.95, scatter.freedom)
+        relative = np.hypot(quantile * np.sqrt(variance), norm.ppf(0.95) * errors.late)
         spread = abs(term.size) * float(relative)
         firm = drop if uneven is None else min(drop, _drop_beside(gram, base))
-        p_repeats = _p_value(firm, k, kappa, freedom)
+        p_repeats = _p_value(firm, k, scatter.repeats, scatter.freedom)
         # without repeats only conditions remain, which must then meet the family-wise level
-        p_conditions = _p_value(firm, k, shrunk, freedom_c + prior_freedom)
+        p_conditions = _p_value(firm, k, shrunk, scatter.freedom_conditions)
         decision = Decision(
             term=term,
             drop=drop,
             parameters=k,
-            dispersion=kappa,
-            dispersion_conditions=kappa_c,
+            dispersion=scatter.repeats,
+            dispersion_conditions=scatter.own_conditions,
             p_repeats=p_repeats if runs.repeated else max(p_repeats, p_conditions),
             p_conditions=p_conditions,
             level=FAMILY / max(looked_at, 1),
@@ -155,8 +170,8 @@ class Judge:
             interval=(term.size - spread, term.size + spread),
             held_out_gain=float("nan") if plain is None else heldout.gain(state, plain, index),
             reasons=(),
-            law_error=abs(term.size) * float(np.sqrt(by_law)) / whole,
-            signals=tuple(map(float, energies / max(float(energies.sum()), 1e-30))),
+            law_error=abs(term.size) * float(np.sqrt(errors.law)),
+            signals=tuple(map(float, errors.energies / max(float(errors.energies.sum()), 1e-30))),
         )
         return replace(decision, reasons=tuple(self._reasons(decision)))
 
@@ -179,7 +194,7 @@ class Judge:
         a force (Fy by camber), the tire's parameters act on that force only in its presence."""
         fit = self.bare or self.state.whitened.fit
         own = fit.loose()
-        return _visible(self.state.sums(fit, own, direction[None]), range(len(own)), len(own))
+        return visible_share(self.state.sums(fit, own, direction[None]), range(len(own)), len(own))
 
     def _reasons(self, d: Decision) -> Iterator[str]:
         agree = d.dispersion_conditions < max(PER_FREEDOM, NEARLY * d.drop)
@@ -230,24 +245,6 @@ def beyond_range(d: Decision) -> bool:
     return not d.term.effect.generic and (high > p.upper != p.null or low < p.lower != p.null)
 
 
-def _visible(gram: Gram, others: Sequence[int], column: int) -> float:
-    """Share of a column that the others cannot imitate."""
-    rows = [*others, column]
-    part = Gram(gram.products[:, rows][:, :, rows], gram.scores[:, rows], gram.energy)
-    _, info = scores_of(part, len(others))
-    return float(info.sum()) / max(float(part.products[:, -1, -1].sum()), 1e-30)
-
-
-def _not_imitated(
-    gram: Gram, others: Sequence[int], effect: int, columns: np.ndarray, direction: np.ndarray
-) -> np.ndarray:
-    """What other columns (n, channels, runs, samples) cannot imitate of an effect's direction
-    (channels, runs, samples); others, effect: their places in the sums."""
-    products = gram.total()[0]
-    mix, _ = solve(products[np.ix_(others, others)], products[others, effect])
-    return direction - np.tensordot(mix, columns, axes=1)
-
-
 def _stretches(state: State, direction: np.ndarray) -> np.ndarray:
     """The effect's column split into stretches of equal information along the run."""
     runs = state.runs
@@ -262,60 +259,6 @@ def _conditions(state: State) -> list[np.ndarray]:
     """Per condition a mask (runs, 1) of its runs."""
     runs = np.arange(state.runs.runs)
     return [np.isin(runs, rows)[:, None] for rows in state.runs.groups]
-
-
-def _of_the_law(state: State, along: np.ndarray, limits: np.ndarray) -> float:
-    """Variance of the score by a relative error of the law (`FormError.law`), independent in each
-    channel and between runs of another law.
-
-    along (runs, channels): score by the signals; limits (channels,) of the standard deviation.
-    """
-    scores = np.array([along[rows].sum(axis=0) for rows in same_law(state.model)])
-    variance = form_error_of(state.model).law ** 2 * np.sum(scores**2, axis=0)
-    return float(np.minimum(variance, limits**2).sum())
-
-
-def _limits_of_form(
-    state: State, shown: np.ndarray, energies: np.ndarray, info: float
-) -> np.ndarray:
-    """Largest scores (channels,) of an effect by what the model leaves on systems of another form.
-
-    shown (channels, runs, samples): what the base cannot imitate of the effect; energies
-    (channels,) of that; info: its information, less than the energies where the scatter hides
-    some. No error of the law leaves more in a channel than the form band.
-    """
-    form, largest = form_error_of(state.model), state.runs.largest
-    out = np.full(len(shown), np.inf)
-    size = np.sqrt(np.mean(shown**2, axis=(1, 2)))
-    hidden = np.sqrt(info / max(float(energies.sum()), 1e-30))
-    for c in np.flatnonzero(size):
-        if form.share(c):
-            out[c] = energies[c] * hidden * form.share(c) * largest[c] / size[c]
-    return out
-
-
-def _single_channels(signals: np.ndarray) -> np.ndarray:
-    """Signals (channels, runs, samples), each channel alone with the others at zero (channels,
-    channels, runs, samples)."""
-    return np.eye(len(signals))[:, :, None, None] * signals
-
-
-def _along(gram: Gram, base: int) -> np.ndarray:
-    """Score of the effect by each column (runs, columns), without what the base imitates."""
-    products, scores, _ = gram.total()
-    mix = solve(products[:base, :base], scores[:base])[1] @ products[:base, base]
-    return gram.products[:, :, base] - gram.products[:, :, :base] @ mix
-
-
-def _shifted(state: State, force: np.ndarray) -> np.ndarray:
-    """Change of all signals (channels, runs, samples) when they rise and fall later over the place
-    by the form error of the model; nothing where it has no such error."""
-    shift = form_error_of(state.model).shift
-    places = [c.values for c in state.runs.coordinates.values() if c.local]
-    if not shift or not places:
-        return np.zeros_like(force)
-    step = np.maximum(np.gradient(places[0], axis=-1), shift)
-    return -shift * np.gradient(force, axis=-1) / step
 
 
 def _p_value(drop: float, k: int, kappa: float, freedom: float) -> float:

@@ -45,6 +45,11 @@ class Gram:
             np.append(self.energy, 0.0),
         )
 
+    def of_columns(self, columns: Sequence[int]) -> Gram:
+        """The sums of some of the columns, in this order."""
+        pick = list(columns)
+        return Gram(self.products[:, pick][:, :, pick], self.scores[:, pick], self.energy)
+
     def total(
         self, rows: Sequence[int] | np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray, float]:

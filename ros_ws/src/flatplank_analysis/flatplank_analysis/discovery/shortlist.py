@@ -29,7 +29,7 @@ HOPE = 0.8
 EVIDENCE = 20.0
 """difference of two chi2 that decides between two models"""
 
-FAINT = 0.25
+MOSTLY = 0.25
 """visible share of an effect below which its gain is the small difference of large numbers: the
 base, which is not linear, may give way further than the screening says"""
 MOST_UNSHOWN = 3
@@ -59,7 +59,7 @@ def shortlist(ranking: Screen, looked_at: Mapping[str, int], most: int) -> list[
 
 
 def mostly_imitated(ranking: Screen, listed: Sequence[ScreenResult]) -> list[ScreenResult]:
-    """Candidates beside the listed ones of which the base imitates most (`FAINT`), at the size of
+    """Candidates beside the listed ones of which the base imitates most (`MOSTLY`), at the size of
     one screening step: only a refit shows what they explain. For gaps see
     `Refits.with_start_sizes`.
     """
@@ -67,9 +67,11 @@ def mostly_imitated(ranking: Screen, listed: Sequence[ScreenResult]) -> list[Scr
     for item in best_per_effect(ranking):
         effect = item.candidate.effect
         single = len(effect.linear()) == 1 == len(effect.starts())
-        if single and not effect.generic and VISIBLE <= item.visible < FAINT:
+        if not single or effect.generic or item.identifier in known:
+            continue
+        if VISIBLE <= item.visible < MOSTLY:
             out.append(replace(item, sizes=np.ones(1)))
-    return [item for item in out if item.identifier not in known]
+    return out
 
 
 def unidentifiable(ranking: Screen, looked_at: Mapping[str, int]) -> list[str]:

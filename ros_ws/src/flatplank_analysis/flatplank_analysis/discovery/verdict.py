@@ -3,18 +3,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from scipy.stats import norm
 
-from flatplank_analysis.discovery import decide, invariants, where
-from flatplank_analysis.discovery.effect import Effect
-from flatplank_analysis.discovery.gram import solve
+from flatplank_analysis.discovery import invariants, where
+from flatplank_analysis.discovery.detectable import detectable_sizes
 from flatplank_analysis.discovery.runs import RunSet
-from flatplank_analysis.discovery.screen import best_per_effect
 from flatplank_analysis.discovery.search import fit_with_law_effects
 from flatplank_analysis.discovery.shortlist import unidentifiable
 from flatplank_analysis.discovery.sources import (
@@ -311,25 +308,6 @@ def _notes(runs: RunSet, search: Search) -> Iterator[str]:
     whitened = invariants.parameters_at_ends(state.fitter, state.whitened.fit)
     if bound := whitened | invariants.parameters_at_ends(state.fitter, state.fit):
         yield "at an end of its range: " + ", ".join(bound.values())
-
-
-def detectable_sizes(step: Step, looked_at: Mapping[str, int]) -> dict[str, tuple[float, str]]:
-    """Smallest size found with 80 % power at the family-wise level, by effect."""
-    out: dict[str, tuple[float, str]] = {}
-    for item in best_per_effect(step.screen):
-        effect: type[Effect] = item.candidate.effect
-        main = effect.main_parameter()
-        names = [p.name for p in effect.linear()]
-        if item.visible < 1e-3 or main.name not in names or effect.generic:
-            continue
-        i = names.index(main.name)
-        level = decide.FAMILY / max(looked_at.get(effect.identifier, 1), 1)
-        need = (norm.isf(level / 2.0) + norm.isf(0.2)) ** 2
-        variance = solve(item.information, np.zeros(len(names)))[1][i, i]
-        if variance > 0.0:
-            size = abs(main.screen) * float(np.sqrt(need * variance))
-            out[effect.identifier] = size, main.unit
-    return out
 
 
 def undecidable_diagnosis(runs: RunSet, seconds: float = 0.0) -> Diagnosis:
