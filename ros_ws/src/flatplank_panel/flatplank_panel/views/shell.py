@@ -64,7 +64,7 @@ async def _stop(page: Page) -> None:
 
 def _charge(page: Page) -> None:
     operator: Operator = page.operator
-    label = ui.label(NOBODY).classes("fp-quiet")
+    label = ui.label().classes("fp-quiet")
 
     async def toggle() -> None:
         if page.in_charge:
@@ -73,7 +73,7 @@ def _charge(page: Page) -> None:
             operator.take_charge(page.id, f"page {page.id[:4]}")
         refresh()
 
-    button = ui.button("Take charge", on_click=page.handler(toggle)).props(
+    button = ui.button(on_click=page.handler(toggle)).props(
         "outline no-caps dense padding='4px 12px'"
     )
 
@@ -88,5 +88,6 @@ def _charge(page: Page) -> None:
             "you are in charge" if mine else f"{holder} is in charge" if holder else NOBODY
         )
 
+    refresh()
     ui.timer(0.3, refresh)
     ui.on("beat", lambda: operator.register_heartbeat(page.id))
