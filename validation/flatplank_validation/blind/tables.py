@@ -37,7 +37,7 @@ def scored(entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
         p |= {"rung": e["case"]["rung"], "ratio": math.nan, "clear": True}
         p["plain_ratio"] = math.nan
         p |= {"noise": f"{e['case']['noise']}, {e['case']['scatter']:.0%}", "said": _said(e)}
-        p["own_ratio"] = _own_ratio(one, e["diagnosis"].get("detectable") or {})
+        p["own_ratio"] = _own_ratio(one, e["diagnosis"])
         plain = points_of(by_plain_sizes(e))["sizes"]
         p["sizes"] = [m | {"plain": b["covered"]} for m, b in zip(p["sizes"], plain, strict=True)]
         p["error"] = e["diagnosis"]["rmse_before"] / max(e["diagnosis"]["floor_rmse"], 1e-9)
@@ -53,14 +53,15 @@ def scored(entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     return out
 
 
-def _own_ratio(hidden: Sequence[Mapping[str, Any]], own: Mapping[str, Any]) -> float:
+def _own_ratio(hidden: Sequence[Mapping[str, Any]], diagnosis: Mapping[str, Any]) -> float:
     """Hidden size over the smallest size that the search states for itself [-]; 0 where it states
-    none, NaN for a pair and where the two numbers have different units."""
+    none, NaN for a pair, for an effect that it named, and where the units differ."""
+    named, own = [e["name"] for e in diagnosis["effects"]], diagnosis.get("detectable") or {}
     for h in hidden:
         stated = own.get(h["name"])
-        if stated is None:
+        if stated is None and h["name"] not in named:
             return 0.0
-        if stated["unit"] == h["unit"]:
+        if stated and stated["unit"] == h["unit"]:
             return h["size"] / stated["size"]
     return math.nan
 
