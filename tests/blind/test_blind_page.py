@@ -133,6 +133,9 @@ def test_a_missed_effect_is_compared_with_what_the_search_states_of_itself():
         one["diagnosis"]["detectable"] = {"wear": stated}
         (row,) = [r for r in page([one], HEADER).splitlines() if r.startswith("| wear | second")]
         assert [c.strip() for c in row.split("|")][4:6] == ["2.0 x", cell]
+        below = "0/1" if stated and stated["unit"] == "m" else "1/1"
+        row = f"not named: below the smallest size that the search states for itself | {below}"
+        assert row in page([one], HEADER)
     # of one that was named beside a false one it has nothing to state
     one = entry("single", ["wear"], [("wear", 1.0), ("road_play", 1.0)])
     (row,) = [r for r in page([one], HEADER).splitlines() if r.startswith("| wear | second")]

@@ -144,6 +144,9 @@ def beside(points: Points) -> str:
         "one effect, too small to be of consequence: named rightly or not at all": share(
             p["right"] or p["silent"] for p in slight
         ),
+        "one effect, not named: below the smallest size that the search states for itself": share(
+            p["own_ratio"] < 1.0 for p in single if not p["named"]
+        ),
         "outside the library, of consequence: `none of these` or `partly`, place aside": share(
             p["verdict"] in UNEXPLAINED_VERDICTS for p in outside
         ),
