@@ -8,8 +8,10 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+from colcon_core.verb import check_and_mark_install_layout
 
 ROOT = Path(__file__).resolve().parents[2]
 LEFT_OUT = (".venv", ".cache", ".git", "build", "install", "log", "demo", "__pycache__")
@@ -107,3 +109,29 @@ def test_the_sections_of_the_lock_are_those_that_the_set_up_asks_for(
     assert any(line.startswith("scipy==") for line in virtual.locked("main"))
     assert any(line.startswith("uv==") for line in virtual.locked("workspace"))
     assert not any(line.startswith("nicegui") for line in virtual.locked("main"))
+
+
+@pytest.mark.parametrize("before", [None, "", "merged\n"])
+def test_two_builds_at_once_do_not_refuse_each_other_s_folder(
+    before: str | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """colcon opens the note on the layout of `install` and then writes it; the build beside it
+    read an empty one: "was created with the layout ''". A killed build leaves such a note, too."""
+    monkeypatch.syspath_prepend(str(ROOT / "tools" / "setup"))
+    import workspace
+
+    note = tmp_path / "install" / ".colcon_install_layout"
+    if before is not None:
+        note.parent.mkdir()
+        note.write_text(before)
+    seen = []
+    monkeypatch.setattr(workspace, "WORKSPACE", tmp_path)
+    monkeypatch.setattr(workspace, "CACHE", tmp_path)
+    monkeypatch.setattr(workspace, "ros_setup", dict)
+    monkeypatch.setattr(workspace, "package_stamps", lambda: {"one": SimpleNamespace(write=int)})
+    monkeypatch.setattr(workspace, "run", lambda *_: seen.append(note.read_text()))
+    workspace.build(["one"])
+    assert seen == [before or "isolated\n"], "another layout is the user's: colcon says so"
+    if not before:
+        check_and_mark_install_layout(note.parent, merge_install=False)
+    assert [p.name for p in note.parent.iterdir()] == [note.name]

@@ -7,6 +7,7 @@ import os
 import shlex
 import shutil
 import subprocess
+import threading
 from pathlib import Path
 
 from common import (
@@ -29,6 +30,8 @@ from virtual import site_packages
 MESSAGES = "flatplank_msgs"
 READ_BY_BUILD = ("*.xml", "*.txt", "setup.*", "msg/*.msg", "srv/*.srv", "action/*.action")
 LINKED = ("launch/**/*", "config/**/*")
+LAYOUT = "isolated\n"
+"""what colcon notes in a folder `install` in which every package has a folder of its own"""
 CMAKE_ARGUMENTS = ("-DBUILD_TESTING=OFF", "--no-warn-unused-cli")
 if not HAS_JAZZY:
     CMAKE_ARGUMENTS += ("-DFLATPLANK_PYTHON_ONLY=ON",)  # no C++ program can use the wheels
@@ -106,6 +109,7 @@ def build(packages: list[str]) -> None:
     forget_interrupted(unfinished)
     unfinished.parent.mkdir(exist_ok=True)
     unfinished.write_text("\n".join(packages))
+    note_layout(WORKSPACE / "install")
     python = str(VENV / "bin" / "python")
     command = [python, "-m", "colcon", "--log-base", str(CACHE / f"colcon-{label}"), "build"]
     command += ["--symlink-install", "--packages-select", *packages]
@@ -121,6 +125,18 @@ def build(packages: list[str]) -> None:
     unfinished.unlink()
     for name in packages:
         package_stamps()[name].write()
+
+
+def note_layout(install: Path) -> None:
+    """Two builds run side by side: each opens this note before it writes it, and the other one
+    would read it empty and refuse the folder."""
+    note = install / ".colcon_install_layout"
+    if note.exists() and note.read_text():
+        return
+    install.mkdir(exist_ok=True)
+    written = install / f".layout-{threading.get_ident()}"
+    written.write_text(LAYOUT)
+    written.replace(note)
 
 
 def forget_interrupted(unfinished: Path) -> None:
