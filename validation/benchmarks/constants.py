@@ -51,8 +51,8 @@ SOURCES: dict[str, str] = {
 FACTS = (
     "contact_patch.denoising.ORDERS", "contact_patch.data.PINION_TURN", "contact_patch.grid.SPEED",
     "contact_patch.grid.SAMPLE", "contact_patch.kernel.ROWS", "contact_patch.kernel.WIDE",
-    "contact_patch.model.CHUNK", "proposal.confirm.STEP", "proposal.picture.WIDEST",
-    "proposal.scan.POINTS", "proposal.writing.WIDTH",
+    "contact_patch.model.CHUNK", "discovery.detectable.POWER", "proposal.confirm.STEP",
+    "proposal.picture.WIDEST", "proposal.scan.POINTS", "proposal.writing.WIDTH",
 )  # fmt: skip
 """constants that are not varied: properties of the machine, places in an array, or without effect
 on a result"""
