@@ -128,8 +128,9 @@ def build(packages: list[str]) -> None:
 
 
 def note_layout(install: Path) -> None:
-    """Two builds run side by side: each opens this note before it writes it, and the other one
-    would read it empty and refuse the folder."""
+    """Note the layout of the folder `install` before colcon does, in one step. Of two builds side
+    by side one opens this note and then writes it; the other one would read it empty and refuse
+    the folder."""
     note = install / ".colcon_install_layout"
     if note.exists() and note.read_text():
         return

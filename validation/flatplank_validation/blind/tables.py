@@ -34,8 +34,7 @@ def scored(entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
         one = e["answer"]["effects"][:1] if e["case"]["group"] in ONE else []
         outside = e["answer"]["outside"] if e["case"]["group"] == "outside" else None
         p = points_of(e) | {"world": e["case"]["world"], "factor": e["case"]["factor"]}
-        p |= {"rung": e["case"]["rung"], "ratio": math.nan, "clear": True}
-        p["plain_ratio"] = math.nan
+        p |= {"rung": e["case"]["rung"], "clear": True, "ratio": math.nan, "plain_ratio": math.nan}
         p |= {"noise": f"{e['case']['noise']}, {e['case']['scatter']:.0%}", "said": _said(e)}
         p["own_ratio"] = _own_ratio(one, e["diagnosis"])
         plain = points_of(by_plain_sizes(e))["sizes"]
