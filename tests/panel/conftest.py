@@ -48,7 +48,9 @@ def domain():
 
 @pytest.fixture(scope="session")
 def data(tmp_path_factory) -> Path:
-    return tmp_path_factory.mktemp("panel") / "data"
+    folder = tmp_path_factory.mktemp("panel") / "data"
+    folder.mkdir()
+    return folder
 
 
 @pytest.fixture
@@ -60,7 +62,6 @@ def pictures(tmp_path) -> Path:
 
 @pytest.fixture(scope="session")
 def address(domain, data):
-    data.mkdir()
     # a computer that runs tests stalls now and then; tests/drive tests the limits of the lab
     plant, patient = data.parent / "plant.yaml", data.parent / "patient.yaml"
     plant.write_text(yaml.safe_dump({"watchdog_cycles": WATCHDOG_CYCLES}))

@@ -48,6 +48,11 @@ MOTOR_TURN = 2**23 * 1425.04
 """motor counts per turn of the wheel"""
 WHEEL_TURN = 20_000
 """counts of the wheel's encoder per turn"""
+REPLACE = """
+def replace(owner, name, by):
+    getattr(owner, name)  # another name would leave everything as it is
+    setattr(owner, name, by)
+"""
 ACCEPTS = """
 from flatplank_panel.nodes.panel import PanelNode
 from flatplank_panel.link import Reply
@@ -56,8 +61,8 @@ async def accept(*_, **__):
     return Reply(True, "", {"token": "anybody"})
 
 for name in ("ask", "measure", "cancel", "set_parameters"):
-    setattr(PanelNode, name, accept)
-PanelNode.beat = lambda *_: None
+    replace(PanelNode, name, accept)
+replace(PanelNode, "send_heartbeat", lambda *_: None)
 """
 LATE = """
 import asyncio
@@ -71,15 +76,21 @@ async def constants(self):
 
 async def tare(self, page):
     zero_taken.set()
-    return self.say("the zero is taken")
+    return self.add_to_log("the zero is taken")
 
-Operator.constants, Operator.tare = constants, tare
+replace(Operator, "constants", constants)
+replace(Operator, "tare", tare)
 """
 """a bench that tells its constants when its zero is taken"""
+SEES_NOTHING = """
+from flatplank_panel.nodes.panel import PanelNode
+
+replace(PanelNode, "take_samples", lambda _: None)
+"""
 IDLE = {
-    "hands": ACCEPTS,
-    "hands and answers": ACCEPTS + LATE,
-    "eyes": "from flatplank_panel.nodes.panel import PanelNode\nPanelNode.look = lambda _: None",
+    "hands": REPLACE + ACCEPTS,
+    "hands and answers": REPLACE + ACCEPTS + LATE,
+    "eyes": REPLACE + SEES_NOTHING,
 }
 """what a panel does not do -> Python that takes it away: it acts on nothing, or sees nothing"""
 
