@@ -262,7 +262,7 @@ def test_without_fittyp_the_coefficients_tell_the_law() -> None:
     assert any("taken as Magic Formula 5.2" in w for w in without.warnings())
     plain = TEXT.replace(line.replace("= 6  ", "= 61 "), "")
     assert parse_tir(plain).law == "6.1"
-    assert parse_tir(plain.replace("'MF_05'", "'PAC2002'")).law == "5.2"
+    assert parse_tir(plain.replace("'MF_05'", "'PAC2002'")).law == "PAC2002"
 
 
 def test_a_fit_starts_from_a_file_of_6_x() -> None:

@@ -38,7 +38,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--kappa", type=float, default=0.0, help="slip, driving > 0 [-]")
     parser.add_argument("--alpha", type=float, default=0.0, help="side slip angle [rad]")
     parser.add_argument("--gamma", type=float, default=0.0, help="camber angle [rad]")
-    parser.add_argument("--pressure", type=float, help="[Pa] (default: nominal)")
+    parser.add_argument(
+        "--pressure", type=float, help="[Pa] (default: that of the file, else nominal)"
+    )
     turn = "curvature of the path [1/m], left > 0 (default: without turn slip)"
     parser.add_argument("--turn-slip", type=float, metavar="CURVATURE", help=turn)
     parser.add_argument("--vx", type=float, default=SPEED, help="speed [m/s]")

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 import re
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from importlib import resources
@@ -20,15 +21,27 @@ from pathlib import Path
 from flatplank_data.errors import FlatplankError
 
 from .base import SPEED
-from .magic_formula import DEFAULTS, LATEST, NOT_OF, OLD, REQUIRED, SECTION_OF, Coefficients
-from .magic_formula.coefficients import UNITS, factor
+from .magic_formula import (
+    DEFAULTS,
+    FORCES,
+    LATEST,
+    MOMENT,
+    NOT_OF,
+    OLD,
+    OTHER_NAMES,
+    PAC2002,
+    REQUIRED,
+    SECTION_OF,
+    Coefficients,
+)
+from .magic_formula.coefficients import BY_PRESSURE, DIMENSIONS, UNITS, factor
 
 LAWS = {5: OLD, 6: OLD, 21: OLD, 51: OLD, 52: OLD, 60: LATEST, 61: LATEST, 62: LATEST}
 """FITTYP -> law of the Magic Formula"""
 MOTORCYCLE = "PCY2"
 """coefficient that only the Magic Formula of motorcycles (MF-MCTyre, PAC_MC) has"""
-OLD_FORMATS = ("pac2002",)
-"""PROPERTY_FILE_FORMAT of files without FITTYP that belong to 5.2"""
+OF_SPEED = ("Q_V1", "Q_V2", "QSY3", "QSY4")
+"""coefficients of the speed over LONGVL"""
 LISTED = (
     "LONGITUDINAL_COEFFICIENTS", "LATERAL_COEFFICIENTS", "ALIGNING_COEFFICIENTS",
     "SCALING_COEFFICIENTS",
@@ -75,9 +88,10 @@ class TirFile:
     def values(self) -> dict[str, float]:
         """The Magic Formula coefficients in the file [SI]."""
         units, given = self.units, self.entries
+        named = {own: given[k] for k, own in OTHER_NAMES.items() if k in given} | given
         return {
             k: factor(k, units) * _number(k, e, self.path)
-            for k, e in given.items()
+            for k, e in named.items()
             if k in SECTION_OF
         }
 
@@ -85,18 +99,19 @@ class TirFile:
     def coefficients(self) -> Coefficients:
         """Coefficients ready for use; missing ones have their null values."""
         given = self.values
-        # 5.2 has no pressure dependence, so the nominal pressure does not matter
-        usual = {"NOMPRES": given.get("INFLPRES") or 1e5} if self.law == OLD else {}
+        # before 6.0 a nominal pressure is not required: without it no pressure acts
+        usual = {} if self.law == LATEST else {"NOMPRES": given.get("INFLPRES") or 1e5}
         return Coefficients(usual | given, self.law)
 
     @property
     def law(self) -> str:
         """The law of the coefficients by FITTYP, otherwise by the coefficients present."""
         given = self.entries
+        law = OLD if NOT_OF[LATEST] & given.keys() else LATEST
         if "FITTYP" in given:
-            return LAWS.get(int(_number("FITTYP", given["FITTYP"], self.path)), LATEST)
-        kind = _text(given.get("PROPERTY_FILE_FORMAT", Entry(""))).lower()
-        return OLD if kind in OLD_FORMATS or NOT_OF[LATEST] & given.keys() else LATEST
+            law = LAWS.get(int(_number("FITTYP", given["FITTYP"], self.path)), LATEST)
+        kind = _text(given.get("PROPERTY_FILE_FORMAT", Entry(""))).upper()
+        return PAC2002 if kind == PAC2002 and (law == OLD or "FITTYP" not in given) else law
 
     def replaced(self, values: Mapping[str, float]) -> TirFile:
         """A copy with changed or further coefficients, given in SI."""
@@ -118,13 +133,19 @@ class TirFile:
 def read_tir(path: str | Path) -> TirFile:
     """Read and check a file; errors name the line."""
     try:
-        text = Path(path).read_text(encoding="utf-8", errors="replace")
+        text = _decoded(Path(path).read_bytes())
     except OSError as error:
         what = error.strerror or "cannot be read"
         raise FlatplankError(what, str(path), "give a .tir") from None
     tir = parse_tir(text, str(path))
     check_tir(tir)
     return tir
+
+
+def _decoded(content: bytes) -> str:
+    """Text with or without a byte order mark; a comment may have any other letters."""
+    wide = content.startswith((BOM_UTF16_LE, BOM_UTF16_BE))
+    return content.decode("utf-16" if wide else "utf-8-sig", errors="replace")
 
 
 def parse_tir(text: str, path: str = "") -> TirFile:
@@ -185,13 +206,25 @@ def _faults(tir: TirFile) -> Iterator[tuple[str, Entry | None, str]]:
     if MOTORCYCLE in entries:
         what = f"{MOTORCYCLE} is of the Magic Formula of motorcycles"
         yield what, entries[MOTORCYCLE], "give a file of a car tire, FITTYP 6 or 60 to 62"
-    needed = [k for k in REQUIRED if not (k == "NOMPRES" and tir.law == OLD)]
-    missing = [key for key in needed if key not in entries]
+    values = tir.values
+    missing = [k for k in _needed(tir) if k not in values]
     if missing:
         yield f"missing {', '.join(missing)}", None, f"add to section [{SECTION_OF[missing[0]]}]"
-    for key, value in tir.values.items():
-        if key in ("UNLOADED_RADIUS", "FNOMIN", "NOMPRES", "VERTICAL_STIFFNESS") and value <= 0:
-            yield f"{key} = {value:g} is not positive", entries[key], "give it in SI units"
+    positive = ["UNLOADED_RADIUS", "FNOMIN", "NOMPRES", "VERTICAL_STIFFNESS", "LFZO", "Q_RE0"]
+    positive += ["LONGVL"] if any(values.get(key) for key in OF_SPEED) else []
+    theirs = {own: name for name, own in OTHER_NAMES.items() if name in entries}
+    for key in positive:
+        if values.get(key, 1.0) <= 0.0:
+            name = theirs.get(key, key)
+            unit = "SI units" if key in DIMENSIONS else "a number above zero"
+            yield f"{name} = {values[key]:g} is not positive", entries[name], f"give it in {unit}"
+
+
+def _needed(tir: TirFile) -> list[str]:
+    """Coefficients that this file must have: of every force that it has a part of, else of Fx."""
+    begun = [f for f, keys in FORCES.items() if any(k in tir.values for k in keys)] or ["Fx"]
+    usual = [k for k in REQUIRED if k != "NOMPRES" or tir.law == LATEST]
+    return usual + [key for force in begun for key in FORCES[force]]
 
 
 def write_tir(tir: TirFile, path: str | Path) -> None:
@@ -221,10 +254,14 @@ def _warnings(tir: TirFile, vx: float) -> Iterator[str]:
         )
     if c.PKY2 == 0.0:
         yield "PKY2 = 0: the load of the largest cornering stiffness is zero, taken as the limit"
-    for force, needed in (("Fx", ("PCX1", "PDX1", "PKX1")), ("Fy", ("PCY1", "PDY1", "PKY1"))):
+    for force, needed in FORCES.items():
         zero = [key for key in needed if getattr(c, key) == 0.0]
-        if zero:
+        if len(zero) == len(needed):
+            yield f"no {', '.join(zero)}: {force} and its stiffness are not known"
+        elif zero:
             yield f"{', '.join(zero)} = 0: {force} is zero but for its shifts; is it a template?"
+    if not any(getattr(c, key) for key in MOMENT):
+        yield "no coefficient of the aligning moment (QDZ., SSZ.): Mz is not known"
     for stiffness, own, length in (
         ("LONGITUDINAL_STIFFNESS", c.PTX1, "sigma_x"),
         ("LATERAL_STIFFNESS", c.PTY1, "sigma_y"),
@@ -235,6 +272,8 @@ def _warnings(tir: TirFile, vx: float) -> Iterator[str]:
         yield "VERTICAL_STIFFNESS is missing: R_e and the contact length are not known"
     elif not (c.Q_RA1 or c.Q_RA2):
         yield "Q_RA1 and Q_RA2 are missing: the contact length is not known"
+    if "UNITS" not in tir.sections:
+        yield "[UNITS] is missing: all numbers are taken as SI"
     angle = tir.sections.get("UNITS", {}).get("ANGLE")
     if angle and _text(angle).lower().startswith("deg"):
         yield "ANGLE is in degrees: coefficients are per radian all the same, as tools write them"
@@ -245,11 +284,13 @@ def _warnings(tir: TirFile, vx: float) -> Iterator[str]:
         yield f"FITTYP is missing: taken as Magic Formula {tir.law}"
     foreign = [k for k in given if k in NOT_OF[tir.law] and given[k] != DEFAULTS[k]]
     if foreign:
-        other = 61 if tir.law == OLD else 6
+        other = 6 if tir.law == LATEST else 61
         yield (
             f"Magic Formula {tir.law} has no {', '.join(foreign)}: not used; write FITTYP = "
             f"{other} if the file was fitted with the other one"
         )
+    if tir.law == PAC2002 and "NOMPRES" not in given and any(given.get(k) for k in BY_PRESSURE):
+        yield "IP_NOM is missing: the inflation pressure changes nothing"
     if not any(given.get(key) for key in ("RBX1", "RBY1")):
         yield "RBX1 and RBY1 are missing: combined slip does not reduce the forces"
     absent = [k for k in DEFAULTS if k not in given and DEFAULTS[k] == DEFAULTS[k]]

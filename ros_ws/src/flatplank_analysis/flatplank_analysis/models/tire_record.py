@@ -53,6 +53,8 @@ RANGES = {
     "rim_radius": (0.05, 0.8, "m"),
 }
 CONTACT = ("vertical_stiffness", "pressure_effect", "q_ra1", "q_ra2")
+KEYS = dict(zip(("VERTICAL_STIFFNESS", "PFZ1", "Q_RA1", "Q_RA2"), CONTACT, strict=True))
+"""coefficient of a `.tir` -> key of the contact geometry"""
 TYPICAL_DEFLECTION = 0.05
 """deflection at nominal load, as a share of R0: 0.055 and 0.039 in thesis Table 7.2"""
 TYPICAL = {"pressure_effect": 0.85, "q_ra1": 0.90, "q_ra2": 0.29}
@@ -221,7 +223,8 @@ def record_of_tir(tir: TirFile, path: str) -> TireRecord:
 def start_tir(record: TireRecord, general: Mapping[str, float]) -> TirFile:
     """Start of a Magic Formula fit: the record's file, or `general` start values.
 
-    Radius, width, nominal load and pressure are always those of the record.
+    Radius, width, nominal load and pressure are always those of the record, and so is the contact
+    geometry that the record has: the nonlinear model uses the same numbers.
     """
     text = resources.files("flatplank_analysis") / "tire_data" / record.start_file
     if not record.start_file:
@@ -239,7 +242,7 @@ def start_tir(record: TireRecord, general: Mapping[str, float]) -> TirFile:
         "RIM_RADIUS": record.rim_radius,
         "NOMPRES": 1e5 * record.nominal_pressure,
         "FNOMIN": record.nominal_load,
-    }
+    } | {key: record.contact[name] for key, name in KEYS.items() if name in record.contact}
     tir = tir.replaced({k: v for k, v in numbers.items() if math.isfinite(v)})
     check_tir(tir)
     return tir
@@ -251,6 +254,5 @@ def _general(record: TireRecord, general: Mapping[str, float]) -> TirFile:
     lines = ["[MDI_HEADER]", "FILE_TYPE = 'tir'", *head, "[UNITS]", *units.split()]
     lines += ["[MODEL]", "FITTYP = 61", f"LONGVL = {SPEED:g}", "VXLOW = 0.0"]
     contact, _ = record.geometry()
-    keys = ("VERTICAL_STIFFNESS", "PFZ1", "Q_RA1", "Q_RA2")
-    own = {key: getattr(contact, name) for key, name in zip(keys, CONTACT, strict=True)}
+    own = {key: getattr(contact, name) for key, name in KEYS.items()}
     return parse_tir("\n".join(lines), "general start values").replaced(dict(general) | own)

@@ -10,21 +10,24 @@ from pathlib import Path
 from flatplank_data.errors import FlatplankError
 
 from .base import SPEED
-from .magic_formula import LATEST, Coefficients, moment, operating_point, steady
+from .magic_formula import FORCES, LATEST, MOMENT, Coefficients, moment, operating_point, steady
 from .magic_formula import structure as shape
 from .tir import TirFile, read_tir
 
 
 @dataclass(frozen=True)
 class TireState:
-    """Steady state of a rolling tire. SI, ISO W; NaN where coefficients are missing."""
+    """Steady state of a rolling tire. SI, ISO W; NaN where coefficients are missing.
+
+    fx, kx, sigma_x need the coefficients of Fx; fy, ky, sigma_y, mz those of Fy.
+    """
 
     fx: float
     """Longitudinal force [N]."""
     fy: float
     """Lateral force [N]."""
     mz: float
-    """Aligning moment [Nm]."""
+    """Aligning moment [Nm]; NaN when the file has none of its coefficients."""
     mx: float
     """Overturning moment [Nm]; NaN when the file has none of its coefficients."""
     my: float
@@ -59,14 +62,14 @@ def tire_state(
 ) -> TireState:
     """State at load fz [N], kappa [-], alpha, gamma [rad], pressure [Pa], speed vx [m/s].
 
+    pressure: None for that of the file (INFLPRES, IP), or its nominal one without it.
     turn_slip: curvature of the path [1/m], positive to the left; None: left out.
     """
     if isinstance(tir, (str, Path)):
         tir = read_tir(tir)
     c = tir.coefficients if isinstance(tir, TirFile) else tir
-    o = operating_point(
-        c, fz, kappa, alpha, gamma, c.NOMPRES if pressure is None else pressure, vx
-    )
+    bar = (c.INFLPRES or c.NOMPRES) if pressure is None else pressure
+    o = operating_point(c, fz, kappa, alpha, gamma, bar, vx)
     if turn_slip is not None:
         _refuse_without_turn_slip(c)
     forces = steady(c, o, turn_slip)
@@ -74,20 +77,22 @@ def tire_state(
     def any_given(keys: str, numbers: range) -> bool:
         return any(getattr(c, f"{keys}{n}") for n in numbers)
 
+    has_x, has_y = (any(getattr(c, k) for k in keys) for keys in FORCES.values())
+    has_z = has_y and any(getattr(c, k) for k in MOMENT)
     mx = moment.overturning(c, o, forces.fy) if any_given("QSX", range(1, 15)) else math.nan
     my = moment.rolling_resistance(c, o, forces.fx) if any_given("QSY", range(1, 7)) else math.nan
     return TireState(
-        fx=float(forces.fx),
-        fy=float(forces.fy),
-        mz=float(forces.mz),
+        fx=float(forces.fx) if has_x else math.nan,
+        fy=float(forces.fy) if has_y else math.nan,
+        mz=float(forces.mz) if has_z else math.nan,
         mx=float(mx),
         my=float(my),
         re=float(shape.rolling(c, o, vx)[0]),
         a=float(shape.contact_half_length(c, o)) if c.Q_RA1 or c.Q_RA2 else math.nan,
-        sigma_x=float(shape.relaxation_x(c, o)),
-        sigma_y=float(shape.relaxation_y(c, o)),
-        kx=float(forces.kxk),
-        ky=float(forces.kya),
+        sigma_x=float(shape.relaxation_x(c, o)) if has_x else math.nan,
+        sigma_y=float(shape.relaxation_y(c, o)) if has_y else math.nan,
+        kx=float(forces.kxk) if has_x else math.nan,
+        ky=float(forces.kya) if has_y else math.nan,
     )
 
 

@@ -9,9 +9,13 @@ three can be set (`SWITCHES`).
 
 from .coefficients import (
     DEFAULTS,
+    FORCES,
     LATEST,
+    MOMENT,
     NOT_OF,
     OLD,
+    OTHER_NAMES,
+    PAC2002,
     REQUIRED,
     SECTION_OF,
     SECTIONS,
@@ -23,9 +27,13 @@ from .state import OperatingPoint, operating_point
 
 __all__ = [
     "DEFAULTS",
+    "FORCES",
     "LATEST",
+    "MOMENT",
     "NOT_OF",
     "OLD",
+    "OTHER_NAMES",
+    "PAC2002",
     "REQUIRED",
     "SECTIONS",
     "SECTION_OF",

@@ -61,18 +61,14 @@ SECTION_OF: dict[str, str] = {
     name: section for section, names in SECTIONS.items() for name in names.split()
 }
 
-REQUIRED: tuple[str, ...] = (
-    "UNLOADED_RADIUS",
-    "FNOMIN",
-    "NOMPRES",
-    "PCX1",
-    "PDX1",
-    "PKX1",
-    "PCY1",
-    "PDY1",
-    "PKY1",
-)
+REQUIRED = ("UNLOADED_RADIUS", "FNOMIN", "NOMPRES")
 """Required for forces; the vertical stiffness is needed only for R_e, a and rho."""
+FORCES = {"Fx": ("PCX1", "PDX1", "PKX1"), "Fy": ("PCY1", "PDY1", "PKY1")}
+"""force -> coefficients without which it is not known; a file has those of one force or both"""
+MOMENT = (
+    *(f"QDZ{n}" for n in (1, 2, 3, 4, 6, 7, 8, 9, 10, 11)), *(f"SSZ{n}" for n in range(1, 5)),
+)  # fmt: skip
+"""coefficients of which one is needed for Mz"""
 
 _NOT_ZERO = {
     "Q_RE0": 1.0, "PKY4": 2.0, "QSY7": 1.0, "LONGVL": 16.7, "CAP_E": 1.0, "A_MU": 1.0,
@@ -81,8 +77,9 @@ _UNKNOWN = dict.fromkeys(
     ("VERTICAL_STIFFNESS", "LATERAL_STIFFNESS", "LONGITUDINAL_STIFFNESS"), float("nan")
 )
 
-LATEST, OLD = "6.1", "5.2"
-"""laws: equations of 6.0 to 6.2 (2010, 2012), and of 5.0 to 5.2 (2006)"""
+LATEST, OLD, PAC2002 = "6.1", "5.2", "PAC2002"
+"""laws: equations of 6.0 to 6.2 (2010, 2012), of 5.0 to 5.2 (2006), and of 5.2 with the inflation
+pressure in friction, stiffness and trail (PAC2002 of Adams and Project Chrono)"""
 _OF_ONE_LAW = {
     OLD: "LGAX LGAY LGAZ LSGKP LSGAL PTX1 PTX2 PTX3 PTY1 PTY2 PHY3",
     LATEST: (
@@ -97,7 +94,15 @@ NOT_OF: dict[str, frozenset[str]] = {
     OLD: frozenset(_OF_ONE_LAW[LATEST].split()),
     LATEST: frozenset(_OF_ONE_LAW[OLD].split()),
 }
+BY_PRESSURE = {
+    "PFZ1", "PPX1", "PPX2", "PPX3", "PPX4", "PPY1", "PPY2", "PPY3", "PPY4", "PPZ1",
+}  # fmt: skip
+"""coefficients by which the inflation pressure acts in PAC2002"""
+NOT_OF[PAC2002] = NOT_OF[OLD] - BY_PRESSURE
 """law -> coefficients that it does not have; they keep their null values"""
+
+OTHER_NAMES = {"IP": "INFLPRES", "IP_NOM": "NOMPRES", "QPZ1": "PPZ1", "QPFZ1": "PFZ1"}
+"""name in files of PAC2002 -> name here"""
 
 SWITCHES = {
     "TAN_ALPHA": "1: tan(alpha) is the slip of all curves, as in the book; 0: alpha itself",
@@ -158,7 +163,7 @@ def factor(key: str, units: Mapping[str, float]) -> float:
 class Coefficients:
     """All coefficients as attributes, in SI; a value is a float or an array, such as (sets, 1).
 
-    `law`: version of the equations, LATEST or OLD. Names that it does not have are ignored.
+    `law`: version of the equations, a key of NOT_OF. Names that it does not have are ignored.
     """
 
     def __init__(self, values: Mapping[str, Any], law: str = LATEST) -> None:

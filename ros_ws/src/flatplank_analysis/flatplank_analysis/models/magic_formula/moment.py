@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from . import turn_slip
-from .coefficients import OLD, Coefficients
+from .coefficients import LATEST, Coefficients
 from .pure import PureY, lateral
 from .state import (
     OperatingPoint,
@@ -26,6 +26,7 @@ from .state import (
     cos_atan,
     cos_course,
     curve_angle,
+    nonzero,
     sign,
     slip_angle,
 )
@@ -51,7 +52,7 @@ def aligning(
     alpha_r = _equivalent(c, alpha + pure_y.sh_y + pure_y.sv_y / kya, other)
     alpha_t = alpha + c.QHZ1 + c.QHZ2 * o.dfz + (c.QHZ3 + c.QHZ4 * o.dfz) * tilted.gamma
     fy_prime = _force_with_trail(c, o, pure_y, spin) * g_yk
-    b_r = c.QBZ9 * c.LKY / c.LMUY + c.QBZ10 * pure_y.b_y * pure_y.c_y
+    b_r = c.QBZ9 * c.LKY / nonzero(c.LMUY) + c.QBZ10 * pure_y.b_y * pure_y.c_y
     trail = _trail(c, tilted, alpha_t, _equivalent(c, alpha_t, other))
     if spin is None:
         moment = _residual(c, tilted) * cos_atan(b_r * alpha_r)
@@ -77,7 +78,7 @@ def _force_with_trail(
     c: Coefficients, o: OperatingPoint, pure_y: PureY, spin: Spin | None
 ) -> Value:
     """The part of Fy0 that acts at the trail: without camber and spin (4.E74); of 5.2 all."""
-    if spin is None and (c.law == OLD or not np.any(o.gamma)):
+    if spin is None and (c.law != LATEST or not np.any(o.gamma)):
         return pure_y.fy0
     return lateral(c, o._replace(gamma=0.0)).fy0
 
@@ -85,7 +86,7 @@ def _force_with_trail(
 def _trail(c: Coefficients, o: OperatingPoint, alpha_t: Value, alpha_eq: Value) -> Value:
     """Pneumatic trail t [m] (4.E73; A58, A60)."""
     load = c.QBZ1 + (c.QBZ2 + c.QBZ3 * o.dfz) * o.dfz
-    b_t = load * (1.0 + c.QBZ4 * o.gamma + c.QBZ5 * np.abs(o.gamma)) * c.LKY / c.LMUY
+    b_t = load * (1.0 + c.QBZ4 * o.gamma + c.QBZ5 * np.abs(o.gamma)) * c.LKY / nonzero(c.LMUY)
     skew = (c.QEZ4 + c.QEZ5 * o.gamma) * (2.0 / np.pi) * np.arctan(b_t * c.QCZ1 * alpha_t)
     e_t = (c.QEZ1 + (c.QEZ2 + c.QEZ3 * o.dfz) * o.dfz) * (1.0 + skew)
     e_t = capped(c, e_t)
@@ -120,7 +121,7 @@ def overturning(c: Coefficients, o: OperatingPoint, fy: Value) -> Value:
 
     In 5.2 it has three coefficients, and LMX scales only camber and side force.
     """
-    if c.law == OLD:
+    if c.law != LATEST:
         loaded = (c.QSX3 * fy / c.FNOMIN - c.QSX2 * o.gamma) * c.LMX
         return c.UNLOADED_RADIUS * o.fz * (c.QSX1 * c.LVMX + loaded)
     load, side = o.fz / c.FNOMIN, fy / c.FNOMIN
@@ -135,9 +136,9 @@ def overturning(c: Coefficients, o: OperatingPoint, fy: Value) -> Value:
 
 def rolling_resistance(c: Coefficients, o: OperatingPoint, fx: Value) -> Value:
     """My [Nm] at a longitudinal force fx [N]; in 5.2 a share of the load."""
-    speed = np.abs(o.vx / c.LONGVL)
+    speed = np.abs(o.vx / nonzero(c.LONGVL))
     share = c.QSY1 + c.QSY2 * fx / c.FNOMIN + c.QSY3 * speed + c.QSY4 * speed**4
-    if c.law == OLD:
+    if c.law != LATEST:
         force = o.fz * share
     else:
         load = o.fz / c.FNOMIN

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from . import turn_slip
-from .coefficients import OLD, Coefficients
+from .coefficients import LATEST, Coefficients
 from .state import (
     OperatingPoint,
     Value,
@@ -91,7 +91,7 @@ def lateral(c: Coefficients, o: OperatingPoint, spin: Spin | None = None) -> Pur
         upright = upright * turn_slip.zeta_3(c, o, spin)
         share = sv_gamma / away_from_zero(kya)
         sh_y = sh_y + turn_slip.shift_y(c, o, spin, camber_stiffness(c, o), upright, share)
-    elif c.law == OLD:
+    elif c.law != LATEST:
         sh_y = sh_y + c.PHY3 * o.gamma
     else:  # the shift that gives the camber stiffness K_yg0 (4.E27, 4.E30)
         sh_y = sh_y + (camber_stiffness(c, o) * o.gamma - sv_gamma) / away_from_zero(kya)

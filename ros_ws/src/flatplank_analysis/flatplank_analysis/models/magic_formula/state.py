@@ -62,6 +62,11 @@ def away_from_zero(x: Value) -> Value:
     return x + EPSILON * sign(x)
 
 
+def nonzero(x: Value) -> Value:
+    """`x`, or EPSILON where it is 0: a scaling factor of 0 that a quotient has below."""
+    return np.where(x == 0.0, EPSILON, x)
+
+
 def curve_angle(c: Value, b: Value, e: Value, x: Value) -> Value:
     """C atan(B x - E (B x - atan(B x))): the argument of the sine or cosine."""
     bx = b * x
@@ -87,4 +92,4 @@ def capped(c: Coefficients, e: Value) -> Value:
 
 def digressive(c: Coefficients, lmu: Value) -> Value:
     """lambda_mu' (4.E8), which scales the vertical shifts."""
-    return c.A_MU * lmu / (1.0 + (c.A_MU - 1.0) * lmu)
+    return c.A_MU * lmu / nonzero(1.0 + (c.A_MU - 1.0) * lmu)

@@ -11,7 +11,7 @@ import numpy as np
 
 from .coefficients import Coefficients
 from .pure import cornering_stiffness, longitudinal_stiffness
-from .state import OperatingPoint, Value
+from .state import OperatingPoint, Value, nonzero
 
 
 def vertical_stiffness(c: Coefficients, dpi: Value) -> Value:
@@ -32,7 +32,7 @@ def effective_radius(c: Coefficients, o: OperatingPoint, omega: Value) -> Value:
 
 def free_radius(c: Coefficients, omega: Value) -> Value:
     """Radius of the unloaded tire at speed [m]."""
-    growth = omega * c.UNLOADED_RADIUS / c.LONGVL
+    growth = omega * c.UNLOADED_RADIUS / nonzero(c.LONGVL)
     return c.UNLOADED_RADIUS * (c.Q_RE0 + c.Q_V1 * growth * growth)
 
 
@@ -51,7 +51,7 @@ def rolling(c: Coefficients, o: OperatingPoint, vx: Value) -> tuple[Value, Value
 
 def deflection(c: Coefficients, o: OperatingPoint, omega: Value, fx: Value, fy: Value) -> Value:
     """Deflection rho [m] at which the tire carries fz; the form is finite with Q_FZ2 = 0, too."""
-    gain = 1.0 + c.Q_V2 * (c.UNLOADED_RADIUS / c.LONGVL) * np.abs(omega)
+    gain = 1.0 + c.Q_V2 * (c.UNLOADED_RADIUS / nonzero(c.LONGVL)) * np.abs(omega)
     gain = gain - (c.Q_FCX * fx / c.FNOMIN) ** 2 - (c.Q_FCY * fy / c.FNOMIN) ** 2
     load = o.fz / (gain * (1.0 + c.PFZ1 * o.dpi) * c.FNOMIN)
     slope = c.VERTICAL_STIFFNESS * c.UNLOADED_RADIUS / c.FNOMIN
@@ -72,15 +72,20 @@ def contact_half_width(c: Coefficients, o: OperatingPoint) -> Value:
 
 
 def stiffness_x(c: Coefficients, o: OperatingPoint) -> Value:
-    """Overall longitudinal stiffness C_x [N/m]."""
+    """Overall longitudinal stiffness C_x [N/m]; NaN where the tire has none."""
     load = 1.0 + c.PCFX1 * o.dfz + c.PCFX2 * o.dfz * o.dfz
-    return c.LONGITUDINAL_STIFFNESS * load * (1.0 + c.PCFX3 * o.dpi)
+    return known(c.LONGITUDINAL_STIFFNESS) * load * (1.0 + c.PCFX3 * o.dpi)
 
 
 def stiffness_y(c: Coefficients, o: OperatingPoint) -> Value:
-    """Overall lateral stiffness C_y [N/m]."""
+    """Overall lateral stiffness C_y [N/m]; NaN where the tire has none."""
     load = 1.0 + c.PCFY1 * o.dfz + c.PCFY2 * o.dfz * o.dfz
-    return c.LATERAL_STIFFNESS * load * (1.0 + c.PCFY3 * o.dpi)
+    return known(c.LATERAL_STIFFNESS) * load * (1.0 + c.PCFY3 * o.dpi)
+
+
+def known(stiffness: Value) -> Value:
+    """A stiffness [N/m]; NaN for 0, which files write for one that was not measured."""
+    return np.where(stiffness == 0.0, np.nan, stiffness)
 
 
 def relaxation_x(c: Coefficients, o: OperatingPoint) -> Value:
