@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from types import SimpleNamespace
 
@@ -15,6 +16,8 @@ from flatplank_control.runner.measurement import Measurement
 from flatplank_control.sequencer import SequencerParameters, SlipSequencer
 from flatplank_data.errors import RecordingError
 from flatplank_data.limits import LIMITS, RECORDED, refusal
+from flatplank_hw.drive import DriveParameters
+from flatplank_hw.hub import HubParameters
 from flatplank_data.machine import COUNTS_PER_TURN, GEAR_RATIO, ROAD_LENGTH, USABLE_ROAD
 from flatplank_panel import validation
 from flatplank_sim.nodes.operator_services import VALUES, OperatorServices
@@ -23,11 +26,16 @@ from flatplank_sim.plant import PlantConfig
 
 def planned(setting: str, value: float) -> str:
     """What a plan says to a setting."""
-    known = {"steer_deg": "alpha_deg", "camber_deg": "wheel_camber_deg"}
-    key = known.get(setting, setting)
-    given = {key: value, **({"gamma_deg": value} if key == "wheel_camber_deg" else {})}
-    given |= {"step_position": 0.0} if key == "end_position" else {}
-    return said(lambda: Measurement(**given)).replace(key, setting)
+    key = {"steer_deg": "alpha_deg", "road_camber_deg": "gamma_deg"}.get(setting, setting)
+    hub = min(max(value, LIMITS["wheel_camber_deg"].low), LIMITS["wheel_camber_deg"].high)
+    beside = {
+        "wheel_camber_deg": {"gamma_deg": value},
+        "gamma_deg": {"wheel_camber_deg": hub},
+        "end_position": {"step_position": 0.0},
+    }
+    return said(lambda: Measurement(**{key: value}, **beside.get(setting, {}))).replace(
+        key, setting
+    )
 
 
 def on_the_page(setting: str, value: float) -> str:
@@ -62,6 +70,16 @@ def simulated(setting: str, value: float) -> str:
     return response.reason
 
 
+def at_the_hub(setting: str, value: float) -> str:
+    """What the parameters of the hub say."""
+    return said(lambda: HubParameters(**{setting: value}))
+
+
+def driven(setting: str, value: float) -> str:
+    """What the parameters of a drive say."""
+    return said(lambda: DriveParameters(**{setting: value}))
+
+
 def said(act: Callable[[], object]) -> str:
     try:
         act()
@@ -78,7 +96,10 @@ ASKED = {
     "step_position": (planned, on_the_page, recorded, sequenced),
     "end_position": (planned, on_the_page),
     "steer_deg": (planned, on_the_page, simulated),
-    "camber_deg": (planned, on_the_page, simulated),
+    "wheel_camber_deg": (planned, on_the_page, recorded, simulated, at_the_hub),
+    "road_camber_deg": (planned, on_the_page, simulated),
+    "gamma_deg": (planned, recorded),
+    "free_radius": (driven,),
     "cleat_mm": (planned, on_the_page, simulated),
 }
 """setting -> whoever takes it"""
@@ -96,8 +117,39 @@ def test_the_same_values_are_refused_with_the_same_words(setting, ask):
     low, high = LIMITS[setting].bounds
     for value in (low - 0.1, high + 0.1):
         assert refusal(setting, value) in ask(setting, value) != ""
-    inside = 0.5 * (low + high)
-    assert "must be within" not in ask(setting, inside)
+    for value in (low, 0.5 * (low + high), high):
+        assert "must be within" not in ask(setting, value), value
+
+
+def test_every_limit_has_its_sentence_of_the_thesis_or_is_said_to_have_none():
+    for setting, limit in LIMITS.items():
+        named = limit.source.startswith("placeholder: ")
+        assert named != bool(limit.quotation), setting
+        if limit.quotation:
+            assert limit.source.startswith("thesis "), setting
+
+
+QUOTED = ("fz", "wheel_camber_deg", "road_camber_deg", "gamma_deg", "steer_deg", "free_radius")
+
+
+@pytest.mark.parametrize("setting", QUOTED)
+def test_a_limit_is_the_number_of_its_sentence(setting):
+    """8 kN is 8000 N; +-30 is -30 .. 30."""
+    limit = LIMITS[setting]
+    numbers = [float(n) for n in re.findall(r"\d+(?:\.\d+)?", limit.quotation)]
+    scale = 1000.0 if setting == "fz" else 1.0
+    assert limit.high in [scale * n for n in numbers]
+    if setting == "free_radius":
+        assert limit.low in numbers
+    elif setting != "fz":
+        assert limit.low == -limit.high
+
+
+def test_a_hub_tilted_by_30_deg_on_a_road_tilted_by_15_deg():
+    assert Measurement(wheel_camber_deg=30.0, gamma_deg=30.0).gamma_deg == 30.0
+    assert Measurement(wheel_camber_deg=30.0, gamma_deg=45.0).gamma_deg == 45.0
+    with pytest.raises(ValueError, match="road_camber_deg is 16 deg.*wheel_camber_deg"):
+        Measurement(wheel_camber_deg=29.0, gamma_deg=45.0)
 
 
 def test_a_value_that_is_no_number_is_refused():

@@ -102,7 +102,7 @@ def test_what_cannot_be_is_refused_with_its_key(wrong, key, words):
 
 def test_a_road_that_would_tilt_too_far_is_refused_in_the_dry_run():
     runs = "runs:\n- measurement: slip\n  gamma_deg: 20\n  kappa: 0.0\n"
-    with pytest.raises(PlanError, match="gamma_deg is 20 deg, must be within -15 .. 15"):
+    with pytest.raises(PlanError, match="road_camber_deg is 20 deg, must be within -15 .. 15"):
         small(runs=runs)
     assert dry_run(small(runs=runs + "  wheel_camber_deg: 8\n")).total > 0.0
 

@@ -58,7 +58,7 @@ REFUSED = [
     (StartRecording, "/recorder/start", {"name": "../out", "record": "tire: T"}, "../out"),
     (StartRecording, "/recorder/start", {"name": "a", "record": "tyre: T"}, "tyre"),
     (SetValue, "/simulated_plant/load_to", {"value": math.nan}, "nan"),
-    (SetValue, "/simulated_plant/set_steer_deg", {"value": 400.0}, "must be within -48 .. 48"),
+    (SetValue, "/simulated_plant/set_steer_deg", {"value": 400.0}, "must be within -90 .. 90"),
 ]
 
 

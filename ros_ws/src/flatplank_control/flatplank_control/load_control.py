@@ -21,7 +21,7 @@ class LoadParameters(Params):
     enabled: bool = param(False, "hold Fz instead of the axle's height")
     rate_hz: float = param(250.0, "bus rate", unit="Hz", bounds=(10.0, 4000.0))
     vertical_stiffness: float = param(
-        2.0e5, "C_z of the tire", unit="N/m", bounds=(1e4, 1e7), placeholder=True
+        2.13e5, "C_z of the tire, the Toyo's at 2.5 bar, G.2", unit="N/m", bounds=(1e4, 1e7)
     )
     crossover: float = param(10.0, "crossover of the loop", unit="rad/s", bounds=(0.1, 100.0))
     integral_share: float = param(0.15, "zero of the PI over the crossover", bounds=(0.0, 1.0))

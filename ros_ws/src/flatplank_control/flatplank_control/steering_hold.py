@@ -182,7 +182,7 @@ class AngleParameters(HoldParameters):
 
     axis: str = param("steer", "controlled axis", choices=sorted(ANGLES), read_only=True)
     rate_hz: float = param(250.0, "bus rate", unit="Hz", bounds=(10.0, 4000.0))
-    limit: float = param(0.8378, "largest angle: 48 deg", unit="rad", bounds=(0.0, math.pi))
+    limit: float = param(0.8378, "largest angle", unit="rad", bounds=(0.0, math.pi))
 
 
 class AngleControl:

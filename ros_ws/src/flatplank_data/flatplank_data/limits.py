@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from flatplank_data.machine import USABLE_ROAD
+from flatplank_data.machine import ROAD_LENGTH, USABLE_ROAD
 
 
 class Limit(NamedTuple):
@@ -16,6 +16,8 @@ class Limit(NamedTuple):
     high: float
     unit: str
     source: str = ""
+    quotation: str = ""
+    """sentence of the thesis that gives the limit; empty: the thesis has no such limit"""
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -30,29 +32,58 @@ class Limit(NamedTuple):
         return f"{name} is {amount}, must be within {self.low:g} .. {self.high:g}"
 
 
+TIRE_RADIUS = (0.210, 0.387)
+"""smallest and largest free radius of a tire on the hub [m]"""
+_MOUNTED = "The allowable tire radius that can be mounted ranges from 0.210 m to 0.387 m."
+_ROAD = f"the road length is now equal to {ROAD_LENGTH} m"
+
 LIMITS: dict[str, Limit] = {
-    "kappa": Limit(-0.5, 0.5, "", "slip control, thesis section 4.2"),
-    "fz": Limit(0.0, 8000.0, "N", "measurement hub, thesis section 2.2"),
-    "pressure": Limit(0.5, 6.0, "bar", "compressor; placeholder, not in the thesis"),
-    "camber_deg": Limit(
-        -15.0, 15.0, "deg", "of road and hub each; placeholder, not in the thesis"
+    "kappa": Limit(-0.5, 0.5, "", "placeholder: the measured steps go to 30 %, figure 2.5"),
+    "fz": Limit(
+        0.0, 8000.0, "N", "thesis 2.2", "The maximum allowed vertical force is 8 kN."
     ),
-    "steer_deg": Limit(-48.0, 48.0, "deg", "the motor hits the pillar, thesis section 3.1"),
-    "effective_rolling_radius": Limit(0.15, 0.5, "m", "wheels that fit the hub; placeholder"),
-    "step_position": Limit(0.0, USABLE_ROAD, "m", "the road"),
-    "end_position": Limit(0.0, USABLE_ROAD, "m", "the road"),
-    "cleat_mm": Limit(0.0, 20.0, "mm", "placeholder, not in the thesis"),
-}
+    "pressure": Limit(0.5, 6.0, "bar", "placeholder: the measured tires have 2 .. 2.8 bar"),
+    "wheel_camber_deg": Limit(
+        -30.0, 30.0, "deg", "thesis 2.2", "The measurement hub can also be cambered to ±30°"
+    ),
+    "road_camber_deg": Limit(
+        -15.0, 15.0, "deg", "thesis 2.2",
+        "the plank can be tilted to ±15° to represent road camber",
+    ),
+    "gamma_deg": Limit(
+        -45.0, 45.0, "deg", "thesis 2.2, hub and road together",
+        "thus allowing a total range of ±45°",
+    ),
+    "steer_deg": Limit(
+        -90.0, 90.0, "deg", "thesis 2.2",
+        "It is possible to steer the wheel 360°, but in practice, the used range is ±90°.",
+    ),
+    "free_radius": Limit(*TIRE_RADIUS, "m", "thesis 2.2", _MOUNTED),
+    "effective_rolling_radius": Limit(
+        TIRE_RADIUS[0] * 5.0 / 6.0, TIRE_RADIUS[1], "m",
+        "thesis 2.2; r_e = r_0 - deflection / 3, of a tire that is pressed in by half", _MOUNTED,
+    ),
+    "step_position": Limit(0.0, USABLE_ROAD, "m", "thesis 3.1", _ROAD),
+    "end_position": Limit(0.0, USABLE_ROAD, "m", "thesis 3.1", _ROAD),
+    "cleat_mm": Limit(0.0, 20.0, "mm", "placeholder: the thesis has cleats without a height"),
+}  # fmt: skip
 """setting -> range, in the unit that `Limit` states"""
+
+PILLAR_DEG = 48.0
+"""steering angle beyond which the motor of the wheel hits the pillar, unless the hub is moved
+inward [deg]; thesis 3.1: "The servomotor hits the pillar when a steering angle larger than 48° is
+desired." """
 
 RECORDED: dict[str, Limit] = {
     **{
         key: LIMITS[key]
-        for key in ("kappa", "fz", "pressure", "effective_rolling_radius", "step_position")
+        for key in (
+            "kappa", "fz", "pressure", "effective_rolling_radius", "step_position",
+            "wheel_camber_deg", "gamma_deg",
+        )
     },
     "alpha_deg": LIMITS["steer_deg"],
-    "wheel_camber_deg": LIMITS["camber_deg"],
-}
+}  # fmt: skip
 """key of a plan or run record -> range"""
 
 

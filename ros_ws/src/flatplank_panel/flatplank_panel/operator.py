@@ -36,8 +36,8 @@ HANDS = {
     "load_to": ("Load", "fz"),
     "pressure": ("Pressure", "pressure"),
     "steer": ("Steering", "steer_deg"),
-    "wheel_camber": ("Wheel camber", "camber_deg"),
-    "road_camber": ("Road camber", "camber_deg"),
+    "wheel_camber": ("Wheel camber", "wheel_camber_deg"),
+    "road_camber": ("Road camber", "road_camber_deg"),
 }
 """request -> label and setting, for manual settings of the simulated machine"""
 VALUES = {

@@ -11,7 +11,7 @@ from typing import Any
 
 from flatplank_control.sequencer.waveforms import WAVEFORMS
 from flatplank_control.steering_hold import PROFILES
-from flatplank_data.limits import LIMITS, RECORDED, Limit
+from flatplank_data.limits import LIMITS, RECORDED, Limit, refusal
 from flatplank_data.machine import FAST as SPEED
 from flatplank_data.machine import ROAD_LENGTH, SLOW, USUAL_RADIUS
 from flatplank_data.params import ParameterError, nearest_hint
@@ -125,11 +125,10 @@ class Measurement:
             if value is not None and (reason := limit.refusal(name, value)):
                 yield name, reason
         # the road takes the rest of the camber
-        hub, name = self.wheel_camber_deg or 0.0, "gamma_deg"
-        if hub:
-            name = f"gamma_deg is {self.gamma_deg:g} with {hub:g} at the hub: the road's camber"
-        if reason := LIMITS["camber_deg"].refusal(name, self.gamma_deg - hub):
-            yield "gamma_deg", reason
+        hub = self.wheel_camber_deg or 0.0
+        if reason := refusal("road_camber_deg", self.gamma_deg - hub):
+            both = f"gamma_deg is {self.gamma_deg:g} with {hub:g} at the hub"
+            yield "gamma_deg", f"{both}: {reason}; the hub takes the rest, wheel_camber_deg"
         yield from self._problems_of_motion()
         if self.start not in START_ANGLES:
             yield "start", f"start is {self.start}, must be 1, 2 or 3 (0, 120, 240 deg)"

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from flatplank_data.limits import LIMITS
+from flatplank_data.limits import LIMITS, PILLAR_DEG
 from flatplank_data.machine import GEAR_RATIO, USABLE_ROAD
 from flatplank_data.params import Params, nearest_hint, param
 from flatplank_hw.bus.image import AXES
@@ -94,7 +94,10 @@ class DriveParameters(Params):
     )
     fz_trip: float = param(8400.0, "vertical force that trips", unit="N", bounds=(0.0, 1e5))
     free_radius: float = param(
-        0.318, "r_0 of the mounted tire, Table 7.2 (Toyo)", unit="m", bounds=(0.1, 1.0)
+        0.318,
+        "r_0 of the mounted tire, Table 7.2 (Toyo)",
+        unit="m",
+        bounds=LIMITS["free_radius"].bounds,
     )
     unloaded_clearance: float = param(
         0.002, "unloaded: loaded radius above r_0 by this", unit="m", bounds=(0.0, 0.1)
@@ -106,10 +109,10 @@ class DriveParameters(Params):
         USABLE_ROAD, "usable travel of the plank", unit="m", bounds=(0.1, 100.0)
     )
     steering_limit_deg: float = param(
-        LIMITS["steer_deg"].high,
-        "the motor hits the pillar beyond, chapter 3",
+        PILLAR_DEG,
+        "the motor hits the pillar beyond, chapter 3; more with the hub moved inward",
         unit="deg",
-        bounds=(0.0, 180.0),
+        bounds=(0.0, LIMITS["steer_deg"].high),
     )
 
     def check(self) -> str | None:

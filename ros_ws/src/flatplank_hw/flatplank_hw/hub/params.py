@@ -41,10 +41,16 @@ class HubParameters(Params):
         0.02, "thickness of the adapter", unit="m", bounds=(0.0, 0.2), placeholder=True
     )
     wheel_camber_deg: float = param(
-        0.0, "camber of the hub, by inclinometer", unit="deg", bounds=LIMITS["camber_deg"].bounds
+        0.0,
+        "camber of the hub, by inclinometer",
+        unit="deg",
+        bounds=LIMITS["wheel_camber_deg"].bounds,
     )
     road_camber_offset_deg: float = param(
-        0.0, "added to the measured road camber", unit="deg", bounds=LIMITS["camber_deg"].bounds
+        0.0,
+        "added to the measured road camber",
+        unit="deg",
+        bounds=LIMITS["road_camber_deg"].bounds,
     )
     camber_counts_per_turn: int = counts_param("road camber encoder", placeholder=True)
     wheel_counts_per_turn: int = counts_param("wheel encoder, chapter 3")

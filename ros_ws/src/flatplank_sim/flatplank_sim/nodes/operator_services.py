@@ -24,8 +24,8 @@ VALUES: dict[str, tuple[str, str, Callable[[float], float]]] = {
     "set_pressure_bar": ("pressure", "pressure", float),
     "set_cleat_mm": ("cleat_mm", "cleat", lambda mm: 1e-3 * mm),
     "set_steer_deg": ("steer_deg", "steer", math.radians),
-    "set_wheel_camber_deg": ("camber_deg", "wheel_camber", math.radians),
-    "set_road_camber_deg": ("camber_deg", "road_camber", math.radians),
+    "set_wheel_camber_deg": ("wheel_camber_deg", "wheel_camber", math.radians),
+    "set_road_camber_deg": ("road_camber_deg", "road_camber", math.radians),
 }
 """service -> (setting that gives the limit, method, conversion of the value to SI)"""
 

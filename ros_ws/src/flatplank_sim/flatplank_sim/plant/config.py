@@ -94,7 +94,8 @@ class AxesConfig:
     camber_speed_deg: float
     lateral_limit: float
     steer_limit_deg: float = LIMITS["steer_deg"].high
-    camber_limit_deg: float = LIMITS["camber_deg"].high
+    wheel_camber_limit_deg: float = LIMITS["wheel_camber_deg"].high
+    road_camber_limit_deg: float = LIMITS["road_camber_deg"].high
 
 
 @dataclass(frozen=True)

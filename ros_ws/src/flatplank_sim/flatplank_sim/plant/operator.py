@@ -100,14 +100,14 @@ class Operator:
 
     def wheel_camber(self, angle: float) -> None:
         """Set the camber of the hub [rad]."""
-        self._camber("wheel_camber", angle)
+        self._camber("wheel_camber", angle, self._c.axes.wheel_camber_limit_deg)
 
     def road_camber(self, angle: float) -> None:
         """Set the camber of the road [rad]."""
-        self._camber("road_camber", angle)
+        self._camber("road_camber", angle, self._c.axes.road_camber_limit_deg)
 
-    def _camber(self, name: str, angle: float) -> None:
-        limit = math.radians(self._c.axes.camber_limit_deg)
+    def _camber(self, name: str, angle: float, limit_deg: float) -> None:
+        limit = math.radians(limit_deg)
         _within(name, angle, -limit, limit, "rad")
         self._op[name] = angle
 

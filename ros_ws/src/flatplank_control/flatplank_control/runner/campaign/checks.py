@@ -12,10 +12,9 @@ from flatplank_control.runner.measurement import DRAGGED, PROFILED, ROAD_LENGTH,
 from flatplank_control.runner.plans import CLEAT_AT, PLANS, STANDS_AT
 from flatplank_control.sequencer.waveforms import LENGTH, WAVEFORMS
 from flatplank_control.steering_hold import PROFILES
-from flatplank_data.limits import LIMITS
+from flatplank_data.limits import LIMITS, PILLAR_DEG
 from flatplank_data.params import ParameterError, from_mapping, nearest_hint
 
-STEER_LIMIT = LIMITS["steer_deg"].high
 """largest steering angle [deg]"""
 
 
@@ -25,7 +24,7 @@ class SetUp:
 
     blocked: tuple[tuple[float, float], ...] = ()
     """ranges of the wheel angle (from, to) [deg] with a collision; a range may include 0"""
-    steer_limit: float = STEER_LIMIT
+    steer_limit: float = PILLAR_DEG
     """largest steering angle of this set-up [deg]"""
 
 
@@ -100,7 +99,9 @@ def _of_the_angles(m: Measurement, set_up: SetUp) -> Iterator[Problem]:
             break
     alpha = f"alpha of {m.alpha_deg:g} deg"
     if abs(m.alpha_deg) > set_up.steer_limit:
-        yield "alpha_deg", f"{alpha}: the motor hits the pillar at {set_up.steer_limit:g} deg"
+        pillar = f"the motor hits the pillar at {set_up.steer_limit:g} deg"
+        more = "with the hub moved inward give set_up its steer_limit_deg"
+        yield "alpha_deg", f"{alpha}: {pillar}; {more}"
     if m.measurement == "stiffness_lateral" and abs(m.alpha_deg) < LEAST_ANGLE:
         least = f"{LEAST_ANGLE:g} deg or more"
         yield "alpha_deg", f"{alpha}: a lateral stiffness needs {least}"
@@ -109,7 +110,7 @@ def _of_the_angles(m: Measurement, set_up: SetUp) -> Iterator[Problem]:
 def _of_the_profile(m: Measurement, set_up: SetUp) -> Iterator[Problem]:
     """Check that the profile stays within the range of its axis and fits into the run."""
     profile = from_mapping(PROFILES[m.profile], m.profile_parameters, "profile")
-    limit = LIMITS["camber_deg"].high if m.measurement == "camber_sweep" else set_up.steer_limit
+    limit = LIMITS["road_camber_deg"].high if m.measurement == "camber_sweep" else set_up.steer_limit
     most = math.degrees(profile.largest())
     if most > limit:
         reach = f"the {m.profile} reaches {most:.3g} deg"

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from flatplank_control.runner.campaign.checks import STEER_LIMIT, SetUp, problems_of_run
+from flatplank_control.runner.campaign.checks import SetUp, problems_of_run
 from flatplank_control.runner.campaign.order import RADIUS, PlannedRun, with_radius, with_reference
 from flatplank_control.runner.campaign.quality import Limits
 from flatplank_control.runner.campaign.reading import Located, PlanReader, load_with_lines, plain
@@ -24,6 +24,7 @@ from flatplank_control.runner.measurement import (
 )
 from flatplank_data.errors import RecordingError
 from flatplank_data.files import read_text
+from flatplank_data.limits import LIMITS, PILLAR_DEG
 from flatplank_data.naming import check_name
 from flatplank_data.params import nearest_hint
 from flatplank_hw.share import config_file
@@ -167,10 +168,10 @@ class _Builder:
     def _set_up(self) -> SetUp:
         section = self.read.section(self.data, "set_up", SET_UP)
         blocked, steer = SET_UP
-        limits = (0.0, STEER_LIMIT)
+        limits = (0.0, LIMITS["steer_deg"].high)
         return SetUp(
             self.read.spans(section, blocked),
-            self.read.number(section, steer, STEER_LIMIT, limits),
+            self.read.number(section, steer, PILLAR_DEG, limits),
         )
 
     def _about(self, tire: TireEntry) -> dict[str, Any]:
