@@ -60,8 +60,8 @@ LIMITS: dict[str, Limit] = {
     ),
     "free_radius": Limit(*TIRE_RADIUS, "m", "thesis 2.2", _MOUNTED),
     "effective_rolling_radius": Limit(
-        TIRE_RADIUS[0] * 5.0 / 6.0, TIRE_RADIUS[1], "m",
-        "thesis 2.2; r_e = r_0 - deflection / 3, of a tire that is pressed in by half", _MOUNTED,
+        0.175, TIRE_RADIUS[1], "m",
+        "thesis 2.2; the smallest tire pressed in by half: r_e = r_0 - deflection / 3", _MOUNTED,
     ),
     "step_position": Limit(0.0, USABLE_ROAD, "m", "thesis 3.1", _ROAD),
     "end_position": Limit(0.0, USABLE_ROAD, "m", "thesis 3.1", _ROAD),
