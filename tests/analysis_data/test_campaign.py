@@ -96,7 +96,7 @@ def test_one_bad_run_is_told_and_the_others_go_on(case, write_campaign, make_ste
 
 
 def test_a_nominal_load_of_zero_is_a_remark(write_campaign, make_step, edit_campaign):
-    folder = write_campaign([make_step(0.02, 1), make_step(0.02, 2)])
+    folder = write_campaign([make_step(0.02, k, noise=1.0) for k in (1, 2)])
     edit_campaign(folder, 1, fz=0.0)
     good, problems = _problems(folder)
     assert len(good) == 2

@@ -12,6 +12,7 @@ from typing import Any
 from flatplank_data import checks
 from flatplank_data.condition import Condition, is_nan
 from flatplank_data.errors import FlatplankError, NothingUsableError
+from flatplank_data.identity import copy_of, identifying_columns, identity_of
 from flatplank_data.measured import (
     is_rolling_run_without_load,
     missing_keys,
@@ -57,6 +58,17 @@ class Run:
         columns: None for all; further: also numeric columns with unknown names. Raises
         FlatplankError for a file that cannot be read and, with `check`, on a fatal remark.
         """
+        table, remarks = self._read(columns, check, further)
+        return _selected(table, columns), remarks
+
+    def identity(self) -> str:
+        """Hash of the samples, see `identity_of`; raises FlatplankError when they are unusable."""
+        return identity_of(self.table(identifying_columns(self.info.measurement) or None))
+
+    def _read(
+        self, columns: Sequence[str] | None, check: bool, further: bool
+    ) -> tuple[MeasurementTable, list[Problem]]:
+        """As `read`, with all columns that were read for the checks."""
         wanted = columns
         if columns is not None and check:
             wanted = [*dict.fromkeys([*columns, *checks.REQUIRED.get(self.info.measurement, ())])]
@@ -73,10 +85,15 @@ class Run:
         for problem in remarks:
             if check and problem.fatal:
                 raise problem.as_error()
-        if columns is not None:
-            more = [name for name in table.columns if name not in COLUMN_UNITS]
-            table = table.select([*(name for name in columns if name in table), *more])
         return table, remarks
+
+
+def _selected(table: MeasurementTable, columns: Sequence[str] | None) -> MeasurementTable:
+    """The table with these columns and the further ones only."""
+    if columns is None:
+        return table
+    more = [name for name in table.columns if name not in COLUMN_UNITS]
+    return table.select([*(name for name in columns if name in table), *more])
 
 
 def _described(store: Store, info: RunRecord, mapping: Mapping | None) -> RunRecord:
@@ -237,7 +254,7 @@ class Campaign:
     ) -> MeasurementTable | None:
         """The samples of a run, or None with the reason in `problems`; see `Run.read`."""
         try:
-            table, remarks = run.read(columns, further=further)
+            table, remarks = run._read(columns, check=True, further=further)
         except FlatplankError as error:
             self.add_problem(problem_from_error(error, run.info.file))
             return None
@@ -248,7 +265,11 @@ class Campaign:
             what = f"same UUID {table.info.uuid} as {first}"
             self.add_problem(Problem(run.info.file, what, remedy="leave one of them out"))
             return None
-        return table
+        copied = copy_of(table, self._files)
+        if copied is not None:
+            self.add_problem(copied)
+            return None
+        return _selected(table, columns)
 
     def add_problem(self, problem: Problem) -> None:
         """Add a problem, unless it is in the list already."""

@@ -22,6 +22,7 @@ from flatplank_analysis.steady.rolling_radius import RadiusRun, radius_of_run
 from flatplank_data.campaign import Campaign, Run
 from flatplank_data.condition import Condition
 from flatplank_data.errors import FlatplankError, NothingUsableError
+from flatplank_data.identity import copy_of
 from flatplank_data.problem import Problem, problem_from_error
 from flatplank_data.table import MeasurementTable
 
@@ -47,12 +48,16 @@ def read_each_run(
 ) -> list[Problem]:
     """Read every run and pass its table, up to the stop, to `take`; return all problems."""
     problems: list[Problem] = []
+    seen: dict[str, str] = {}
     for run in runs:
         try:
             table, remarks = run.read(columns)
-            table = until_stop(table)
             problems += remarks
-            take(run, table)
+            copied = copy_of(table, seen)
+            if copied is not None:
+                problems.append(copied)
+                continue
+            take(run, until_stop(table))
         except FlatplankError as error:
             problems.append(problem_from_error(error, run.info.file))
     return problems
