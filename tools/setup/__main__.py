@@ -100,7 +100,7 @@ def make_first() -> None:
         if section_is_missing("workspace"):
             install("workspace")
     stale = without_compiler(stale_packages())
-    total = len(locked("workspace") + locked("main"))
+    total = len(locked("workspace") | locked("main"))
     step = f"step 3 of 3, {len(locked('main'))} Python packages, ROS workspace {' '.join(stale)}"
     with ticking(step, lambda: f"({len(list(site_packages().glob('*.dist-info')))} of {total})"):
         side_by_side(lambda: build([MESSAGES] if MESSAGES in stale else []), lambda: rest(stale))

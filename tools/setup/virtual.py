@@ -60,15 +60,25 @@ def python_version() -> str:
     return f"{sys.version_info.major}.{sys.version_info.minor}"
 
 
-def locked(section: str) -> list[str]:
-    """Lines `name==version` of a section for this Python."""
-    here, lines, inside = python_version(), [], False
-    for line in LOCK.read_text().splitlines():
+def locked(section: str) -> dict[str, list[str]]:
+    """`name==version` of a section for this Python, with the hashes of its files."""
+    here, found, inside = python_version(), {}, False
+    for line in LOCK.read_text().replace("\\\n", "").splitlines():
+        pinned, *hashes = line.split(" --hash=")
+        wanted, _, marker = (part.strip() for part in pinned.partition(";"))
         if line.startswith("#"):
             inside = line.startswith(f"# {section}:")
-        elif inside and (";" not in line or f'"{here}"' in line):
-            lines.append(line.partition(";")[0].strip())
-    return lines
+        elif inside and (not marker or f'"{here}"' in marker):
+            found[wanted] = [text.strip() for text in hashes]
+    return found
+
+
+def requirements(packages: dict[str, list[str]], name: str) -> list[str]:
+    """Options of pip and uv: these packages, and no file whose hash is not in the lock."""
+    file = CACHE / f"{name}.txt"
+    lines = [f"{p} {' '.join(f'--hash={h}' for h in hashes)}" for p, hashes in packages.items()]
+    file.write_text("\n".join(lines) + "\n")
+    return ["--require-hashes", "-r", str(file)]
 
 
 def venv_stamp() -> Stamp:
@@ -111,23 +121,22 @@ def create_venv() -> None:
 
 def install(section: str) -> None:
     """The packages of a section that are not there, by uv; by pip where uv cannot."""
-    wanted = CACHE / f"{section}.txt"
-    wanted.write_text("\n".join(locked(section)) + "\n")
+    wanted = requirements(locked(section), section)
     python = str(VENV / "bin" / "python")
     pip = [python, "-I", "-m", "pip", "install", *PIP_OPTIONS]
     try:
         if not (VENV / "bin" / "uv").exists():
-            (uv,) = [line for line in locked("workspace") if line.startswith("uv==")]
-            run([*pip, uv], CACHE / "pip-uv.log", PIP_ENV)
+            uv = {p: h for p, h in locked("workspace").items() if p.startswith("uv==")}
+            run([*pip, *requirements(uv, "uv")], CACHE / "pip-uv.log", PIP_ENV)
         command = [str(VENV / "bin" / "uv"), "pip", "install", "--python", python, "--no-deps"]
         # of the first sections warm.py compiles what is used, which is less
         command += [] if section in FIRST else ["--compile-bytecode"]
-        run([*command, "--quiet", "-r", str(wanted)], CACHE / f"uv-{section}.log", uv_env())
+        run([*command, "--quiet", *wanted], CACHE / f"uv-{section}.log", uv_env())
     except NoNetworkError:
         raise
     except SetupError as error:
         say(f"{error}; trying with pip")
-        run([*pip, "-r", str(wanted)], CACHE / f"pip-{section}.log", PIP_ENV)
+        run([*pip, *wanted], CACHE / f"pip-{section}.log", PIP_ENV)
     if section == "workspace" and not HAS_JAZZY:
         repair_wheel_paths(site_packages())
     section_stamp(section).write()

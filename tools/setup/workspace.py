@@ -76,7 +76,8 @@ def sourced(script: Path, env: dict[str, str]) -> dict[str, str]:
 def toolchain() -> str:
     """The part of the lock that a build depends on; other packages do not matter to it."""
     names = ("ros-", "numpy=", "colcon-", "setuptools=", "empy=")
-    return "\n".join(line for line in LOCK.read_text().splitlines() if line.startswith(names))
+    lines = (line.removesuffix(" \\") for line in LOCK.read_text().splitlines())
+    return "\n".join(line for line in lines if line.startswith(names))
 
 
 def package_stamps() -> dict[str, Stamp]:
