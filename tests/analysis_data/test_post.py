@@ -11,12 +11,12 @@ from flatplank_analysis.post.gridding import (
     CUTOFF_PER_METRE,
     GRID,
     low_pass,
-    mean_of,
+    mean_of_starts,
     on_grid,
     repeat_std,
 )
 from flatplank_analysis.post.motion import step_facts
-from flatplank_analysis.steady.rolling_radius import fit_exponential
+from flatplank_analysis.steady.settling import fit_exponential
 from flatplank_data.errors import FlatplankError
 
 
@@ -61,7 +61,7 @@ def test_mean_of_three_starts_cancels_an_order(make_step):
         table = make_step(0.0, start + 1)
         wave = 80.0 * np.sin(table["wheel_angle"] + 2.0 * np.pi * start / 3.0)
         runs.append(on_grid(table.with_columns(fx=wave), ["fx"]))
-    mean = mean_of(runs)
+    mean = mean_of_starts(runs, [1, 2, 3])
     assert mean.runs == 3
     assert np.nanmax(np.abs(mean["fx"])) < 1e-9
     expected = 80.0 * np.sqrt(0.5) * np.sqrt(1.5)

@@ -14,7 +14,7 @@ from flatplank_analysis.steady.stiffness import (
     static_longitudinal_stiffness,
     vertical_stiffness,
 )
-from flatplank_analysis.steady.transmission import drive_state, friction_torque
+from flatplank_analysis.steady.transmission import drive_state, efficiency, friction_torque
 from flatplank_data.errors import FlatplankError
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
@@ -107,7 +107,6 @@ def test_friction_torque_and_efficiency(make_step):
     table = make_step(0.05)
     tire = table["fx"][-1] * 0.3 / 1425.04
     motor = 1.5 + 0.002 * table["motor_velocity"] + tire / 0.392
-    assert drive_state(table.with_columns(motor_torque=motor)).efficiency(curve) == pytest.approx(
-        0.392, 2e-2
-    )
-    assert np.isnan(drive_state(make_step(-0.05)).efficiency(curve))
+    driving = drive_state(table.with_columns(motor_torque=motor))
+    assert efficiency([driving], [1], curve).value == pytest.approx(0.392, 2e-2)
+    assert np.isnan(efficiency([drive_state(make_step(-0.05))], [1], curve).value)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tire property files of other programs: byte order marks, PAC2002 with inflation pressure, factors
-of zero, files of one force only."""
+"""Tire property files of other programs: byte order marks, PAC2002 with inflation pressure,
+factors of zero, files of one force only."""
 
 from __future__ import annotations
 

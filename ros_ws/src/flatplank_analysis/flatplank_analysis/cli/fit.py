@@ -173,7 +173,7 @@ def _row(condition: str, slip: str, e: Estimate, beside: str = "") -> tuple[str,
         notes = "; ".join(filter(None, (e.note, beside)))
         remark = f"at its {e.at_bound} bound" if e.at_bound else notes
     error = f"{e.std_error:.2g}" if e.determined and math.isfinite(e.std_error) else "-"
-    return (condition, slip, e.name, f"{e.value:.5g}", error, e.unit, remark)
+    return (condition, slip, e.name, e.text, error, e.unit, remark)
 
 
 def _magic_formula(result: MFFit) -> None:

@@ -5,16 +5,16 @@ tire (Appendix G)."""
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from flatplank_analysis.figures import pieces
 from flatplank_analysis.figures.spec import INK, PALETTE, Figure, Panel, Series
-from flatplank_analysis.report.machine_tables import friction_of
+from flatplank_analysis.report.machine_tables import DriveMeans, drive_means, friction_of
 from flatplank_analysis.report.radii import radius_values
-from flatplank_analysis.report.results import CampaignResult, PointResult
-from flatplank_analysis.steady.rolling_radius import ExponentialFit
+from flatplank_analysis.report.results import CampaignResult
+from flatplank_analysis.steady.settling import FIT_RANGE
 
 
 def transmission(result: CampaignResult) -> Iterator[Figure]:
@@ -23,32 +23,24 @@ def transmission(result: CampaignResult) -> Iterator[Figure]:
     torque, efficiency = [], []
     for point in pieces.loads(result):
         label = pieces.level(point, "fz")
-        torque.append(_over_slip(point, label, lambda s: s.motor_torque))
-        if curve is not None:
-            efficiency.append(_over_slip(point, label, lambda s: 100.0 * s.efficiency(curve)))
+        means = drive_means(point, curve)
+        torque.append(_over_slip(means, label, lambda m: m.state.motor_torque))
+        efficiency.append(_over_slip(means, label, lambda m: 100.0 * m.efficiency.value))
     panels = [
         pieces.panel(pieces.SLIP, "motor torque M_M [N m]", torque),
         pieces.panel(pieces.SLIP, "efficiency η [%]", efficiency),
     ]
     caption = (
-        "Mean over the last half metre of each run. Efficiency (5.3) of driving runs, with the "
-        "friction of unloaded turns."
+        "Mean over the last half metre and the start angles. Efficiency (5.3) of driving runs, "
+        "with the friction of unloaded turns."
     )
     title = "Torque of the wheel drive"
     yield from pieces.figure("transmission", title, caption, panels, "5.4, 5.13")
 
 
-def _over_slip(point: PointResult, label: str, read) -> Series | None:
-    groups: dict[float, list[float]] = {}
-    for run in point.further.drive:
-        value = read(run.state)
-        if math.isfinite(value):
-            groups.setdefault(run.condition.kappa, []).append(value)
-    if not groups:
-        return None
-    x = np.array(sorted(groups))
-    y = np.array([np.mean(groups[k]) for k in x])
-    return Series(label, 100.0 * x, y, "joined")
+def _over_slip(means: Sequence[DriveMeans], label: str, read) -> Series | None:
+    known = [(100.0 * m.condition.kappa, read(m)) for m in means if math.isfinite(read(m))]
+    return Series(label, *np.array(known).T, "joined") if known else None
 
 
 def rolling_radius(result: CampaignResult) -> Iterator[Figure]:
@@ -87,16 +79,17 @@ def settling(result: CampaignResult) -> Iterator[Figure]:
     """Free-rolling runs with the exponential of Appendix E."""
     for run in result.extras.get("free_rolling", [])[:3]:
         x = run["position"]
-        fit = ExponentialFit(run["p1"], run["p2"], run["p3"], 0.0)
-        keep = (x >= 0.1) & np.isfinite(run["fx"])
+        fit = run["fit"]
+        keep = (x >= FIT_RANGE[0]) & np.isfinite(run["fx"])
         mark = run["settling_distance"]
         marks = (mark,) if np.isfinite(mark) else ()
-        lines = [
-            Series("measured", x, run["fx"], color=PALETTE[0]),
-            Series("fitted", x[keep], fit(x[keep]), "model", INK),
-        ]
+        lines = [Series("measured", x, run["fx"], color=PALETTE[0])]
         where = f"settles at {mark:.2f} m" if np.isfinite(mark) else "does not settle within 5 %"
-        where = where if np.isfinite(run["reference"]) else "flexplates off: no controller"
+        if fit is None:
+            where = "not fitted, flexplates off: no controller"
+        else:
+            lines.append(Series("fitted", x[keep], fit(x[keep]), "model", INK))
+            where += f"; {fit.remark}" * bool(fit.remark)
         yield Figure(
             f"settling_{run['run']}",
             f"Free rolling, {run['run']}",

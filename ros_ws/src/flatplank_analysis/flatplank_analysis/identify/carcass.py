@@ -14,6 +14,7 @@ import numpy as np
 
 from flatplank_data.errors import FlatplankError
 
+from ..starts import mean_over_starts
 from .carcass_problem import (
     CarcassProblem,
     JointState,
@@ -59,6 +60,12 @@ class MeanOperatingPoint(NamedTuple):
     pressure: float
     alpha: float
     gamma: float
+
+    @classmethod
+    def of(cls, runs: Sequence[StepRun]) -> MeanOperatingPoint:
+        """Means over the start angles."""
+        values = [(r.mean_load, r.pressure, r.alpha, r.gamma) for r in runs]
+        return cls(*map(float, mean_over_starts(values, [r.start for r in runs])))
 
 
 @dataclass(frozen=True)
@@ -130,7 +137,8 @@ def report(
     problem, c_cx = state.problem, state.c_cx
     found = problem.curve.slope()
     slope, stiffness = found.weights, found.value
-    a = float(problem.geometry.half_length(np.mean([r.mean_load for r in runs]), runs[0].pressure))
+    at = MeanOperatingPoint.of(runs)
+    a = float(problem.geometry.half_length(at.fz, runs[0].pressure))
     bias = brush_bias(c_cx, stiffness, a)
     noise = repeat_noise(runs, state)
     lack = slope_lack(problem.curve.kappa, problem.curve.force)
@@ -148,7 +156,6 @@ def report(
     spread = form_error(state, bias["c_cx"], _error(by_c_cx, runs, state, noise)[0])
     form = math.hypot(found.form, stiffness * spread / c_cx) / c_cx
     gradient = np.append(-stiffness / c_cx**2, slope / c_cx)
-    means = zip(*((r.mean_load, r.pressure, r.alpha, r.gamma) for r in runs), strict=True)
     return CarcassFit(
         operating_point=runs[0].operating_point,
         c_cx=estimate("c_cx", c_cx, "N/m", by_c_cx, spread),
@@ -161,7 +168,7 @@ def report(
         curve=replace(problem.curve, std_error=_curve_errors(state)),
         rmse=_rmse_per_level(runs, fits, problem, problem.measured + state.error),
         runs=len(runs),
-        at=MeanOperatingPoint(*(float(np.mean(values)) for values in means)),
+        at=at,
         confusions=_confusions(runs, problem.curve, lack, edge),
         converged=done,
     )

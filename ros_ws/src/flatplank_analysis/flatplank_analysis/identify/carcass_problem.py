@@ -17,6 +17,7 @@ import numpy as np
 
 from ..models.base import TOYO, ContactGeometry, RunInputs, stack_runs
 from ..models.nonlinear import NonlinearX
+from ..starts import mean_over_starts
 from .least_squares import Solution, solve
 from .linear import LinearFit, transient_weights
 from .noise import ARNoise, fit_noise, repeat_differences
@@ -96,7 +97,7 @@ def carcass_problem(
     fits = shared_fits(runs) if fits is None else fits
     curve = steady_curve(runs, fits)
     if friction is None:
-        load = np.mean([run.mean_load for run in runs])
+        load = mean_over_starts([run.mean_load for run in runs], [run.start for run in runs])
         friction = float(np.max(np.abs(curve.force)) / load)
     x, force, weight, settled = _measured(runs, fits)
     order = {value: i for i, value in enumerate(by_level(runs))}

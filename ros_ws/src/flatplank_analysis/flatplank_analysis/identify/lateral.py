@@ -28,6 +28,7 @@ from flatplank_data.errors import FlatplankError
 from flatplank_data.table import MeasurementTable
 
 from ..models.magic_formula.state import curve_angle
+from ..starts import mean_over_starts, value_over_starts
 from .carcass import CarcassFit, fit_carcass
 from .least_squares import solve
 from .repeats import with_equal_starts
@@ -155,10 +156,10 @@ class _Steady:
         last = min(float(run.distance[-1]) for run in runs)
         rows = []
         for level, members in by_level(with_equal_starts(runs)).items():
-            slopes = [r.slip_stiffness for r in members if math.isfinite(r.slip_stiffness)]
-            means = np.mean([_tail(run, last) for run in members], axis=0)
-            slope = float(np.mean(slopes)) if slopes else math.nan
-            load = float(np.mean([run.mean_load for run in members]))
+            starts = [run.start for run in members]
+            means = mean_over_starts([_tail(run, last) for run in members], starts)
+            slope = value_over_starts([run.slip_stiffness for run in members], starts).value
+            load = float(mean_over_starts([run.mean_load for run in members], starts))
             rows.append([math.radians(level), *(means / load), slope / load])
         return cls(*np.array(rows).T)
 

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from ..starts import by_start, mean_over_starts
 from .linear import BEFORE, BEFORE_WEIGHT, LinearFit, first_order_rise, linear_run
 from .noise import ARNoise, fit_noise, repeat_differences
 from .results import Confusion, Estimate, plain_condition, to_plain
@@ -36,11 +37,9 @@ def with_equal_starts(runs: Sequence[StepRun]) -> list[StepRun]:
     """
     out: list[StepRun] = []
     for members in by_level(runs).values():
-        starts: dict[int, list[StepRun]] = {}
-        for run in members:
-            starts.setdefault(run.start, []).append(run)
-        uneven = len({len(same) for same in starts.values()}) > 1
-        out += [_averaged(same) for same in starts.values()] if uneven else members
+        starts = by_start(members, [run.start for run in members])
+        uneven = len({len(same) for same in starts}) > 1
+        out += [_averaged(same) for same in starts] if uneven else members
     return out if len(out) < len(runs) else list(runs)
 
 
@@ -49,11 +48,16 @@ def _averaged(runs: Sequence[StepRun]) -> StepRun:
         return runs[0]
     x = _shared_distance(runs)
     columns = {
-        name: np.mean([np.interp(x, run.distance, getattr(run, name)) for run in runs], axis=0)
+        name: _mean([np.interp(x, run.distance, getattr(run, name)) for run in runs], runs)
         for name in ("fx", "fy", "mz", "fz", "slip")
     }
-    kappa = float(np.mean([run.kappa for run in runs]))
-    return replace(runs[0], distance=x, kappa=kappa, **columns)
+    return replace(
+        runs[0], distance=x, kappa=float(_mean([run.kappa for run in runs], runs)), **columns
+    )
+
+
+def _mean(values: Sequence[Any], runs: Sequence[StepRun]) -> Any:
+    return mean_over_starts(values, [run.start for run in runs])
 
 
 def has_mean(runs: Sequence[StepRun]) -> bool:
@@ -64,15 +68,26 @@ def has_mean(runs: Sequence[StepRun]) -> bool:
 def mean_response(runs: Sequence[StepRun]) -> MeanResponse:
     """Fit (7.11) to the mean of repeats; its error follows from the single runs (linearised)."""
     runs = with_equal_starts(runs)
-    x = _shared_distance(runs)
-    x = x[x >= -BEFORE]
-    force = np.array([np.interp(x, run.distance, run.fx) for run in runs])
-    fit = linear_run(x, force.mean(axis=0), float(np.mean([run.kappa for run in runs])))
+    fit = mean_fit(runs)
+    x, force = _together(runs)
     weight = np.where(x < 0.0, np.sqrt(BEFORE_WEIGHT), 1.0)
     pulls = (weight * (force - fit.response(x))) @ np.linalg.pinv(_jacobian(fit, x, weight)).T
     count = len(runs)
     spread = pulls - pulls.mean(axis=0)
     return MeanResponse(fit, np.sqrt(np.sum(spread**2, axis=0) / (count * (count - 1.0))))
+
+
+def mean_fit(runs: Sequence[StepRun]) -> LinearFit:
+    """Fit (7.11) to the mean of repeats over the start angles."""
+    x, force = _together(runs)
+    return linear_run(x, _mean(force, runs), float(_mean([run.kappa for run in runs], runs)))
+
+
+def _together(runs: Sequence[StepRun]) -> tuple[np.ndarray, np.ndarray]:
+    """Distance (n,) [m] that all runs cover, and their Fx there (runs, n) [N]."""
+    x = _shared_distance(runs)
+    x = x[x >= -BEFORE]
+    return x, np.array([np.interp(x, run.distance, run.fx) for run in runs])
 
 
 def shared_fits(runs: Sequence[StepRun]) -> list[LinearFit]:
@@ -241,6 +256,7 @@ def _level(
     scatter: dict[str, float],
 ) -> LinearLevel:
     means: dict[str, Estimate] = {}
+    members = [runs[i] for i in group]
     for name in QUANTITIES:
         estimates = [getattr(fits[i], name) for i in group]
         values = np.array([e.value for e in estimates])
@@ -248,18 +264,17 @@ def _level(
         freedom = dof if np.isfinite(scatter[name]) and dof > 0 else estimates[0].dof
         means[name] = replace(
             estimates[0],
-            value=float(values.mean()),
+            value=float(_mean(values, members)),
             std_error=error,
             dof=freedom,
             at_bound=next((e.at_bound for e in estimates if e.at_bound), ""),
         )
-    members = [runs[i] for i in group]
     if has_mean(members):
         means |= _of_mean(members)
     errors = [fits[i].rmse_transient ** 2 for i in group]
     return LinearLevel(
         level=runs[group[0]].level,
-        kappa=float(np.mean([runs[i].kappa for i in group])),
+        kappa=float(_mean([run.kappa for run in members], members)),
         rmse=float(np.sqrt(np.mean(errors))),
         repeats=len(group),
         **means,

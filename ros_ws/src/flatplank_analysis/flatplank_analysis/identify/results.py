@@ -32,6 +32,11 @@ class Estimate:
     fixed: bool = False
     note: str = ""
 
+    @property
+    def text(self) -> str:
+        """The value with five digits, in parentheses where it is not determined."""
+        return f"{self.value:.5g}" if self.determined else f"({self.value:.5g})"
+
     def interval(self, level: float = 0.90) -> tuple[float, float]:
         """Interval that contains the true value with this probability; infinite if unknown."""
         if not (self.determined and math.isfinite(self.std_error)):

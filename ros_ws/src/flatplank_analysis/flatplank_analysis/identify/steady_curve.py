@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..models.nonlinear import TableLaw, table_law
+from ..starts import mean_over_starts, value_over_starts
 from .linear import LinearFit
 from .runs import StepRun, by_level
 
@@ -171,12 +172,12 @@ def steady_curve(runs: Sequence[StepRun], fits: Sequence[LinearFit]) -> SteadyCu
     """Mean asymptote of the linear fits per slip level."""
     place = {id(run): fit.steady_force.value for run, fit in zip(runs, fits, strict=True)}
     groups = list(by_level(runs).values())
-    forces = [np.array([place[id(m)] for m in members]) for members in groups]
+    starts = [[m.start for m in members] for members in groups]
+    both = list(zip(groups, starts, strict=True))
+    forces = [value_over_starts([place[id(m)] for m in members], s) for members, s in both]
     return SteadyCurve(
-        kappa=np.array([np.mean([m.kappa for m in members]) for members in groups]),
-        force=np.array([f.mean() for f in forces]),
-        std_error=np.array(
-            [f.std(ddof=1) / np.sqrt(len(f)) if len(f) > 1 else np.nan for f in forces]
-        ),
-        repeats=np.array([len(f) for f in forces]),
+        kappa=np.array([mean_over_starts([m.kappa for m in members], s) for members, s in both]),
+        force=np.array([f.value for f in forces]),
+        std_error=np.array([f.std_error for f in forces]),
+        repeats=np.array([f.runs for f in forces]),
     )

@@ -14,7 +14,7 @@ import math
 import re
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import resources
 from pathlib import Path
 
@@ -52,10 +52,11 @@ _LINE = re.compile(r"^\s*([A-Za-z_]\w*)\s*=\s*('[^']*'|\"[^\"]*\"|[^$!]*)")
 
 @dataclass(frozen=True)
 class Entry:
-    """One key of a file: the value as written, and its position."""
+    """One key of a file: the value as written, its position, and a remark to be written."""
 
     value: str
     line: int = 0
+    remark: str = ""
 
 
 @dataclass(frozen=True)
@@ -123,6 +124,14 @@ class TirFile:
             section = own if key in sections.get(own, {}) else home.get(key, own)
             number = float(value) / factor(key, units)
             sections.setdefault(section, {})[key] = Entry(repr(number))
+        return TirFile(sections, self.kept, self.path)
+
+    def remarked(self, remarks: Mapping[str, str]) -> TirFile:
+        """A copy with remarks beside coefficients, as comments of the written file."""
+        sections = {
+            name: {k: replace(e, remark=remarks.get(k, e.remark)) for k, e in section.items()}
+            for name, section in self.sections.items()
+        }
         return TirFile(sections, self.kept, self.path)
 
     def warnings(self, vx: float = SPEED) -> list[str]:
@@ -240,7 +249,9 @@ def format_tir(tir: TirFile) -> str:
         if not name:
             continue
         lines += ["", f"[{name}]"]
-        lines += [f"{k:<24}= {e.value}" for k, e in tir.sections.get(name, {}).items()]
+        for key, entry in tir.sections.get(name, {}).items():
+            remark = f"  $ {entry.remark}" if entry.remark else ""
+            lines.append(f"{key:<24}= {entry.value}{remark}")
         lines += list(tir.kept.get(name, ()))
     return "\n".join(lines).lstrip("\n") + "\n"
 

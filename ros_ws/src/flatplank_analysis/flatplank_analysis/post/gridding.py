@@ -4,11 +4,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
+from flatplank_analysis.starts import mean_over_starts
 from flatplank_data.errors import FlatplankError
 from flatplank_data.machine import FAST
 from flatplank_data.table import MeasurementTable
@@ -121,19 +122,14 @@ def on_grid(table: MeasurementTable, names: Sequence[str]) -> Gridded:
     return Gridded(GRID, columns)
 
 
-def mean_of(runs: Sequence[Gridded]) -> Gridded:
-    """Mean of runs, such as those from three start angles; NaN where any of them has no data."""
+def mean_of_starts(runs: Sequence[Gridded], starts: Sequence[int]) -> Gridded:
+    """Mean of the start angles, each the mean of its runs (section 6.2); NaN where any run has no
+    data."""
     if not runs:
         raise FlatplankError("no runs to average", "mean of starts", "give at least one")
     names = [n for n in runs[0].columns if all(n in run.columns for run in runs)]
-    columns = {n: np.mean([run.columns[n] for run in runs], axis=0) for n in names}
-    return Gridded(runs[0].position, columns, sum(run.runs for run in runs))
-
-
-def mean_of_starts(runs: Sequence[Gridded], starts: Sequence[int]) -> Gridded:
-    """Mean of the start angles, each the mean of its runs (section 6.2)."""
-    groups = [[r for r, s in zip(runs, starts, strict=True) if s == one] for one in set(starts)]
-    return replace(mean_of([mean_of(group) for group in groups]), runs=len(runs))
+    columns = {n: mean_over_starts([run.columns[n] for run in runs], starts) for n in names}
+    return Gridded(runs[0].position, columns, len(runs))
 
 
 def repeat_std(runs: Sequence[Gridded], name: str = "fx") -> np.ndarray:

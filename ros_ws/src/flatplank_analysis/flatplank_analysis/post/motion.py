@@ -12,6 +12,8 @@ from flatplank_data.table import MeasurementTable
 
 WINDOW_BEFORE = 0.5
 """length of road before the step that counts as free rolling [m]"""
+ROUND_OFF = 1e-12
+"""relative difference of two means of one number, whose sums round to some hundred last digits"""
 GUARD = 0.01
 """road after the step in which the wheel changes its speed; left out [m]"""
 
@@ -32,8 +34,10 @@ class StepFacts:
 
     @property
     def load_change(self) -> float:
-        """Delta F_z as a fraction of the load before the step."""
-        return self.fz_after / self.fz_before - 1.0
+        """Delta F_z as a fraction of the load before the step; NaN where the load is one number
+        throughout, a nominal load that nobody measured."""
+        change = self.fz_after / self.fz_before - 1.0
+        return change if abs(change) > ROUND_OFF else math.nan
 
 
 def step_facts(table: MeasurementTable) -> StepFacts:

@@ -26,7 +26,8 @@ from flatplank_analysis.post.gridding import (
     repeat_std,
 )
 from flatplank_analysis.post.motion import StepFacts, step_facts
-from flatplank_analysis.report.results import ConditionResult, DriveRun, LateralResult
+from flatplank_analysis.report.results import ConditionResult, DriveRun, LateralResult, RestRun
+from flatplank_analysis.starts import mean_over_starts, value_over_starts
 from flatplank_analysis.steady.stiffness import static_longitudinal_stiffness
 from flatplank_analysis.steady.transmission import drive_state
 from flatplank_data.condition import Condition
@@ -96,39 +97,31 @@ def _repeats(runs: Sequence[Gridded], starts: Sequence[int]) -> list[Gridded]:
 
 def mean_facts(facts: Sequence[StepFacts], starts: Sequence[int]) -> StepFacts:
     """Mean over the start angles, each the mean of its runs, as for the forces."""
-    groups = [
-        [f for f, s in zip(facts, starts, strict=True) if s == one]
-        for one in dict.fromkeys(starts)
-    ]
-
-    def mean(values: Sequence[float]) -> float:
-        known = [v for v in values if math.isfinite(v)]
-        return sum(known) / len(known) if known else math.nan
-
     names = [f.name for f in dataclasses.fields(StepFacts)]
-    return StepFacts(
-        **{n: mean([mean([getattr(f, n) for f in group]) for group in groups]) for n in names}
-    )
+    found = {n: value_over_starts([getattr(f, n) for f in facts], starts).value for n in names}
+    return StepFacts(**found)
 
 
 def further_results(
     tables: Sequence[MeasurementTable],
-) -> tuple[list[float], list[DriveRun], list[StepRun]]:
+) -> tuple[list[RestRun], list[DriveRun], list[StepRun]]:
     """Further results of slip runs, where they were measured.
 
-    Returns C_x of the standing tire [N/m], torques at the end of the run, and starts of rolling
-    at a slip angle, as steps in side slip.
+    Returns C_x of the standing tire, torques at the end of the run, and starts of rolling at a
+    slip angle, as steps in side slip.
     """
     stiffness, drive, lateral = [], [], []
     for table in tables:
         if all(table.has(name) for name in ("wheel_angle", "fx", "plank_position")):
-            stiffness.append(static_longitudinal_stiffness(table))
+            value = static_longitudinal_stiffness(table)
+            if math.isfinite(value):
+                stiffness.append(RestRun(value, table.info.start))
         if table.has("motor_torque") and table.has("motor_velocity"):
-            drive.append(DriveRun(table.info.condition, drive_state(table)))
+            drive.append(DriveRun(table.info.condition, drive_state(table), table.info.start))
         if abs(table.info.alpha_deg) >= SMALLEST_ANGLE and table.has("fy"):
             with contextlib.suppress(FlatplankError):
                 lateral.append(lateral_run(table))
-    return [v for v in stiffness if math.isfinite(v)], drive, lateral
+    return stiffness, drive, lateral
 
 
 def lateral_result(runs: Sequence[StepRun]) -> LateralResult | None:
@@ -143,6 +136,7 @@ def lateral_result(runs: Sequence[StepRun]) -> LateralResult | None:
         error = [math.nan, math.nan, math.nan]
     last = min(float(run.distance[-1]) for run in runs)
     x = runs[0].distance[runs[0].distance <= last]
-    force = np.mean([np.interp(x, run.distance, -run.fx) for run in runs], axis=0)
+    forces = [np.interp(x, run.distance, -run.fx) for run in runs]
+    force = mean_over_starts(forces, [run.start for run in runs])
     thin, (kept,) = bin_means(x, force[None], LATERAL_SPACING)
     return LateralResult(fit, error, len(runs), thin, kept)

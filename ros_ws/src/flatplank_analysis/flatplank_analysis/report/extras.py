@@ -24,12 +24,9 @@ from flatplank_analysis.models.linear import LinearX
 from flatplank_analysis.post.frequency import frequency_response
 from flatplank_analysis.post.gridding import SPACING, low_pass, on_grid
 from flatplank_analysis.post.motion import until_stop
-from flatplank_analysis.steady.rolling_radius import (
-    BRAKING,
-    FREE_WHEEL,
-    REFERENCE_FORCE,
-    fit_exponential,
-)
+from flatplank_analysis.starts import mean_over_starts
+from flatplank_analysis.steady.rolling_radius import BRAKING, FREE_WHEEL
+from flatplank_analysis.steady.settling import REFERENCE_FORCE, fit_exponential
 from flatplank_analysis.steady.stiffness import (
     fit_contact_length,
     locked_friction,
@@ -138,6 +135,7 @@ def _stiffness(table: MeasurementTable) -> dict[str, Any]:
     return {
         "run": table.info.name,
         "pressure": table.info.pressure,
+        "start": table.info.start,
         "loading": c.loading,
         "unloading": c.unloading,
         "mean": c.mean,
@@ -166,16 +164,19 @@ def _standing(table: MeasurementTable) -> dict[str, Any]:
     if not np.isfinite(value):
         what = f"{quantity} cannot be told: the force hardly changes over the travel"
         raise FlatplankError(what, table.info.file, "let the road go on until the tire slides")
-    facts = {n: getattr(table.info, n) for n in ("name", "fz", "pressure", "gamma_deg")}
+    facts = {n: getattr(table.info, n) for n in ("name", "fz", "pressure", "gamma_deg", "start")}
     return {"quantity": quantity, "value": value} | facts
 
 
 def _footprint(campaign: Campaign, tables: list[MeasurementTable], found: Mapping) -> Found:
     """Half contact length over load; (7.20) is fitted where C_z of that pressure is known."""
-    runs: dict[float, list[float]] = {}
+    runs: dict[float, list[Found]] = {}
     for run in found.get("vertical_stiffness", []):
-        runs.setdefault(run["pressure"], []).append(run["mean"])
-    stiffness = {pressure: float(np.mean(values)) for pressure, values in runs.items()}
+        runs.setdefault(run["pressure"], []).append(run)
+    stiffness = {
+        pressure: float(mean_over_starts([r["mean"] for r in own], [r["start"] for r in own]))
+        for pressure, own in runs.items()
+    }
     rows = []
     for table in tables:
         bar = table.get("pressure") / 1e5
@@ -211,22 +212,21 @@ def _unloaded(campaign: Campaign, tables: list[MeasurementTable], _: Mapping) ->
 def _free_rolling(table: MeasurementTable) -> dict[str, Any]:
     """Settling distance (Appendix E) and steady error over the last 1.5 m (section 5.6).
 
-    A wheel without flexplates has no controller: its force is that of its own resistance.
+    A wheel without flexplates has no controller: its force is that of its own resistance, and
+    nothing settles.
     """
     grid = on_grid(until_stop(table), ["fx"])
-    fit = fit_exponential(grid.position, grid["fx"])
     force = grid["fx"][np.isfinite(grid["fx"])]
     steady = float(force[-round(1.5 / SPACING) :].mean())
     free = table.info.r_e_source == FREE_WHEEL
     reference = math.nan if free else REFERENCE_FORCE
+    fit = None if free else fit_exponential(grid.position, grid["fx"])
     return {
         "run": table.info.name,
         "fz": table.info.fz,
         "reference": reference,
-        "settling_distance": math.nan if free else fit.settles_at(reference),
-        "p1": fit.p1,
-        "p2": fit.p2,
-        "p3": fit.p3,
+        "settling_distance": math.nan if fit is None else fit.settles_at(reference),
+        "fit": fit,
         "steady_force": steady,
         "steady_error": steady / reference - 1.0,
         "position": grid.position[::20],

@@ -8,15 +8,49 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from flatplank_analysis.identify.lateral import zero_warning
-from flatplank_analysis.report.results import CampaignResult, LateralResult, PointResult
+from flatplank_analysis.report.results import (
+    CampaignResult,
+    DriveRun,
+    LateralResult,
+    PointResult,
+    RestRun,
+)
 from flatplank_analysis.report.table import Cell, Column, Table, estimate, number, point_table
-from flatplank_analysis.steady import mean_value
-from flatplank_analysis.steady.transmission import DriveState, FrictionTorque
+from flatplank_analysis.starts import Value, value_over_starts
+from flatplank_analysis.steady.transmission import (
+    DriveState,
+    FrictionTorque,
+    efficiency,
+    mean_state,
+)
 from flatplank_data.condition import Condition
+
+
+class DriveMeans(NamedTuple):
+    """Torques of one condition, mean over the start angles, and the efficiency that they give."""
+
+    condition: Condition
+    state: DriveState
+    efficiency: Value
+
+
+def drive_means(point: PointResult, friction: FrictionTorque | None) -> list[DriveMeans]:
+    """A row per slip of a point, in increasing order."""
+    groups: dict[Condition, list[DriveRun]] = {}
+    for run in point.further.drive:
+        groups.setdefault(run.condition, []).append(run)
+    out = []
+    for condition in sorted(groups, key=lambda c: c.kappa):
+        states = [run.state for run in groups[condition]]
+        starts = [run.start for run in groups[condition]]
+        found = efficiency(states, starts, friction)
+        out.append(DriveMeans(condition, mean_state(states, starts), found))
+    return out
 
 
 def friction_of(result: CampaignResult) -> FrictionTorque | None:
@@ -40,31 +74,26 @@ def friction_table(result: CampaignResult) -> Table:
 def transmission_table(result: CampaignResult) -> Table:
     """Figures 5.4 and 5.13 as numbers."""
     curve = friction_of(result)
-    groups: dict = {}
-    for run in (r for p in result.points for r in p.further.drive):
-        groups.setdefault(run.condition, []).append(run.state)
+    rows = [(means.condition, means) for p in result.points for means in drive_means(p, curve)]
+    rows.sort(key=lambda row: row[0].sort_key)
 
-    def friction(states: Sequence[DriveState]) -> float:
-        return curve(float(np.mean([s.motor_velocity for s in states]))) if curve else math.nan
-
-    rows = [
-        (c, (c, groups[c], mean_value([s.efficiency(curve) for s in groups[c]] if curve else [])))
-        for c in sorted(groups, key=lambda c: c.sort_key)
-    ]
+    def friction(means: DriveMeans) -> float:
+        return curve(means.state.motor_velocity) if curve else math.nan
 
     columns = (
-        ("κ [%]", lambda r: f"{100.0 * r[0].kappa:.10g}"),
-        ("M_M [N m]", lambda r: float(np.mean([s.motor_torque for s in r[1]]))),
-        ("M_T / i [N m]", lambda r: float(np.mean([s.tire_torque for s in r[1]]))),
-        ("M_F [N m]", lambda r: friction(r[1])),
-        ("η [%]", lambda r: 100.0 * r[2].value),
-        ("± [%]", lambda r: 100.0 * r[2].std_error),
-        ("runs", lambda r: str(len(r[1]))),
+        ("κ [%]", lambda m: f"{100.0 * m.condition.kappa:.10g}"),
+        ("M_M [N m]", lambda m: m.state.motor_torque),
+        ("M_T / i [N m]", lambda m: m.state.tire_torque),
+        ("M_F [N m]", friction),
+        ("η [%]", lambda m: 100.0 * m.efficiency.value),
+        ("± [%]", lambda m: 100.0 * m.efficiency.std_error),
+        ("runs", lambda m: str(m.efficiency.runs)),
     )
     lack = "" if curve else " No unloaded turn was measured: without M_F there is no efficiency."
     note = (
-        "Over the last half metre; η = M_T / (M_M − M_F) (5.3) of driving runs: the slewing drive "
-        f"locks itself, so a braking tire takes no motor torque.{lack}"
+        "Over the last half metre, mean over the start angles; η = M_T / (M_M − M_F) (5.3) of the "
+        "means of driving runs: the slewing drive locks itself, so a braking tire takes no motor "
+        f"torque.{lack}"
     )
     title = "Wheel drive: torque and efficiency"
     return point_table("transmission", title, rows, columns, note)
@@ -72,9 +101,7 @@ def transmission_table(result: CampaignResult) -> Table:
 
 def stiffness_table(result: CampaignResult) -> Table:
     """Longitudinal stiffness of the standing tire and of the rolling one."""
-    found = [
-        (p.point, (mean_value(_at_rest(result, p)), rolling_stiffness(p))) for p in result.points
-    ]
+    found = [(p.point, (_at_rest(result, p), rolling_stiffness(p))) for p in result.points]
     rows = [(point, it) for point, it in found if it[0].runs or math.isfinite(it[1])]
     columns = (
         ("C_x at rest [kN/m]", lambda r: 1e-3 * r[0].value),
@@ -91,16 +118,17 @@ def stiffness_table(result: CampaignResult) -> Table:
     return point_table("longitudinal_stiffness", title, rows, columns, note)
 
 
-def _at_rest(result: CampaignResult, point: PointResult) -> list[float]:
+def _at_rest(result: CampaignResult, point: PointResult) -> Value:
     """C_x of slip runs that began with a locked wheel, and of standing runs at this point."""
     c = point.point
     here = (c.fz, c.pressure, c.gamma_deg)
     standing = [
-        r["value"]
+        RestRun(r["value"], r["start"])
         for r in result.extras.get("standing", [])
         if r["quantity"] == "C_x" and (r["fz"], r["pressure"], r["gamma_deg"]) == here
     ]
-    return [*point.further.rest_stiffness, *([] if c.alpha_deg else standing)]
+    runs = [*point.further.rest_stiffness, *([] if c.alpha_deg else standing)]
+    return value_over_starts([run.value for run in runs], [run.start for run in runs])
 
 
 def standing_table(result: CampaignResult) -> Table:

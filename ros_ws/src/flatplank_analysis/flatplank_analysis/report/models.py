@@ -29,6 +29,7 @@ from flatplank_analysis.models.nonlinear import NonlinearX
 from flatplank_analysis.models.tire_record import TireRecord, start_tir
 from flatplank_analysis.post.gridding import SPACING, low_pass
 from flatplank_analysis.report.results import ConditionResult, ModelCurves, PointResult
+from flatplank_analysis.starts import mean_over_starts
 from flatplank_data.condition import Condition
 from flatplank_data.errors import FlatplankError
 
@@ -85,18 +86,19 @@ def nonlinear_curves(
 ) -> ModelCurves:
     """The nonlinear model of every condition: mean of its runs' responses."""
     law = fit.curve.law()
-    load = float(np.mean([run.mean_load for run in steps]))
+    load = float(mean_over_starts([r.mean_load for r in steps], [r.start for r in steps]))
     mu = float(np.max(np.abs(fit.curve.force))) / load
     model = NonlinearX(lambda _: law, geometry, mu)
     stiffness = np.array([[fit.c_cx.value]])
 
     def response(c: ConditionResult, x: np.ndarray) -> np.ndarray:
         parts = []
-        for run in (s for s in steps if s.level == c.condition.kappa):
+        own = [s for s in steps if s.level == c.condition.kappa]
+        for run in own:
             grid, _ = run.grid(MODEL_SPACING, run.fx[None])
             inputs = run.inputs(MODEL_SPACING, c.linear.start_force.value)
             parts.append(np.interp(x, grid, model.simulate(stiffness, inputs)[0, 0]))
-        return np.mean(parts, axis=0)
+        return mean_over_starts(parts, [run.start for run in own])
 
     return beside_measured("nonlinear", "nonlinear transient model", conditions, response)
 

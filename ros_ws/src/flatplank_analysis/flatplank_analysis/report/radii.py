@@ -4,70 +4,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import combinations
 
 from flatplank_analysis.report.results import CampaignResult
 from flatplank_analysis.report.steps import slip_stiffness
 from flatplank_analysis.report.table import Table, point_table
-from flatplank_analysis.steady import Value, mean_value
-from flatplank_analysis.steady.rolling_radius import FREE_WHEEL
+from flatplank_analysis.steady.rolling_radius import FREE_WHEEL, RadiusValue, mean_radii
 from flatplank_data.condition import Condition
 
 FLAT = 2e-4
 """Relative difference below which radii agree [-]."""
 
 
-@dataclass(frozen=True)
-class RadiusValue:
-    """r_e of one operating point from one source."""
-
-    point: Condition
-    source: str
-    measured: Value
-    """r_e by (5.22) [m]"""
-    corrected: Value
-    """r_e at Fx = 0 [m]"""
-    force: float
-    """mean Fx during the measurement [N]"""
-    slip_stiffness: float = math.nan
-    """slip stiffness for the correction [N]"""
-    starts: int = 1
-    """number of different start angles"""
-
-
 def radius_values(result: CampaignResult) -> list[RadiusValue]:
-    """r_e by operating point and source; corrected with the slip stiffness of that point."""
-    groups: dict[tuple[Condition, str], list] = {}
-    for run in result.radii:
-        point = run.condition.operating_point._replace(measurement="slip")
-        groups.setdefault((point, run.source), []).append(run)
+    """r_e by operating point and source; corrected with the slip stiffness of that point, where
+    it is not known with that of the others."""
     stiffness = {p.point: slip_stiffness(p) for p in result.points}
     known = [v for v in stiffness.values() if math.isfinite(v)]
-    out = []
-    for (point, source), runs in groups.items():
-        c = stiffness.get(point, math.nan)
-        if not math.isfinite(c) and known:
-            c = sum(known) / len(known)
-        starts = [r.start for r in runs]
-        measured = mean_value(_per_start([r.radius for r in runs], starts))
-        corrected = [r.corrected(c) if math.isfinite(c) else r.radius for r in runs]
-        note = "" if math.isfinite(c) else "not corrected: no slip stiffness"
-        at_zero = mean_value(_per_start(corrected, starts), note)
-        force = mean_value(_per_start([r.force for r in runs], starts)).value
-        out.append(RadiusValue(point, source, measured, at_zero, force, c, len(set(starts))))
-    return out
-
-
-def _per_start(values: Sequence[float], starts: Sequence[int]) -> list[float]:
-    """Values, or the means of the start angles where these have different numbers of runs."""
-    groups: dict[int, list[float]] = {}
-    for value, start in zip(values, starts, strict=True):
-        groups.setdefault(start, []).append(value)
-    if len({len(g) for g in groups.values()}) < 2:
-        return list(values)
-    return [sum(g) / len(g) for g in groups.values()]
+    usual = sum(known) / len(known) if known else math.nan
+    usual_at = {point: v if math.isfinite(v) else usual for point, v in stiffness.items()}
+    return mean_radii(result.radii, usual_at)
 
 
 def radius_table(result: CampaignResult) -> Table:

@@ -110,14 +110,26 @@ class DriveRun:
 
     condition: Condition
     state: DriveState
+    start: int = 1
+    """1, 2, 3: wheel started at 0, 120, 240 deg"""
+
+
+@dataclass(frozen=True)
+class RestRun:
+    """Stiffness of the standing tire before a run."""
+
+    value: float
+    """C_x [N/m]"""
+    start: int = 1
+    """1, 2, 3: wheel started at 0, 120, 240 deg"""
 
 
 @dataclass(frozen=True)
 class FurtherResults:
     """Further results of the slip runs of one operating point, beside the slip response."""
 
-    rest_stiffness: Sequence[float] = ()
-    """C_x of the standing tire per run [N/m]"""
+    rest_stiffness: Sequence[RestRun] = ()
+    """C_x of the standing tire per run"""
     drive: Sequence[DriveRun] = ()
     lateral: LateralResult | None = None
 

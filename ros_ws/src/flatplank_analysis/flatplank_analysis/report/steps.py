@@ -12,13 +12,14 @@ import numpy as np
 from flatplank_analysis.identify.carcass import CarcassFit
 from flatplank_analysis.identify.lateral import lateral_run
 from flatplank_analysis.identify.mf.points import AT_REST, SteadyPoints, steady_points
-from flatplank_analysis.identify.runs import StepRun, step_run
+from flatplank_analysis.identify.repeats import mean_fit
+from flatplank_analysis.identify.runs import StepRun, by_level, by_operating_point, step_run
 from flatplank_analysis.models.tire_record import TireRecord
 from flatplank_analysis.parallel import Executor
 from flatplank_analysis.post.motion import until_stop
 from flatplank_analysis.report.extras import inside_window, other_measurements
 from flatplank_analysis.report.results import PointResult
-from flatplank_analysis.steady.rolling_radius import RadiusRun, radius_of_run
+from flatplank_analysis.steady.rolling_radius import RadiusRun, mean_radii, radius_of_run
 from flatplank_data.campaign import Campaign, Run
 from flatplank_data.condition import Condition
 from flatplank_data.errors import FlatplankError, NothingUsableError
@@ -178,31 +179,25 @@ def slip_stiffness(point: PointResult) -> float:
 
 
 def small_slip_stiffness(steps: Sequence[StepRun]) -> dict[object, float]:
-    """C_Fk per operating point [N]: mean of the linear fits at the smallest slips."""
-    groups: dict[object, list[StepRun]] = {}
-    for step in steps:
-        if step.level:
-            groups.setdefault(step.operating_point, []).append(step)
+    """C_Fk per operating point [N]: linear fits of the means at the smallest slips."""
     out = {}
-    for condition, members in groups.items():
-        least = min(abs(m.level) for m in members)
-        fits = [m.linear() for m in members if abs(m.level) < 1.01 * least]
-        out[condition] = float(np.mean([f.slip_stiffness.value for f in fits]))
+    for condition, runs in by_operating_point(s for s in steps if s.level).items():
+        least = min(abs(run.level) for run in runs)
+        levels = by_level(run for run in runs if abs(run.level) < 1.01 * least).values()
+        values = [mean_fit(members).slip_stiffness.value for members in levels]
+        out[condition] = sum(values) / len(values)
     return out
 
 
 def radius_points(
     radii: Sequence[RadiusRun], stiffness: Mapping[Any, float]
 ) -> list[SteadyPoints]:
-    """r_e at Fx = 0 of every run whose point has a slip stiffness."""
-    rows = []
-    for run in radii:
-        point = run.condition.operating_point._replace(measurement="slip")
-        if math.isfinite(stiffness.get(point, math.nan)):
-            where = (1e5 * point.pressure, point.alpha_deg, point.gamma_deg)
-            rows.append((run.corrected(stiffness[point]), run.load, *where))
-    if not rows:
+    """r_e at Fx = 0, a row per operating point and source that has a slip stiffness."""
+    known = [v for v in mean_radii(radii, stiffness) if math.isfinite(v.slip_stiffness)]
+    if not known:
         return []
-    radius, fz, pressure, alpha, gamma = np.array(rows).T
+    rows = [(v.load, 1e5 * v.point.pressure, v.point.alpha_deg, v.point.gamma_deg) for v in known]
+    fz, pressure, alpha, gamma = np.array(rows).T
+    measured = {"re": np.array([v.corrected.value for v in known])}
     angles = {"alpha": np.radians(alpha), "gamma": np.radians(gamma)}
-    return [steady_points({"re": radius}, fz=fz, pressure=pressure, **angles)]
+    return [steady_points(measured, fz=fz, pressure=pressure, **angles)]

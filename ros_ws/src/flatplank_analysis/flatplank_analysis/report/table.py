@@ -8,6 +8,7 @@ import io
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import Any
 
 from flatplank_analysis.identify.results import Estimate
@@ -62,16 +63,25 @@ def point_table(
 
 
 def estimate(title: str, unit: str, name: str, factor: float = 1.0) -> list[Column]:
-    """Columns of an estimate: value and standard error; NaN where it is not determined."""
+    """Columns of an estimate: value and standard error; NaN where it is not determined.
 
-    def of(row: Any, part: str) -> float:
-        e: Estimate = getattr(row, name)
-        return factor * getattr(e, part) if e.determined else math.nan
-
+    name: attribute of the row's object, or attributes with dots between them.
+    """
+    of = attrgetter(name)
     return [
-        (f"{title} [{unit}]", lambda row: of(row, "value")),
-        (f"± [{unit}]", lambda row: of(row, "std_error")),
+        (f"{title} [{unit}]", lambda row: factor * value_of(of(row))),
+        (f"± [{unit}]", lambda row: factor * error_of(of(row))),
     ]
+
+
+def value_of(e: Estimate) -> float:
+    """The value, NaN where it is not determined."""
+    return e.value if e.determined else math.nan
+
+
+def error_of(e: Estimate) -> float:
+    """The standard error, NaN where the value is not determined."""
+    return e.std_error if e.determined else math.nan
 
 
 def number(title: str, name: str, factor: float = 1.0) -> list[Column]:

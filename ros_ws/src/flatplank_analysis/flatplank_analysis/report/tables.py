@@ -4,13 +4,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from flatplank_analysis.identify.results import Estimate
 from flatplank_analysis.report.machine_tables import KINDS_TABLES, MACHINE_TABLES
 from flatplank_analysis.report.radii import radius_table, source_table
 from flatplank_analysis.report.results import CampaignResult, ConditionResult
-from flatplank_analysis.report.table import Cell, Table, point_table, remark_of
+from flatplank_analysis.report.table import (
+    Cell,
+    Table,
+    error_of,
+    estimate,
+    point_table,
+    remark_of,
+    value_of,
+)
 from flatplank_analysis.steady.stiffness import friction
 
 
@@ -48,12 +57,9 @@ def linear_table(result: CampaignResult) -> Table:
     """Figure 7.3 and Table 7.1 as numbers."""
     columns = (
         ("κ [%]", lambda c: f"{100.0 * c.condition.kappa:.10g}"),
-        ("σx [m]", lambda c: c.linear.sigma.value),
-        ("± [m]", lambda c: c.linear.sigma.std_error),
-        ("C′Fκ [kN]", lambda c: 1e-3 * c.linear.slip_stiffness.value),
-        ("± [kN]", lambda c: 1e-3 * c.linear.slip_stiffness.std_error),
-        ("Fx,ss [N]", lambda c: c.linear.steady_force.value),
-        ("± [N]", lambda c: c.linear.steady_force.std_error),
+        *estimate("σx", "m", "linear.sigma"),
+        *estimate("C′Fκ", "kN", "linear.slip_stiffness", 1e-3),
+        *estimate("Fx,ss", "N", "linear.steady_force"),
         ("corr(σ, F)", lambda c: c.linear.correlation),
         ("RMSE [N]", lambda c: c.linear.rmse_transient),
         ("remark", _linear_remark),
@@ -140,18 +146,16 @@ def geometry_table(result: CampaignResult) -> Table:
 def carcass_table(result: CampaignResult) -> Table:
     """Figures 7.24, 7.25 as numbers."""
     columns = (
-        ("c_cx [kN/m]", lambda f: 1e-3 * f.c_cx.value),
-        ("± [kN/m]", lambda f: 1e-3 * f.c_cx.std_error),
-        ("CFκ [kN]", lambda f: 1e-3 * f.slip_stiffness.value),
-        ("σx (7.27) [m]", lambda f: f.sigma_x.value),
-        ("± [m]", lambda f: f.sigma_x.std_error),
+        *estimate("c_cx", "kN/m", "c_cx", 1e-3),
+        ("CFκ [kN]", lambda f: 1e-3 * value_of(f.slip_stiffness)),
+        *estimate("σx (7.27)", "m", "sigma_x"),
         ("a [mm]", lambda f: 1e3 * f.half_length),
         ("model's bias of c_cx [%]", lambda f: 100.0 * f.model_bias["c_cx"]),
         ("of σx [%]", lambda f: 100.0 * f.model_bias["sigma_x"]),
-        ("c_cx without it [kN/m]", lambda f: 1e-3 * f.without_bias()["c_cx"].value),
-        ("± of that [kN/m]", lambda f: 1e-3 * f.without_bias()["c_cx"].std_error),
-        ("σx without it [m]", lambda f: f.without_bias()["sigma_x"].value),
-        ("± of that [m]", lambda f: f.without_bias()["sigma_x"].std_error),
+        ("c_cx without it [kN/m]", lambda f: 1e-3 * value_of(f.without_bias()["c_cx"])),
+        ("± of that [kN/m]", lambda f: 1e-3 * error_of(f.without_bias()["c_cx"])),
+        ("σx without it [m]", lambda f: value_of(f.without_bias()["sigma_x"])),
+        ("± of that [m]", lambda f: error_of(f.without_bias()["sigma_x"])),
         ("at bound", lambda f: f.c_cx.at_bound or "no"),
         ("remark", lambda f: remark_of(f.c_cx, f.slip_stiffness, f.sigma_x)),
     )
@@ -167,8 +171,11 @@ def carcass_table(result: CampaignResult) -> Table:
 def magic_table(result: CampaignResult) -> Table:
     """Table I.1 with standard errors, and coefficients that are not determined."""
     fitted: Sequence[Estimate] = list(result.magic.estimates.values()) if result.magic else ()
-    rows: list[list[Cell]] = [[e.name, e.value, e.std_error, remark_of(e)] for e in fitted]
-    note = "Fitted in stages, then jointly per output; fitted.tir beside this page has them all."
+    rows: list[list[Cell]] = [[e.name, e.text, error_of(e), remark_of(e)] for e in fitted]
+    note = (
+        "Fitted in stages, then jointly per output; fitted.tir beside this page has them all. In "
+        "parentheses: not determined by these runs, near its start value."
+    )
     header = ("coefficient", "value", "±", "remark")
     return Table("magic_formula", "Magic Formula (Table I.1)", header, rows, note)
 
@@ -187,10 +194,9 @@ def settling_table(result: CampaignResult) -> Table:
     for r in result.extras.get("free_rolling", []):
         held = math.isfinite(r["reference"])
         distance, error = r["settling_distance"], 100.0 * r["steady_error"]
-        settling = "does not settle" if held and not math.isfinite(distance) else ""
-        settling = settling if held else "flexplates off: no controller, no reference"
-        steady = [r["p3"], r["steady_force"]]
-        rows.append([r["run"], r["fz"], r["reference"], distance, *steady, error, settling])
+        steady = [r["fit"].p3 if held else math.nan, r["steady_force"]]
+        remark = _settling_remark(r) if held else "flexplates off: no controller, no reference"
+        rows.append([r["run"], r["fz"], r["reference"], distance, *steady, error, remark])
     header = (
         "run", "Fz [N]", "reference [N]", "settling distance [m]", "asymptote p3 [N]",
         "steady Fx [N]", "steady error [%]", "remark",
@@ -200,6 +206,12 @@ def settling_table(result: CampaignResult) -> Table:
         "its error over the last 1.5 m."
     )
     return Table("settling", "Free rolling", header, rows, note)
+
+
+def _settling_remark(run: Mapping[str, Any]) -> str:
+    notes = [run["fit"].remark]
+    notes += [] if math.isfinite(run["settling_distance"]) else ["does not settle within 5 %"]
+    return "; ".join(filter(None, notes))
 
 
 def reference_table(result: CampaignResult) -> Table:

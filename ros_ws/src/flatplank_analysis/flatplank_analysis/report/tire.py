@@ -24,6 +24,7 @@ from flatplank_analysis.models.tire_record import (
     read_record,
 )
 from flatplank_analysis.report.extras import inside_window, measured_at_rest, stiffness_runs
+from flatplank_analysis.starts import mean_over_starts
 from flatplank_data.campaign import Campaign, Run
 from flatplank_data.errors import FlatplankError
 from flatplank_data.machine import USUAL_RADIUS
@@ -192,6 +193,7 @@ def _stiffness(runs: list[Mapping[str, Any]], contact: ContactGeometry) -> dict[
     values = np.array([r["mean"] for r in known])
     if np.ptp(change) < 0.01:
         effect = 1.0 + contact.pressure_effect * change
-        return {"vertical_stiffness": float(np.mean(values / effect))}
+        found = mean_over_starts(values / effect, [r["start"] for r in known])
+        return {"vertical_stiffness": float(found)}
     slope, nominal = np.polyfit(change, values, 1)
     return {"vertical_stiffness": float(nominal), "pressure_effect": float(slope / nominal)}

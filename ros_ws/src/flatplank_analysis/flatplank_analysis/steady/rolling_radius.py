@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Effective rolling radius (5.22) at zero force, and the settling distance of a run (Appendix E).
+"""Effective rolling radius (5.22) at zero force, run by run and as mean over the start angles.
 
 Three sources are compared, because the thesis found 0.3108 m with the controller and 0.3081 m with
 the flexplates off. The free-rolling controller holds Fx at 50 N, slip control holds a speed, and a
@@ -9,13 +9,14 @@ wheel without flexplates rolls against its own resistance. At a force F the tire
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
+from flatplank_analysis.starts import Value, mean_over_starts, value_over_starts
 from flatplank_data.condition import Condition
-from flatplank_data.machine import GEAR_RATIO, USABLE_ROAD
+from flatplank_data.machine import GEAR_RATIO
 from flatplank_data.table import MeasurementTable
 
 STEADY_FROM = 1.54
@@ -83,54 +84,54 @@ def _rate(table: MeasurementTable, angle: str, velocity: str, keep: np.ndarray) 
     return math.nan
 
 
-REFERENCE_FORCE = 50.0
-"""y_ref of the free-rolling controller [N]"""
-BAND = 0.05
-"""a force within this share of its reference has settled [-]"""
-FIT_RANGE = (0.1, USABLE_ROAD)
-"""road displacement that is fitted [m]"""
-RATES = np.geomspace(0.1, 100.0, 61)
-"""values of p2 that are tried before the search is refined [1/m]"""
-
-
 @dataclass(frozen=True)
-class ExponentialFit:
-    """y(x) = p1 exp(-p2 x) + p3 (E.1); p1, p3 [N], p2 [1/m]."""
+class RadiusValue:
+    """r_e of one operating point from one source, mean over the start angles."""
 
-    p1: float
-    p2: float
-    p3: float
-    rmse: float
-
-    def __call__(self, x: np.ndarray) -> np.ndarray:
-        """Fitted force [N] at road displacement `x` [m]."""
-        return self.p1 * np.exp(-self.p2 * np.asarray(x)) + self.p3
-
-    def settles_at(self, reference: float = REFERENCE_FORCE, band: float = BAND) -> float:
-        """Displacement from which |y_ref - y| <= band y_ref [m]; NaN when it never settles."""
-        limit = band * abs(reference)
-        room = limit - math.copysign(1.0, self.p1) * (self.p3 - reference)
-        if abs(self.p3 - reference) > limit or self.p2 <= 0.0:
-            return math.nan
-        if self.p1 == 0.0 or abs(self.p1) <= room:
-            return 0.0
-        return math.log(abs(self.p1) / room) / self.p2 if room > 0.0 else math.inf
+    point: Condition
+    source: str
+    measured: Value
+    """r_e by (5.22) [m]"""
+    corrected: Value
+    """r_e at Fx = 0 [m]"""
+    force: float
+    """mean Fx during the measurement [N]"""
+    load: float
+    """mean Fz during the measurement [N]"""
+    slip_stiffness: float = math.nan
+    """slip stiffness for the correction [N]"""
+    starts: int = 1
+    """number of different start angles"""
 
 
-def fit_exponential(x: np.ndarray, y: np.ndarray) -> ExponentialFit:
-    """Least squares fit of (E.1); p1 and p3 are linear, so only p2 is searched."""
-    x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
-    keep = (x >= FIT_RANGE[0]) & (x <= FIT_RANGE[1]) & np.isfinite(y)
-    x, y = x[keep], y[keep]
+def mean_radii(
+    runs: Sequence[RadiusRun], stiffness: Mapping[Condition, float]
+) -> list[RadiusValue]:
+    """r_e by operating point and source; `stiffness`: C_Fk of a point [N], where it is known."""
+    groups: dict[tuple[Condition, str], list[RadiusRun]] = {}
+    for run in runs:
+        point = run.condition.operating_point._replace(measurement="slip")
+        groups.setdefault((point, run.source), []).append(run)
+    return [
+        _mean_radius(point, source, own, stiffness.get(point, math.nan))
+        for (point, source), own in groups.items()
+    ]
 
-    def solve(log_rate: float) -> tuple[float, np.ndarray]:
-        basis = np.column_stack([np.exp(-math.exp(log_rate) * x), np.ones_like(x)])
-        coefficients, *_ = np.linalg.lstsq(basis, y, rcond=None)
-        return float(np.mean((basis @ coefficients - y) ** 2)), coefficients
 
-    logs = np.log(RATES)
-    best = int(np.argmin([solve(value)[0] for value in logs]))
-    bounds = (logs[max(best - 1, 0)], logs[min(best + 1, logs.size - 1)])
-    found = minimize_scalar(lambda v: solve(v)[0], bounds=bounds, method="bounded")
-    cost, (p1, p3) = solve(float(found.x))
-    return ExponentialFit(float(p1), math.exp(found.x), float(p3), math.sqrt(cost))
+def _mean_radius(
+    point: Condition, source: str, runs: Sequence[RadiusRun], c: float
+) -> RadiusValue:
+    starts = [run.start for run in runs]
+    known = math.isfinite(c)
+    at_zero = [run.corrected(c) if known else run.radius for run in runs]
+    force, load = mean_over_starts([(run.force, run.load) for run in runs], starts)
+    return RadiusValue(
+        point,
+        source,
+        value_over_starts([run.radius for run in runs], starts),
+        value_over_starts(at_zero, starts, "" if known else "not corrected: no slip stiffness"),
+        float(force),
+        float(load),
+        c,
+        len(set(starts)),
+    )

@@ -4,11 +4,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import astuple, dataclass
 
 import numpy as np
 
+from flatplank_analysis.starts import Value, mean_over_starts, value_over_starts
 from flatplank_data.errors import FlatplankError
 from flatplank_data.machine import GEAR_RATIO
 from flatplank_data.table import MeasurementTable
@@ -34,6 +35,11 @@ class FrictionTorque:
         """M_F [N m] at a motor speed [rad/s]; held constant outside the measured range."""
         return float(np.interp(speed, self.speed, self.torque))
 
+    @property
+    def least_net(self) -> float:
+        """Least net motor torque for an efficiency [N m]."""
+        return max(CLEAR * float(np.median(self.scatter)), SMALLEST_NET)
+
 
 def friction_torque(tables: Iterable[MeasurementTable], bins: int = 24) -> FrictionTorque:
     """Mean torque in bins of motor speed, over all unloaded turns."""
@@ -53,7 +59,7 @@ def friction_torque(tables: Iterable[MeasurementTable], bins: int = 24) -> Frict
 
 @dataclass(frozen=True)
 class DriveState:
-    """Means over the last part of a run."""
+    """Means over the last part of a run, or over several runs."""
 
     motor_torque: float
     """M_M [N m]"""
@@ -62,15 +68,33 @@ class DriveState:
     motor_velocity: float
     """[rad/s]"""
 
-    def efficiency(self, friction: FrictionTorque) -> float:
-        """eta = M_T / (M_M - M_F) (5.3); NaN when braking.
 
-        The slewing drive is self-locking, so that a braking run gives no efficiency; nor does a
-        net torque within the scatter of the friction.
-        """
-        net = self.motor_torque - friction(self.motor_velocity)
-        least = max(CLEAR * float(np.median(friction.scatter)), SMALLEST_NET)
-        return self.tire_torque / net if self.tire_torque > 0.0 and net > least else math.nan
+def mean_state(states: Sequence[DriveState], starts: Sequence[int]) -> DriveState:
+    """Mean over the start angles of the wheel."""
+    return DriveState(*mean_over_starts([astuple(s) for s in states], starts))
+
+
+def efficiency(
+    states: Sequence[DriveState], starts: Sequence[int], friction: FrictionTorque | None
+) -> Value:
+    """eta = M_T / (M_M - M_F) (5.3) of the mean over the start angles; NaN when braking.
+
+    A ratio of single runs follows what turns with the wheel, and its mean does not lose it. The
+    slewing drive is self-locking, so that a braking run gives no efficiency; nor does a net
+    torque within the scatter of the friction. The error is linearised.
+    """
+    mean = mean_state(states, starts)
+    if friction is None:
+        return Value(math.nan, runs=len(states), note="no unloaded turn")
+    net = mean.motor_torque - friction(mean.motor_velocity)
+    if not (mean.tire_torque > 0.0 and net > friction.least_net):
+        return Value(math.nan, runs=len(states), note="no driving torque")
+    eta = mean.tire_torque / net
+    pulls = [
+        eta + (s.tire_torque - mean.tire_torque - eta * (s.motor_torque - mean.motor_torque)) / net
+        for s in states
+    ]
+    return value_over_starts(pulls, starts)
 
 
 def drive_state(table: MeasurementTable, length: float = 0.5) -> DriveState:

@@ -78,8 +78,10 @@ class MFFit:
 
     @property
     def file(self) -> TirFile:
-        """The complete file for other programs."""
-        return complete_tir(self.tir, self.ranges)
+        """The complete file for other programs; says which coefficients are not determined."""
+        open_ones = [e.name for e in self.estimates.values() if not e.determined]
+        remarks = dict.fromkeys(open_ones, "not determined by the measured runs")
+        return complete_tir(self.tir, self.ranges).remarked(remarks)
 
     @property
     def estimates(self) -> dict[str, Estimate]:
