@@ -58,17 +58,19 @@ class Run:
         columns: None for all; further: also numeric columns with unknown names. Raises
         FlatplankError for a file that cannot be read and, with `check`, on a fatal remark.
         """
-        table, remarks = self._read(columns, check, further)
+        table, remarks, _ = self._read(columns, check, further)
         return _selected(table, columns), remarks
 
     def identity(self) -> str:
         """Hash of the samples, see `identity_of`; raises FlatplankError when they are unusable."""
-        return identity_of(self.table(identifying_columns(self.info.measurement) or None))
+        columns = identifying_columns(self.info.measurement) or None
+        return identity_of(self._read(columns, check=True, further=False)[2])
 
     def _read(
         self, columns: Sequence[str] | None, check: bool, further: bool
-    ) -> tuple[MeasurementTable, list[Problem]]:
-        """As `read`, with all columns that were read for the checks."""
+    ) -> tuple[MeasurementTable, list[Problem], MeasurementTable]:
+        """As `read`, with all columns that were read for the checks; and the whole table, bad
+        samples included."""
         wanted = columns
         if columns is not None and check:
             wanted = [*dict.fromkeys([*columns, *checks.REQUIRED.get(self.info.measurement, ())])]
@@ -80,12 +82,14 @@ class Run:
         info, remarks = with_values_in_use(merged, measured)
         table = MeasurementTable(turned_columns(loaded.columns, self.mapping), info)
         remarks += [Problem(self.info.file, text, fatal=False) for text in loaded.remarks]
+        whole = table
         if check:
-            remarks += checks.run_checks(table)
+            table, told = checks.run_checks(whole)
+            remarks += told
         for problem in remarks:
             if check and problem.fatal:
                 raise problem.as_error()
-        return table, remarks
+        return table, remarks, whole
 
 
 def _selected(table: MeasurementTable, columns: Sequence[str] | None) -> MeasurementTable:
@@ -254,7 +258,7 @@ class Campaign:
     ) -> MeasurementTable | None:
         """The samples of a run, or None with the reason in `problems`; see `Run.read`."""
         try:
-            table, remarks = run._read(columns, check=True, further=further)
+            table, remarks, whole = run._read(columns, check=True, further=further)
         except FlatplankError as error:
             self.add_problem(problem_from_error(error, run.info.file))
             return None
@@ -265,7 +269,7 @@ class Campaign:
             what = f"same UUID {table.info.uuid} as {first}"
             self.add_problem(Problem(run.info.file, what, remedy="leave one of them out"))
             return None
-        copied = copy_of(table, self._files)
+        copied = copy_of(whole, self._files)
         if copied is not None:
             self.add_problem(copied)
             return None

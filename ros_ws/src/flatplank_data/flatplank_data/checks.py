@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks of a table when it is read: each is a function from a table to remarks (`CHECKS`)."""
+"""Checks of a table when it is read: each is a function from a table to remarks."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
 from flatplank_data.lost import lost_samples
 from flatplank_data.problem import Problem
+from flatplank_data.spikes import bad_samples
 from flatplank_data.table import STANDARD_COLUMNS, MeasurementTable
 
 #: kind of measurement -> columns that it cannot do without
@@ -38,14 +39,48 @@ Remark = tuple[str, str, str, bool]
 """(what is wrong; row, column or key; remedy; true when the run cannot be used)"""
 
 
-def run_checks(table: MeasurementTable) -> list[Problem]:
-    """All remarks on a table; stops at the first fatal one, which would cause the rest."""
+def run_checks(table: MeasurementTable) -> tuple[MeasurementTable, list[Problem]]:
+    """The table without bad samples, and all remarks; stops at the first fatal one, which would
+    cause the rest."""
+    found = _remarks(table, RECORD_CHECKS)
+    if not any(problem.fatal for problem in found):
+        table, bad = without_bad_samples(table)
+        found += bad
+    if not any(problem.fatal for problem in found):
+        found += _remarks(table, CHECKS)
+    return table, found
+
+
+def _remarks(
+    table: MeasurementTable, checks: Sequence[Callable[[MeasurementTable], Iterator[Remark]]]
+) -> list[Problem]:
     found: list[Problem] = []
-    for check in CHECKS:
+    for check in checks:
         found += [Problem(table.info.file, *remark) for remark in check(table)]
         if any(problem.fatal for problem in found):
             break
     return found
+
+
+def without_bad_samples(table: MeasurementTable) -> tuple[MeasurementTable, list[Problem]]:
+    """The table without the rows of spikes and stuck stretches, and a remark per column.
+
+    A run to be fitted is refused when too much is missing then, as when samples were lost.
+    """
+    bad = list(bad_samples(table))
+    if not bad:
+        return table, []
+    keep = np.ones(len(table), dtype=bool)
+    for found in bad:
+        keep[found.rows] = False
+    left = table.rows(keep)
+    refused = table.info.measurement in FITTED and not lost_samples(left).allows_fit
+    what = "too much to leave out" if refused else "left out"
+    remedy = "check the cable of this channel"
+    return left, [
+        Problem(table.info.file, f"{b.words}: {what}", f"column '{b.column}'", remedy, refused)
+        for b in bad
+    ]
 
 
 def columns_present(table: MeasurementTable) -> Iterator[Remark]:
@@ -217,7 +252,9 @@ def _unstated_step(table: MeasurementTable) -> Iterator[Remark]:
         yield what, "key 'step_position'", remedy, True
 
 
-CHECKS: tuple[Callable[[MeasurementTable], Iterator[Remark]], ...] = (
-    columns_present, slip_channels, not_a_number, time_increases, samples_lost,
+RECORD_CHECKS = (columns_present, slip_channels, not_a_number, time_increases, samples_lost)
+"""checks of the record itself"""
+CHECKS = (
     position_increases, plank_moves, reaches_step, units_of_record, load_positive, slip_sign,
-)  # fmt: skip
+)
+"""checks of what was measured, without bad samples"""

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Samples that are no measurement: spikes of a few samples, and a channel that is stuck.
+
+After Hampel (1974), with scales from the record itself: a spike leaves the line through its
+neighbours and comes back to it. Steps, peaks, cleats and stick-slip do not come back at once or
+have neighbours that change as much; noise and the steps of a quantised channel are the scale.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from flatplank_data.table import COLUMN_UNITS, MeasurementTable
+
+TESTED = (
+    "plank_position", "wheel_angle", "fx", "fy", "fz", "mx", "my", "mz", "loaded_radius",
+)  # fmt: skip
+"""columns with the inertia or the stiffness of tire and machine behind them"""
+LONGEST = 5
+"""longest spike [samples]"""
+SIDE = 3
+"""neighbours on each side of a spike: a line and its scatter [samples]"""
+FAR = 6.0
+"""distance from the line of the neighbours, relative to the scale: twelve standard deviations of
+white noise. A smaller spike adds less to the error of 150 samples than their noise"""
+QUANTILE = 0.9
+"""share of the samples that are free of spikes and of their neighbourhood"""
+CHANCE = 1e-6
+"""probability that a channel with noise repeats its value for as long as a stuck one by chance"""
+
+
+@dataclass(frozen=True)
+class BadSamples:
+    """Bad samples of one column."""
+
+    column: str
+    rows: np.ndarray
+    """indices of the samples"""
+    words: str
+    """what is wrong with them"""
+
+
+def bad_samples(table: MeasurementTable) -> Iterator[BadSamples]:
+    """Spikes and stuck stretches of every tested column."""
+    for name in TESTED:
+        if name not in table or not np.isfinite(table[name]).all() or len(table) < 4 * LONGEST:
+            continue
+        values, unit = table[name], COLUMN_UNITS[name]
+        rows = np.flatnonzero(spikes(values))
+        if rows.size:
+            at = ", ".join(f"{values[r]:.4g} {unit} in row {r + 1}" for r in rows[:3])
+            more = f" and {rows.size - 3} more" if rows.size > 3 else ""
+            yield BadSamples(name, rows, f"spikes: {at}{more}")
+        for stretch in stuck(values, _moving(table)):
+            words = f"stuck at {values[stretch[0]]:.4g} {unit} in rows {stretch[0] + 1}"
+            yield BadSamples(name, stretch, f"{words} to {stretch[-1] + 1}")
+
+
+def spikes(values: np.ndarray) -> np.ndarray:
+    """Mask of the samples (samples,) that belong to a spike of at most `LONGEST` samples."""
+    bad = np.zeros(values.size, dtype=bool)
+    change = np.abs(np.diff(values))
+    quantum = change[change > 0.0].min(initial=np.inf)
+    if not np.isfinite(quantum):
+        return bad
+    bend = np.abs(values[1:-1] - 0.5 * (values[:-2] + values[2:]))
+    scale = max(float(np.quantile(bend, QUANTILE)), float(quantum))
+    jumps = np.concatenate([[0], np.flatnonzero(change > 0.5 * FAR * scale) + 1])
+    for length in range(1, LONGEST + 1):
+        free = jumps[~bad[jumps] & (jumps + length <= values.size)]
+        before = np.maximum(np.minimum(free, SIDE), 2 * SIDE + length + free - values.size)
+        for count in np.unique(before[before <= free]):
+            first = free[before == count]
+            first = first[_leaves_and_returns(values, first, length, int(count), scale)]
+            for rows in (np.arange(f, f + length) for f in first):
+                bad[rows] = count == SIDE or _beyond_all(values, rows)
+    return bad
+
+
+def _leaves_and_returns(
+    x: np.ndarray, first: np.ndarray, length: int, before: int, scale: float
+) -> np.ndarray:
+    """Whether the samples from `first` on leave the line of their neighbours, `before` of which
+    are before them, while the neighbours keep to it."""
+    after = np.arange(length, length + 2 * SIDE - before)
+    at = np.concatenate([np.arange(-before, 0), after])
+    design = np.stack([np.ones(at.size), at], axis=1)
+    beside = x[first[:, None] + at]
+    line = beside @ np.linalg.pinv(design).T
+    scatter = np.ptp(beside - line @ design.T, axis=1)
+    inside = np.arange(length)
+    away = np.abs(x[first[:, None] + inside] - line @ np.stack([np.ones(length), inside]))
+    return np.minimum(away[:, 0], away[:, -1]) > FAR * np.maximum(scatter, scale)
+
+
+def _beyond_all(values: np.ndarray, rows: np.ndarray) -> bool:
+    """Whether samples at an end of the record are farther off than all others, and zero, differ:
+    a start from rest looks like a spike, too."""
+    others = np.append(np.delete(values, rows), 0.0)
+    off = np.maximum(values[rows] - others.max(), others.min() - values[rows])
+    return bool(off.max() > np.ptp(others))
+
+
+def _moving(table: MeasurementTable) -> np.ndarray | None:
+    """Samples (samples,) at which the plank moves; None where its position is not known."""
+    if "plank_position" not in table:
+        return None
+    position = table["plank_position"]
+    pace = np.abs(position[SIDE:] - position[:-SIDE])
+    pace = np.pad(pace, (0, position.size - pace.size), mode="edge")
+    return pace > 0.5 * np.median(pace[pace > 0.0]) if pace.any() else None
+
+
+def stuck(values: np.ndarray, moving: np.ndarray | None = None) -> list[np.ndarray]:
+    """Stretches (indices) of one value in a channel that has noise before and after them; before
+    or after them suffices while the plank moves.
+
+    How often a value repeats elsewhere in the record tells how long it repeats by chance.
+    """
+    equal = np.diff(values) == 0.0
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], equal, [False]]).astype(int)))
+    begins, ends = edges[::2], edges[1::2]
+    if not begins.size:
+        return []
+    lengths = ends - begins
+    found = []
+    for k in np.flatnonzero(lengths > 1):
+        elsewhere = (int(equal.sum()) - int(lengths[k]) + 1) / (equal.size - int(lengths[k]) + 1)
+        by_chance = values.size * elsewhere ** float(lengths[k])
+        sides = (values[: begins[k]], values[ends[k] + 1 :])
+        rows = np.arange(begins[k], ends[k] + 1)
+        rolls = moving is not None and bool(moving[rows].all())
+        noisy = [_has_noise(side) for side in sides]
+        if by_chance < CHANCE and (any(noisy) if rolls else all(noisy)):
+            found.append(rows)
+    return found
+
+
+def _has_noise(values: np.ndarray) -> bool:
+    """Whether a stretch goes up and down from sample to sample."""
+    change = np.sign(np.diff(values))
+    return bool(np.mean(change[1:] * change[:-1] < 0.0) > 0.25) if change.size > LONGEST else False
