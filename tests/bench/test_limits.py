@@ -16,9 +16,9 @@ from flatplank_control.runner.measurement import Measurement
 from flatplank_control.sequencer import SequencerParameters, SlipSequencer
 from flatplank_data.errors import RecordingError
 from flatplank_data.limits import LIMITS, RECORDED, refusal
+from flatplank_data.machine import COUNTS_PER_TURN, GEAR_RATIO, ROAD_LENGTH, USABLE_ROAD
 from flatplank_hw.drive import DriveParameters
 from flatplank_hw.hub import HubParameters
-from flatplank_data.machine import COUNTS_PER_TURN, GEAR_RATIO, ROAD_LENGTH, USABLE_ROAD
 from flatplank_panel import validation
 from flatplank_sim.nodes.operator_services import VALUES, OperatorServices
 from flatplank_sim.plant import PlantConfig

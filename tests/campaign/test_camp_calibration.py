@@ -13,6 +13,7 @@ import pytest
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.calibration.book import CalibrationBook, Entry
 from flatplank_control.calibration.fits import fit_line, mounting_warning
+from flatplank_control.calibration.friction import friction_of
 from flatplank_control.calibration.parasitic import amplitudes_per_turn
 from flatplank_control.calibration.sheet import LINES, empty_sheet, starting_values
 from flatplank_control.cli.calibrate import main
@@ -21,6 +22,10 @@ from flatplank_control.runner.campaign.supervised import Standstill, TurnWatch, 
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of
 from flatplank_data.campaign import Campaign
+from flatplank_data.errors import FlatplankError
+from flatplank_data.machine import FRICTION_SPEED, FRICTION_TORQUE, GEAR_RATIO
+from flatplank_data.run_record import RunRecord
+from flatplank_data.table import MeasurementTable
 from flatplank_hw.hub.identify import identify_fit
 from flatplank_hw.hub.params import HubParameters
 from flatplank_hw.hub.parasitic import fit_to_text
@@ -186,6 +191,38 @@ def test_a_broken_sheet_is_told_in_one_line(text):
 def test_tune_refuses_what_is_not_above_zero(words):
     with pytest.raises(ValueError, match=f"{words[-2]} is (0|nan), must be above 0"):
         tune(words)
+
+
+def test_friction_is_measured_and_written_where_the_hub_reads_it(tmp_path, capsys):
+    """The twin's wheel, unloaded at seven speeds, needs the torque of the machine's table, and
+    that of its bearing behind the gear."""
+    book = ["--book", str(tmp_path / "c.yaml"), "--date", "2026-05-01"]
+    assert main([*book, "friction", "--sim"]) == 0
+    assert "0.75" in capsys.readouterr().out
+    hub = Twin(BenchSetup(pace="hold", calibration=str(tmp_path / "c.yaml"))).hub.parameters
+    assert len(hub.friction_speed) == 7 and hub.friction_speed[4] == pytest.approx(142.0, abs=0.1)
+    bearing = 1.0 / 0.392 / GEAR_RATIO
+    wanted = np.interp(hub.friction_speed, FRICTION_SPEED, FRICTION_TORQUE) + bearing
+    assert hub.friction_torque == pytest.approx(wanted, abs=0.005)
+    again = CalibrationBook(tmp_path / "c.yaml")
+    bench = BenchSetup(calibration=str(again.path)).constants()
+    assert again.record(date(2026, 5, 2), bench)["friction"] == {
+        "status": "valid: of 2026-05-01",
+        "friction_speed": list(hub.friction_speed), "friction_torque": list(hub.friction_torque),
+    }  # fmt: skip
+
+
+def test_friction_without_a_constant_speed_is_refused():
+    time = np.arange(0.0, 4.0, 0.004)
+    columns = {"time": time, "motor_velocity": 50.0 * time, "motor_torque": 0.8 + 0.0 * time}
+    with pytest.raises(FlatplankError, match="never turns at a constant speed"):
+        friction_of([MeasurementTable(columns, RunRecord(file="ramp"))])
+
+
+@pytest.mark.parametrize("words", [[], ["--sim", "--bag", "x"]])
+def test_friction_asks_for_bags_or_the_twin(words, tmp_path):
+    with pytest.raises(ValueError, match="friction: give --bag of unloaded turns"):
+        main(["--book", str(tmp_path / "c.yaml"), "friction", *words])
 
 
 def test_the_parasitic_filter_of_one_mounting():

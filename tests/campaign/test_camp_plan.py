@@ -16,7 +16,7 @@ from flatplank_control.runner.campaign.tires import known_tires
 from flatplank_control.runner.dry_run import dry_run
 from flatplank_control.runner.measurement import Measurement
 from flatplank_data.limits import LIMITS
-from flatplank_data.params import ParameterError, from_mapping
+from flatplank_data.params import from_mapping
 from flatplank_hw.hub import HubParameters
 from flatplank_hw.share import config_file
 from flatplank_panel.operator import HANDS

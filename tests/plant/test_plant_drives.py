@@ -57,8 +57,11 @@ def test_a_drive_without_fresh_commands_stops_within_100_ms_and_faults() -> None
     rig.wheel_velocity(0.1)
     rig.run(1.0)
     rig.run(0.1, send=False)
-    assert abs(rig.plant.truth.wheel_velocity) < 1e-4
+    truth = rig.plant.truth
+    assert truth.motor_velocity == 0.0 and abs(truth.gear_gap) < math.radians(15.0)
+    assert abs(truth.wheel_velocity) < 0.02, "the wheel swings in the gap of the gear"
     rig.run(0.1, send=False)
+    assert abs(rig.plant.truth.wheel_velocity) < 1e-6
     assert state(rig) == FAULT
     assert rig.inputs.axes[0].error_code == 0x7500
     rig.run(0.2)

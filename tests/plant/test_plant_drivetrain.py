@@ -51,7 +51,7 @@ def test_motor_torque_over_slip_has_the_shape_of_figure_5_13() -> None:
     assert np.abs(low - high)[:3].max() < 0.05, "and it does not depend on the load"
     assert (high - low)[4:].min() > 1.0
     rig_torque = 5550.0 * 1.0289 * (0.318 - 5550.0 / 2.13e5) / 0.392 / GEAR
-    assert high[5] - 1.71 == pytest.approx(rig_torque, rel=0.03)
+    assert high[5] - 0.752 == pytest.approx(rig_torque, rel=0.03)
 
 
 def test_after_a_torque_reversal_the_motor_turns_and_the_wheel_waits() -> None:
@@ -107,10 +107,10 @@ def test_unloaded_the_motor_delivers_the_friction_torque() -> None:
 def test_half_a_motor_torque_below_friction_does_not_move_the_wheel() -> None:
     rig = Rig()
     rig.enable(mode=10)
-    rig.wheel_torque(1.5)
+    rig.wheel_torque(0.7)
     rig.run(1.0)
     assert rig.plant.truth.wheel_angle == 0.0
-    rig.wheel_torque(2.2)
+    rig.wheel_torque(1.2)
     rig.run(1.0)
     assert rig.plant.truth.motor_velocity > 10.0
 

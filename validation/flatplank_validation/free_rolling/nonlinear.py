@@ -3,9 +3,9 @@
 continuous loop.
 
 It reproduces the check of the controller in the thesis, independent of the simulated bench: linear
-transient tire, one gap, constant efficiency, no delay. The friction torque of Figure 5.11 cannot
-be read from the text, so its table is a parameter; its value near 142 rad/s determines the
-settling distance.
+transient tire, one gap, constant efficiency, no delay. Its settling distance follows from the
+friction torque near 142 rad/s: 1.41 m with 1.13 N m (figure 5.14), and the measured 1.54 m with
+0.75 N m (figure 5.18), whatever the table is at other speeds.
 """
 
 from __future__ import annotations
@@ -19,10 +19,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA, FreeRollingParameters
+from flatplank_data.machine import FRICTION_SPEED, FRICTION_TORQUE
 from flatplank_validation.free_rolling.linear import Actuator
 
-FRICTION = ((0.0, 0.0), (2.0, 1.25), (60.0, 1.15), (142.0, 1.15), (300.0, 1.4))
-"""M_F over motor speed [rad/s, N m]: a placeholder for Figure 5.11."""
+Table = tuple[tuple[float, float], ...]
+
+FREE_ROLLING = 142.0
+"""motor speed of free rolling [rad/s]"""
+FIGURE_5_11 = 1.13
+"""friction torque of the first simulation at FREE_ROLLING, before it was scaled to the measured
+one [N m]"""
+
+
+def friction_table(at_free_rolling: float | None = None) -> Table:
+    """M_F over motor speed [rad/s, N m] of the machine, or scaled to a value at FREE_ROLLING."""
+    measured = float(np.interp(FREE_ROLLING, FRICTION_SPEED, FRICTION_TORQUE))
+    scale = 1.0 if at_free_rolling is None else at_free_rolling / measured
+    return tuple((v, scale * m) for v, m in zip(FRICTION_SPEED, FRICTION_TORQUE, strict=True))
 
 
 @dataclass(frozen=True)
@@ -40,7 +53,7 @@ class Nonlinear:
     """acceleration of the road [m/s^2]"""
     start: float = 0.1
     """start time of the road [s]"""
-    friction: tuple[tuple[float, float], ...] = FRICTION
+    friction: Table = field(default_factory=friction_table)
 
 
 @dataclass(frozen=True)
@@ -87,10 +100,14 @@ def simulate(
             # lead (5.11): y = x / alpha - (1 / alpha - 1) times x filtered with the pole
             lead += smooth * (pi - lead)
             torque = lead + (pi - lead) / alpha + p.start_torque
-        push = (torque - math.copysign(friction(abs(motor)), motor)) / a.j_m
+        dry = friction(abs(motor))
+        held = math.copysign(dry, motor) if motor else min(max(torque, -dry), dry)
+        push = (torque - held) / a.j_m
         pull = a.loaded_radius * force / a.j_tw
         coupling = _coupling(n, motor - gear * wheel, angle, push + gear * pull, step)
-        motor += (push - coupling / a.j_m) * step
+        before, motor = motor, motor + (push - coupling / a.j_m) * step
+        if motor * before < 0.0:
+            motor = 0.0  # dry friction does not turn the motion round
         wheel += (lost * coupling / a.j_tw - pull) * step
         angle += (motor - gear * wheel) * step
         # (5.7) over time: sigma dF/dt + |V| F = C (r_e omega - V)
@@ -159,7 +176,7 @@ def _best(cost: Callable[[float], float]) -> float:
     return float(rates[7])
 
 
-def _table(points: tuple[tuple[float, float], ...]) -> Callable[[float], float]:
+def _table(points: Table) -> Callable[[float], float]:
     """Linear interpolation for floats, constant beyond the end."""
 
     def value(v: float) -> float:

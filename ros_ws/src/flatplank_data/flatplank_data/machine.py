@@ -20,3 +20,12 @@ FAST = 0.03092
 """fast speed of the plank, thesis 4.3 [m/s]"""
 SLOW = 0.0015
 """slow speed of the plank [m/s]"""
+FRICTION_SPEED = (0.0, 5.0, 20.0, 60.0, 120.0, 160.0, 250.0, 450.0)
+"""motor speeds of FRICTION_TORQUE [rad/s]"""
+FRICTION_TORQUE = (0.84, 0.79, 0.748, 0.739, 0.748, 0.752, 0.783, 0.88)
+"""friction torque of the wheel drive at the motor [N m]. The thesis shows it in figures 5.3 and
+5.11 only, without numbers, and the figures cannot be read. At the 142 rad/s of free rolling it
+follows from the text: the simulation of (5.15) to (5.21) settles after the measured 1.54 m with
+0.75 N m (and after the 1.41 m of the first simulation with 1.13 N m, the value of figure 5.11
+before its scaling in section 5.6). The shape over the speed is a placeholder; `calibrate friction`
+measures it"""

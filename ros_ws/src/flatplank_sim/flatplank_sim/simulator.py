@@ -7,13 +7,19 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from flatplank_control.bench.results import read_samples
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.calibration.fits import amplitudes_under_load
 from flatplank_control.calibration.parasitic import UnloadedTurns, turn_of
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of
+from flatplank_data.errors import FlatplankError
+from flatplank_data.machine import GEAR_RATIO
 from flatplank_data.run_record import RunRecord
+from flatplank_data.table import MeasurementTable
+from flatplank_hw.cia402 import TORQUE_UNIT
 from flatplank_sim.plant import PlantConfig
 from flatplank_sim.sealed.generate import make_challenge
 from flatplank_sim.twin.campaign import run_on_twin
@@ -21,8 +27,12 @@ from flatplank_sim.twin.log import TableLog
 from flatplank_sim.twin.twin import Cycle, Twin
 from flatplank_sim.twin.twin_bench import TwinBench
 
+MOTOR_SPEEDS = (5.0, 20.0, 60.0, 100.0, 142.0, 180.0, 220.0)
+"""speeds of the motor at which friction is measured, 142 in free rolling [rad/s]"""
+
 __all__ = [
-    "check", "filter_on_twin", "free_radius", "make_challenge", "run_on_twin", "turn_on_twin",
+    "check", "filter_on_twin", "free_radius", "make_challenge", "run_on_twin", "speeds_on_twin",
+    "turn_on_twin",
 ]  # fmt: skip
 
 
@@ -62,6 +72,27 @@ def turn_on_twin(setup: BenchSetup) -> UnloadedTurns:
     log = RawLog()
     TwinBench(Twin(setup), log).perform(plan_of(Measurement(measurement="unloaded_turn")))
     return log.turn
+
+
+def speeds_on_twin(setup: BenchSetup, seconds: float = 3.0) -> MeasurementTable:
+    """Turn the unloaded wheel on the twin at several constant speeds, each for `seconds` [s]."""
+    twin = Twin(setup)
+    twin.cycle()  # the drive takes no command before its first answer
+    rows = []
+    for speed in MOTOR_SPEEDS:
+        for done in (twin.set_mode("velocity", speed / GEAR_RATIO), twin.drive.enable()):
+            if not done.accepted:
+                raise FlatplankError(done.reason, "wheel_drive", "unload the wheel")
+        for _ in range(round(seconds * twin.rate_hz)):
+            cycle = twin.cycle()
+            axis = cycle.batch[-1].axes[0]
+            rows.append(
+                (1e-9 * cycle.encoders.stamp_ns, cycle.encoders.motor_velocity,
+                 axis.torque * TORQUE_UNIT)
+            )  # fmt: skip
+    names = ("time", "motor_velocity", "motor_torque")
+    columns = dict(zip(names, np.array(rows).T, strict=True))
+    return MeasurementTable(columns, RunRecord(file="speeds", measurement="unloaded_turn"))
 
 
 def filter_on_twin(

@@ -27,6 +27,9 @@ class Simulator(Protocol):
     def turn_on_twin(self, setup: Any) -> Any:
         """Raw samples of three turns of the unloaded wheel."""
 
+    def speeds_on_twin(self, setup: Any) -> Any:
+        """Table of the unloaded wheel turning at several constant speeds."""
+
     def filter_on_twin(self, setup: Any, fit: Path, kappa: float) -> dict[str, Any]:
         """Once-per-turn amplitude of Fx and Fz in a slip run [N], without and with the filter."""
 

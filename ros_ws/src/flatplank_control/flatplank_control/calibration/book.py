@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 import yaml
 
 from flatplank_data.files import write_atomic
@@ -19,8 +20,11 @@ from flatplank_data.yaml_text import load_yaml
 
 FORMAT = "flatplank-calibration/1"
 FILE = "calibration.yaml"
+FRICTION = ("friction_speed", "friction_torque")
+"""the only parameters that are tables"""
 FIT = "parasitic_fit"
 """the only parameter that is a file; it lies beside the book"""
+Value = float | str | list[float]
 Constants = Mapping[str, Mapping[str, Any]]
 """node -> parameter -> value"""
 
@@ -44,6 +48,7 @@ INSTRUMENTS = {
     "lvdt": Instrument(365, ("lvdt_gain", "lvdt_offset"), (HUB,)),
     "plank_encoder": Instrument(365, ("pinion_pitch_radius",), (ENCODERS, SLIP)),
     "motor": Instrument(365, ("gear_ratio",), (ENCODERS, HUB, DRIVE, SLIP, FREE)),
+    "friction": Instrument(365, FRICTION, (HUB,)),
     "parasitic": Instrument(30, (FIT,), (HUB,)),
 }
 
@@ -61,7 +66,7 @@ class Entry:
     instrument: str
     date: str
     """ISO 8601"""
-    parameters: Mapping[str, float | str]
+    parameters: Mapping[str, Value]
     """node parameter -> value"""
     residual: float
     """rms residual, in the unit of the reading"""
@@ -89,7 +94,7 @@ class Entry:
         for name, value in self.parameters.items():
             if name not in known:
                 raise ValueError(f"{self.instrument}: unknown '{name}'{nearest_hint(name, known)}")
-            if not (isinstance(value, str) if name == FIT else is_number(value)):
+            if not _of_its_kind(name, value):
                 raise ValueError(f"{self.instrument}: {name} is {value!r}; calibrate it again")
 
     def age(self, today: datetime.date) -> int:
@@ -123,9 +128,9 @@ class CalibrationBook:
         self.path.parent.mkdir(parents=True, exist_ok=True)
         write_atomic(self.path, text)
 
-    def parameters(self) -> dict[str, dict[str, float | str]]:
+    def parameters(self) -> dict[str, dict[str, Value]]:
         """node -> parameters from the book; ValueError when a file among them is missing."""
-        found: dict[str, dict[str, float | str]] = {}
+        found: dict[str, dict[str, Value]] = {}
         for name, entry in self.entries.items():
             values = dict(entry.parameters)
             if FIT in values:
@@ -164,7 +169,7 @@ class CalibrationBook:
             (node, key)
             for node, values in self.parameters().items()
             for key, value in values.items()
-            if node in in_force and in_force[node][key] != value
+            if node in in_force and not np.array_equal(in_force[node][key], value)
         }
         found = {}
         for name, text in self.status(today).items():
@@ -172,8 +177,21 @@ class CalibrationBook:
             if stale.intersection((node, key) for node in nodes for key in keys):
                 text = f"not in force: of {self.entries[name].date}; start the bench again"
             values = next((in_force[node] for node in nodes if node in in_force), {})
-            found[name] = {"status": text, **{k: values[k] for k in keys if k in values}}
+            found[name] = {"status": text, **{k: _plain(values[k]) for k in keys if k in values}}
         return found
+
+
+def _of_its_kind(name: str, value: Any) -> bool:
+    if name == FIT:
+        return isinstance(value, str)
+    if name in FRICTION:
+        return isinstance(value, list) and bool(value) and all(map(is_number, value))
+    return is_number(value)
+
+
+def _plain(value: Any) -> Value:
+    """A table as a list, as YAML has it."""
+    return value if isinstance(value, (str, int, float)) else [float(v) for v in value]
 
 
 def _read(path: Path) -> dict[str, Entry]:

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Calibrates an instrument: hub, lvdt, plank, motor, parasitic; or shows status or sheet."""
+"""Calibrates an instrument: hub, lvdt, plank, motor, friction, parasitic; or shows status or
+sheet."""
 
 from __future__ import annotations
 
@@ -9,11 +10,20 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import yaml
 
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.bench.simulator import simulator
-from flatplank_control.calibration.book import FILE, FIT, HUB, INSTRUMENTS, CalibrationBook, Entry
+from flatplank_control.calibration.book import (
+    FILE,
+    FIT,
+    FRICTION,
+    HUB,
+    INSTRUMENTS,
+    CalibrationBook,
+    Entry,
+)
 from flatplank_control.calibration.fits import Line, fit_line
 from flatplank_control.calibration.sheet import empty_sheet, starting_values
 from flatplank_data.arguments import Parser
@@ -74,6 +84,24 @@ def motor(o: argparse.Namespace, book: CalibrationBook) -> int:
     """Calibrate the gear ratio by wheel angle against motor angle."""
     line = fit_line(pairs_of(o.pairs), o.reading)
     return write_entry(book, scaled(o, book, "motor", line, "rad"))
+
+
+def friction(o: argparse.Namespace, book: CalibrationBook) -> int:
+    """Measure the friction torque of the wheel drive by turns of the unloaded wheel."""
+
+    from flatplank_control.calibration.friction import friction_of, turns_of
+
+    if bool(o.bag) == o.sim:
+        raise ValueError("friction: give --bag of unloaded turns at several speeds, or --sim")
+    setup = BenchSetup(preset=o.preset, tire=o.tire, pace="hold")
+    tables = [simulator().speeds_on_twin(setup)] if o.sim else [turns_of(path) for path in o.bag]
+    found = friction_of(tables)
+    for speed, torque, scatter in zip(found.speed, found.torque, found.scatter, strict=True):
+        print(f"{speed:7.1f} rad/s  {torque:.3f} N m +- {scatter:.3f}")
+    rows = ([round(float(v), 4) for v in row] for row in (found.speed, found.torque))
+    values = dict(zip(FRICTION, rows, strict=True))
+    scatter = float(np.sqrt(np.mean(found.scatter**2)))
+    return write_entry(book, Entry("friction", o.date, values, scatter, unit="N m"))
 
 
 def parasitic(o: argparse.Namespace, book: CalibrationBook) -> int:
@@ -139,7 +167,8 @@ def sheet(o: argparse.Namespace, book: CalibrationBook) -> int:
 
 
 WORK: dict[str, Work] = {
-    "hub": hub, "lvdt": lvdt, "plank": plank, "motor": motor, "parasitic": parasitic,
+    "hub": hub, "lvdt": lvdt, "plank": plank, "motor": motor, "friction": friction,
+    "parasitic": parasitic,
     "filter": filter_effect,
     "status": status, "sheet": sheet,
 }  # fmt: skip
@@ -178,7 +207,12 @@ def parser() -> argparse.ArgumentParser:
             one.add_argument("--first", type=float, default=2.0, help="from here on [m]")
             one.add_argument("--last", type=float, default=4.0, help="to here [m]")
             one.add_argument("--sim", action="store_true", help="on the twin, with the fit in use")
-        if name in ("parasitic", "filter"):
+        if name == "friction":
+            one.add_argument(
+                "--bag", type=Path, nargs="+", help="unloaded, several speeds"
+            )
+            one.add_argument("--sim", action="store_true", help="on the twin")
+        if name in ("friction", "parasitic", "filter"):
             one.add_argument("--tire", default="toyo", help="of the twin")
             one.add_argument("--preset", default="", help="of the twin: thesis2023")
         if name == "sheet":

@@ -7,8 +7,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
 
 from flatplank_hw.bus.image import BusInputs
 from flatplank_hw.cia402 import TORQUE_UNIT
@@ -92,8 +95,10 @@ def force_balance(inputs: BusInputs, fx: float, loaded_radius: float, p: HubPara
 def motor_torque(inputs: BusInputs, fx: float, loaded_radius: float, p: HubParameters) -> float:
     """Estimate M_yc = -eta i (M_M - M_F) [N m] by (5.3), 0 when braking: the gear is self-locking,
     so the motor does not carry a braking moment."""
-    torque = inputs.axes[0].torque * TORQUE_UNIT
-    return -p.efficiency * p.gear_ratio * max(torque - p.friction_torque, 0.0)
+    axis = inputs.axes[0]
+    speed = abs(axis.velocity) * 2.0 * math.pi / abs(p.motor_counts_per_turn)
+    friction = float(np.interp(speed, p.friction_speed, p.friction_torque))
+    return -p.efficiency * p.gear_ratio * max(axis.torque * TORQUE_UNIT - friction, 0.0)
 
 
 SOURCES: dict[str, Callable[[BusInputs, float, float, HubParameters], float]] = {

@@ -4,15 +4,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 from flatplank_data.limits import LIMITS
-from flatplank_data.machine import GEAR_RATIO
+from flatplank_data.machine import FRICTION_SPEED, FRICTION_TORQUE, GEAR_RATIO
 from flatplank_data.params import Params, param
 from flatplank_hw.encoders.params import counts_param
 from flatplank_hw.hub.appendix_a import SOURCES
 
 _GAIN = (1.0, 1e5)
 _BRIDGE = (0.01, 100.0)
+COUNTS = (
+    "camber_counts_per_turn", "wheel_counts_per_turn", "plank_counts_per_turn",
+    "motor_counts_per_turn",
+)  # fmt: skip
 SETUP_CONSTANTS = ("et_value", "adapter_thickness", "wheel_camber_deg", "road_camber_offset_deg")
 """parameters that may change while the bench runs, after a change of the wheel"""
 
@@ -89,16 +94,23 @@ class HubParameters(Params):
     drive_moment_source: str = param("force_balance", "estimate of M_yc", choices=sorted(SOURCES))
     gear_ratio: float = param(GEAR_RATIO, "motor to wheel, 30.32 * 47", bounds=(1.0, 1e6))
     efficiency: float = param(0.392, "wheel drive's efficiency, Table 5.1", bounds=(0.01, 1.0))
-    friction_torque: float = param(
-        1.5,
-        "wheel drive's friction torque at the motor",
+    motor_counts_per_turn: int = counts_param("wheel drive motor, 23 bit", 2**23)
+    friction_speed: tuple[float, ...] = param(
+        FRICTION_SPEED, "motor speeds of friction_torque", unit="rad/s", bounds=(0.0, 1e4)
+    )
+    friction_torque: tuple[float, ...] = param(
+        FRICTION_TORQUE,
+        "wheel drive's friction torque at the motor, by the settling distances of thesis 5.6",
         unit="N m",
         bounds=(0.0, 100.0),
-        placeholder=True,
     )
 
     def check(self) -> str | None:
-        for name in ("camber_counts_per_turn", "wheel_counts_per_turn", "plank_counts_per_turn"):
+        for name in COUNTS:
             if getattr(self, name) == 0:
                 return f"{name} is 0: give the counts of one turn, negative to turn the sign"
+        if len(self.friction_speed) != len(self.friction_torque):
+            return "friction_speed and friction_torque differ in length"
+        if any(b <= a for a, b in pairwise(self.friction_speed)):
+            return "friction_speed does not increase"
         return "lvdt_gain is 0 m/V: calibrate the LVDT" if self.lvdt_gain == 0.0 else None

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from flatplank_data.limits import LIMITS
+from flatplank_data.machine import FRICTION_SPEED, FRICTION_TORQUE
 from flatplank_data.params import nearest_hint
 from flatplank_hw.bus.image import AXES
 from flatplank_sim.plant.defects.base import Defect, build_defects
@@ -112,9 +113,9 @@ class WheelDriveConfig:
     efficiency: float
     lock_ratio: float
     bearing_torque: float
-    friction_speed: tuple[float, ...]
-    friction_torque: tuple[float, ...]
     estop_cuts_drive: bool
+    friction_speed: tuple[float, ...] = FRICTION_SPEED
+    friction_torque: tuple[float, ...] = FRICTION_TORQUE
 
 
 @dataclass(frozen=True)
@@ -126,14 +127,14 @@ class ServoConfig:
     model"""
     inertia: float
     """inertia of the motor and its load, at the motor [kg m2]"""
-    friction: float
-    """friction torque at the motor [N m]; the wheel has its own curve"""
     torque_limit: float
     velocity_limit: float
     """motor speed, like all speeds here [rad/s]"""
     profile_velocity: float
     acceleration: float
     quick_stop_deceleration: float
+    friction: float = 0.0
+    """friction torque at the motor [N m]; the wheel has the table of its drive"""
     counts_per_turn: int = 2**23
     torque_slope: float = 50.0
     """[N m/s]"""

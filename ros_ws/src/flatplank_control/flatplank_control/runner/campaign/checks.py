@@ -110,7 +110,9 @@ def _of_the_angles(m: Measurement, set_up: SetUp) -> Iterator[Problem]:
 def _of_the_profile(m: Measurement, set_up: SetUp) -> Iterator[Problem]:
     """Check that the profile stays within the range of its axis and fits into the run."""
     profile = from_mapping(PROFILES[m.profile], m.profile_parameters, "profile")
-    limit = LIMITS["road_camber_deg"].high if m.measurement == "camber_sweep" else set_up.steer_limit
+    limit = (
+        LIMITS["road_camber_deg"].high if m.measurement == "camber_sweep" else set_up.steer_limit
+    )
     most = math.degrees(profile.largest())
     if most > limit:
         reach = f"the {m.profile} reaches {most:.3g} deg"
