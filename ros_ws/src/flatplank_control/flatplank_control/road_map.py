@@ -14,12 +14,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import yaml
 
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.sequencer import SequencerParameters
 from flatplank_data.params import Params, from_mapping, param
-from flatplank_data.yaml_text import load_yaml
+from flatplank_data.yaml_text import dump_yaml, load_yaml
 
 FOLLOW_TOLERANCE = 3e-4
 """largest relative error of a wheel that follows the encoder's travel; the mean error that a map
@@ -70,7 +69,7 @@ class RoadMap(Params):
         return values
 
     def save(self, path: Path) -> None:
-        path.write_text(yaml.safe_dump(asdict(self), sort_keys=False), encoding="utf-8")
+        path.write_text(dump_yaml(asdict(self)), encoding="utf-8")
 
     @staticmethod
     def load(path: Path) -> RoadMap:

@@ -12,7 +12,6 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.csv as pc
 import pyarrow.parquet as pq
-import yaml
 
 from flatplank_data.campaign import CAMPAIGN_FILE, FORMAT
 from flatplank_data.condition import is_nan
@@ -24,6 +23,7 @@ from flatplank_data.readers.tydex import CHANNELS, CONSTANTS
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import COLUMN_UNITS, MeasurementTable
 from flatplank_data.tydex import Channel, Quantity, TydexFile, format_tydex
+from flatplank_data.yaml_text import dump_yaml
 
 
 def write_parquet(table: MeasurementTable, path: Path) -> None:
@@ -99,5 +99,5 @@ def export_campaign(
         write(table, out / f"{name}{suffix}")
         runs.append(table.info.to_dict() | {"file": f"{name}{suffix}"})
     content = {"format": FORMAT, "tire": runs[0]["tire"] if runs else "", "runs": runs}
-    write_atomic(out / CAMPAIGN_FILE, yaml.safe_dump(content, sort_keys=False))
+    write_atomic(out / CAMPAIGN_FILE, dump_yaml(content))
     return out

@@ -16,15 +16,13 @@ from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
-import yaml
-
 from flatplank_data.condition import Condition, condition_of, is_nan
 from flatplank_data.errors import FlatplankError, RecordingError, YamlError
 from flatplank_data.files import read_text, write_atomic
 from flatplank_data.naming import STEPS, check_name, name_of
 from flatplank_data.params import similar_names
 from flatplank_data.record_checks import STATUSES, check_keys, check_values, converted, default_of
-from flatplank_data.yaml_text import load_yaml
+from flatplank_data.yaml_text import dump_yaml, load_yaml
 
 FORMAT = "flatplank-run/1"
 FILE_NAME = "run.yaml"
@@ -162,7 +160,7 @@ class RunRecord:
 
     def to_yaml(self) -> str:
         """The text of `run.yaml`, with every key."""
-        return yaml.safe_dump(self._whole(), sort_keys=False, allow_unicode=True)
+        return dump_yaml(self._whole(), allow_unicode=True)
 
     def _whole(self) -> dict[str, Any]:
         values = {key: getattr(self, key) for key in _OWN}

@@ -7,12 +7,11 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from flatplank_control.runner.campaign import plan_from_text, shipped_plans
 from flatplank_control.runner.campaign.plan import FORMAT
 from flatplank_control.runner.measurement import START_ANGLES
 from flatplank_data.files import write_atomic
+from flatplank_data.yaml_text import dump_yaml
 from flatplank_panel import validation as check
 
 Settings = Mapping[str, Any]
@@ -82,7 +81,7 @@ def write_next(proposal: Mapping[str, Any], campaign: str, data: Path) -> Path:
     blocks = [block_of(settings) | {"repeats": repeats} for settings in runs]
     plan = {"format": FORMAT, "name": name, "tire": proposal.get("tire", ""), "runs": blocks}
     purpose = " ".join(str(proposal.get("what", "")).split())
-    text = f"# {purpose}\n" + yaml.safe_dump(plan, sort_keys=False)
+    text = f"# {purpose}\n" + dump_yaml(plan)
     path = data / FOLDER / f"{name}.yaml"
     plan_from_text(text, path.name)
     path.parent.mkdir(exist_ok=True)

@@ -16,13 +16,12 @@ from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
-import yaml
-
 from flatplank_control.sequencer.waveforms import WAVEFORMS
 from flatplank_data.limits import LIMITS
 from flatplank_data.machine import ROAD_LENGTH
 from flatplank_data.measured import UNKNOWN
 from flatplank_data.params import from_mapping
+from flatplank_data.yaml_text import dump_yaml
 from flatplank_hw.drive.modes import MODES
 from flatplank_panel import validation as check
 from flatplank_panel.charge import PageInCharge
@@ -244,7 +243,7 @@ class Operator:
         record["operator"] = self.charge.name
         where = str(check.folder_below(self.data, folder))
         request = {"name": record["name"], "folder": where, "at_once": bool(at_once)}
-        request["record"] = yaml.safe_dump(record)
+        request["record"] = dump_yaml(record)
         return await self._send_claimed(page, "record", f"recording {name}", **request)
 
     async def save_recording(self, page: str) -> str:
@@ -258,7 +257,7 @@ class Operator:
     async def measure(self, page: str, plan: str | Mapping[str, Any], folder: str) -> str:
         """Make a whole measurement, or a campaign from the text of its plan."""
         await self._in_charge(page)
-        text = plan if isinstance(plan, str) else yaml.safe_dump(dict(plan))
+        text = plan if isinstance(plan, str) else dump_yaml(dict(plan))
         target = str(check.folder_below(self.data, folder))
         # the simulated operator makes manual settings without a prompt
         simulated = self.link.offers("load_to")

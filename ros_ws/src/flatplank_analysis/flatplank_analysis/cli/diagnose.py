@@ -16,6 +16,7 @@ from flatplank_analysis.discovery.report.text import text_of
 from flatplank_analysis.discovery.verdict import NONE, PARTLY, Diagnosis
 from flatplank_data.errors import FlatplankError
 from flatplank_data.files import write_atomic
+from flatplank_data.yaml_text import parse_yaml
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -69,7 +70,7 @@ def starting_values(path: str | None) -> dict[str, dict[str, float]]:
     if not path:
         return {}
     try:
-        data = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+        data = parse_yaml(Path(path).read_text(encoding="utf-8"))
         effects = data["effects"]
         return {str(e): {str(k): float(v) for k, v in p.items()} for e, p in effects.items()}
     except (OSError, yaml.YAMLError, KeyError, TypeError, ValueError, AttributeError) as error:

@@ -17,6 +17,7 @@ import yaml
 
 from flatplank_data.errors import FlatplankError
 from flatplank_data.files import write_atomic
+from flatplank_data.yaml_text import dump_yaml, parse_yaml
 
 FORMAT = "flatplank-discovery-model/1"
 
@@ -117,7 +118,7 @@ def load_model(path: str | os.PathLike[str]) -> ModelFile:
     where = os.fspath(path)
     try:
         read = Path(path).read_bytes()
-        raw = yaml.safe_load(read.decode("utf-8"))
+        raw = parse_yaml(read.decode("utf-8"))
     except FileNotFoundError as error:
         raise FlatplankError("no such model file", where, "`flatplank add` makes one") from error
     except OSError as error:
@@ -204,4 +205,4 @@ def save_unchanged(model: ModelFile, path: str | os.PathLike[str]) -> ModelFile:
 
 
 def _text(model: ModelFile) -> str:
-    return yaml.safe_dump(model.to_dict(), sort_keys=False, allow_unicode=True)
+    return dump_yaml(model.to_dict(), allow_unicode=True)

@@ -32,11 +32,9 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from flatplank_data.errors import FlatplankError
 from flatplank_data.params import similar_names
-from flatplank_data.yaml_text import load_yaml
+from flatplank_data.yaml_text import dump_yaml, load_yaml
 
 from .base import SPEED, ContactGeometry
 from .tir import TirFile, check_tir, parse_tir, read_tir
@@ -122,7 +120,7 @@ class TireRecord:
             if isinstance(value, (tuple, Mapping)):
                 value = list(value) if isinstance(value, tuple) else dict(value)
             plain[item.name] = value
-        return yaml.safe_dump(plain, sort_keys=False)
+        return dump_yaml(plain)
 
 
 def read_record(path: str | os.PathLike[str]) -> TireRecord:

@@ -8,8 +8,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from flatplank_analysis.models.tire_record import FILE as RECORD
 from flatplank_analysis.models.tire_record import TireRecord
 from flatplank_analysis.steady.rolling_radius import radius_of_run
@@ -34,7 +32,7 @@ from flatplank_data.readers import read_description
 from flatplank_data.run_record import RunRecord
 from flatplank_data.store import open_store
 from flatplank_data.table import MeasurementTable
-from flatplank_data.yaml_text import load_yaml
+from flatplank_data.yaml_text import dump_yaml, load_yaml
 
 COLUMNS = [
     "time", "plank_position", "plank_velocity", "wheel_angle", "motor_velocity", "fx", "fy", "fz",
@@ -91,9 +89,6 @@ def outcome_of(
     return Outcome(path.name, replace(verdict, findings=(*verdict.findings, *zeros)), facts)
 
 
-_DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
-
-
 def write_kept_runs(conductor: Conductor, folder: Path) -> None:
     """Write the kept runs of the journal to campaign.yaml; called again after a crash between the
     two."""
@@ -126,7 +121,7 @@ def write_campaign(
     kept = [run for run in old.get("runs", []) if run["file"] not in names]
     new = [_entry(record, file) for record, file in runs]
     content = {"format": FORMAT, "tire": tire, "runs": [*kept, *new]}
-    write_atomic(path, yaml.dump(content, Dumper=_DUMPER, sort_keys=False))
+    write_atomic(path, dump_yaml(content))
 
 
 def _entry(record: Mapping[str, Any], file: str) -> dict:

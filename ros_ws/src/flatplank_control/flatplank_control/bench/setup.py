@@ -8,11 +8,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import yaml
-
 from flatplank_control.bench.simulator import simulator
 from flatplank_control.calibration.book import CALIBRATED, CalibrationBook, book_for
 from flatplank_data.params import load_parameters, nearest_hint
+from flatplank_data.yaml_text import dump_yaml
 from flatplank_hw.share import config_file
 
 
@@ -200,5 +199,5 @@ class BenchSetup:
         for node in self.nodes():
             path = files[node.name] = folder / f"{node.name}.yaml"
             content = {node.name: {"ros__parameters": self.of(node)}}
-            path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+            path.write_text(dump_yaml(content), encoding="utf-8")
         return files

@@ -11,12 +11,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import yaml
 
 from flatplank_data.files import write_atomic
 from flatplank_data.params import nearest_hint
 from flatplank_data.values import is_number
-from flatplank_data.yaml_text import load_yaml
+from flatplank_data.yaml_text import dump_yaml, load_yaml
 
 FORMAT = "flatplank-calibration/1"
 FILE = "calibration.yaml"
@@ -124,7 +123,7 @@ class CalibrationBook:
             values = asdict(e)
             del values["instrument"]
             plain[name] = values
-        text = yaml.safe_dump({"format": FORMAT, "entries": plain}, sort_keys=False)
+        text = dump_yaml({"format": FORMAT, "entries": plain})
         self.path.parent.mkdir(parents=True, exist_ok=True)
         write_atomic(self.path, text)
 

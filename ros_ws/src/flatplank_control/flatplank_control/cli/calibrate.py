@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.bench.simulator import simulator
@@ -28,6 +27,7 @@ from flatplank_control.calibration.fits import Line, fit_line
 from flatplank_control.calibration.sheet import empty_sheet, starting_values
 from flatplank_data.arguments import Parser
 from flatplank_data.params import from_mapping
+from flatplank_data.yaml_text import dump_yaml
 from flatplank_hw.hub.params import HubParameters
 
 Work = Callable[[argparse.Namespace, CalibrationBook], int]
@@ -162,7 +162,7 @@ def sheet(o: argparse.Namespace, book: CalibrationBook) -> int:
         print(empty_sheet(o.date), end="")
         return 0
     values = starting_values(o.file.read_text(encoding="utf-8"), str(o.file))
-    print(yaml.safe_dump({"effects": values}, sort_keys=False), end="")
+    print(dump_yaml({"effects": values}), end="")
     return 0
 
 

@@ -8,12 +8,12 @@ import math
 from pathlib import Path
 
 import numpy as np
-import yaml
 
 import control
 from flatplank_control.free_rolling.design import Gains, Machine, design_gains
 from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA, FreeRollingParameters
 from flatplank_data.arguments import Parser
+from flatplank_data.yaml_text import dump_yaml
 
 
 def loop_of(
@@ -116,7 +116,7 @@ def main(argv: list[str]) -> int:
         "lead_alpha": float(f"{gains.lead_alpha:.4g}"),
     }
     FreeRollingParameters(**values)
-    text = yaml.safe_dump({"/**": {"ros__parameters": values}}, sort_keys=False)
+    text = dump_yaml({"/**": {"ros__parameters": values}})
     print(text, end="")
     if o.out:
         o.out.write_text(text, encoding="utf-8")

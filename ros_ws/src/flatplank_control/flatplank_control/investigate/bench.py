@@ -7,8 +7,6 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 
-import yaml
-
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.investigation.loop import BatchResult
 from flatplank_analysis.investigation.planner import Price
@@ -21,6 +19,7 @@ from flatplank_control.runner.dry_run import dry_run
 from flatplank_control.runner.steps import PlanFailed
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError, NothingUsableError
+from flatplank_data.yaml_text import dump_yaml
 
 SET_UP = {"fz": 0.0, "pressure": 5.0, "alpha_deg": 2.0}
 """setting -> time to change it by hand, in addition to that of the dry run [min]: the tire is
@@ -45,7 +44,7 @@ def plan_text(
         "r_e": "measured" if radius is None else "given",
         "runs": [{"measurement": "slip", **s.to_dict(), **given} for s in settings],
     }  # fmt: skip
-    return yaml.safe_dump(plan, sort_keys=False)
+    return dump_yaml(plan)
 
 
 def settings_of(plan: CampaignPlan) -> dict[str, Setting]:

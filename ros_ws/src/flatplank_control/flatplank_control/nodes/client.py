@@ -12,7 +12,6 @@ from types import FrameType
 from typing import Any
 
 import rclpy
-import yaml
 from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -22,6 +21,7 @@ from std_srvs.srv import Trigger
 
 from flatplank_control.bench.processes import STALL_TIMEOUT_S, BenchProcesses, StartProgress
 from flatplank_data.errors import FlatplankError
+from flatplank_data.yaml_text import dump_yaml
 from flatplank_msgs.action import RunMeasurement
 
 
@@ -236,7 +236,7 @@ class BenchClient:
             last = text
             hear(feedback)
 
-        text = plan if isinstance(plan, str) else yaml.safe_dump(dict(plan))
+        text = plan if isinstance(plan, str) else dump_yaml(dict(plan))
         goal = RunMeasurement.Goal(plan=text, folder=folder, simulated=simulated, resume=resume)
         client = ActionClient(self.node, RunMeasurement, "/run_measurement")
         try:

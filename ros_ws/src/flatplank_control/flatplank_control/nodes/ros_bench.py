@@ -8,7 +8,6 @@ import time
 from collections.abc import Awaitable, Callable, Mapping
 from typing import Any
 
-import yaml
 from builtin_interfaces.msg import Time
 from rcl_interfaces.srv import GetParameters, SetParametersAtomically
 from rclpy.node import Node
@@ -31,6 +30,7 @@ from flatplank_control.runner.measurement import TRIGGER_AT
 from flatplank_control.runner.moves import SPEED, by_drive
 from flatplank_control.runner.plans import release_axes, safe_end
 from flatplank_control.runner.steps import CHUNK, StopDetector, WaitMonitor
+from flatplank_data.yaml_text import dump_yaml
 from flatplank_msgs.srv import (
     Advance,
     MoveTo,
@@ -319,7 +319,7 @@ class RosBench:
             "/recorder/start",
             name=str(step.record.get("name", "")),
             folder=self.folder,
-            record=yaml.safe_dump(dict(step.record)),
+            record=dump_yaml(dict(step.record)),
             after=self._now(),
             at_once=step.at_once,
         )

@@ -10,8 +10,6 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from flatplank_control.recording.blocks import TopicBlock, merge_blocks
 from flatplank_control.recording.mcap_file import Index, McapFile
 from flatplank_control.recording.topics import TopicSpec, qos_text
@@ -19,6 +17,7 @@ from flatplank_control.recording.typestore import message_definition, type_hash
 from flatplank_data.errors import RecordingError
 from flatplank_data.files import write_atomic
 from flatplank_data.naming import check_name
+from flatplank_data.yaml_text import dump_yaml, parse_yaml
 
 CHUNK_SIZE = 512 * 1024
 """size at which a chunk is written to disk [bytes]"""
@@ -175,10 +174,10 @@ METADATA = "metadata.yaml"
 def finish_bag(file: McapFile, folder: Path, custom: Mapping[str, str]) -> None:
     """Finish the file and write the folder's metadata; `custom`: goes into `custom_data`."""
     content = _information(file.index, bag_file_name(folder.name), custom)
-    text = yaml.safe_dump(content, sort_keys=False)
+    text = dump_yaml(content)
     file.add_metadata("rosbag2", {"serialized_metadata": text})
     file.finish()
-    text = yaml.safe_dump({"rosbag2_bagfile_information": content}, sort_keys=False)
+    text = dump_yaml({"rosbag2_bagfile_information": content})
     write_atomic(folder / METADATA, text, durable=False)
 
 
@@ -216,7 +215,7 @@ def _topics(index: Index) -> list[dict[str, Any]]:
                 "name": channel.topic,
                 "type": index.schemas[channel.schema_id].name,
                 "serialization_format": channel.message_encoding,
-                "offered_qos_profiles": yaml.safe_load(
+                "offered_qos_profiles": parse_yaml(
                     channel.metadata.get("offered_qos_profiles", "[]")
                 ),
                 "type_description_hash": channel.metadata.get("topic_type_hash", ""),

@@ -16,6 +16,7 @@ from flatplank_data.limits import RECORDED
 from flatplank_data.measured import UNKNOWN, with_values_in_use
 from flatplank_data.readers.bag import MEASURED, import_bag
 from flatplank_data.run_record import RunRecord, record_from_dict, record_from_yaml
+from flatplank_data.yaml_text import parse_yaml
 
 ESSENTIAL = frozenset({"measurement", "kappa", "fz"})
 """keys that a record must state; otherwise it is filled in"""
@@ -57,7 +58,7 @@ def requested_record(text: str, name: str = "") -> RequestedRecord:
         record = record_from_dict({"tire": UNKNOWN, "name": name or BY_HAND})
         return RequestedRecord(record, {"name"} if name else ())
     _refuse_settings(text)
-    found = RequestedRecord(record_from_yaml(text, "record"), set(data := yaml.safe_load(text)))
+    found = RequestedRecord(record_from_yaml(text, "record"), set(data := parse_yaml(text)))
     name = name or data.get("name", "")
     if not name and not found.has_essential_keys:
         name = f"{found.record.tire}_{BY_HAND}"
@@ -69,7 +70,7 @@ def requested_record(text: str, name: str = "") -> RequestedRecord:
 def _refuse_settings(text: str) -> None:
     """Raise RecordingError for settings beyond the machine; the record checks all other keys."""
     try:
-        data = yaml.safe_load(text)
+        data = parse_yaml(text)
     except yaml.YAMLError:
         return
     for key, value in data.items() if isinstance(data, Mapping) else ():

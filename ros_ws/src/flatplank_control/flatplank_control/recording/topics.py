@@ -6,10 +6,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import yaml
-
 from flatplank_control.recording.typestore import typestore
 from flatplank_data.run_record import RunRecord
+from flatplank_data.yaml_text import dump_yaml
 
 _INFINITE_NS = 2**63 - 1
 
@@ -58,7 +57,7 @@ def qos_text(qos: Qos) -> str:
         "liveliness_lease_duration": _duration(_INFINITE_NS),
         "avoid_ros_namespace_conventions": False,
     }
-    return yaml.safe_dump([profile], sort_keys=False).strip()
+    return dump_yaml([profile]).strip()
 
 
 class BenchTopic(NamedTuple):

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 import struct
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -122,6 +122,8 @@ def _fields(body: str, owner: str) -> tuple[Field, ...]:
 
 
 _START = 4
+NAMES = re.compile(r"(?:.*\.)?(?:name|names|joint_names)\[\d+\]")
+"""paths of names that say what the elements of the arrays beside them are, as in JointState"""
 
 
 @dataclass
@@ -154,6 +156,8 @@ class _Walk:
             count = item.count
             if item.array and not item.count:
                 count = self.length()
+            if count > len(self.payload):  # also of members that take no bytes
+                raise FlatplankError("payload is cut short", path, "the bag is damaged")
             for i in range(count):
                 self.member(item.type, f"{path}[{i}]" if item.array else path)
 
@@ -203,44 +207,63 @@ def decode_one(kind: MessageType, payload: bytes) -> dict[str, float | str]:
     return out
 
 
-def decode_many(
-    kind: MessageType, payloads: np.ndarray, paths: Iterable[str]
-) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Members `paths` of payloads, a uint8 array of shape (messages, bytes).
+@dataclass(frozen=True)
+class Group:
+    """Messages of one layout: their rows in the block, and their members."""
 
-    Returns the order (index of each decoded row) and the columns; payloads with other lengths of
-    texts or sequences are decoded group by group.
+    rows: np.ndarray
+    layout: Layout
+    columns: dict[str, np.ndarray]
+    names: dict[str, list[str]]
+    """path of a list of names -> the names, the same in all messages of the group"""
+
+
+def decode_groups(
+    kind: MessageType, payloads: np.ndarray, wanted: Callable[[Layout], Iterable[str]]
+) -> Iterator[Group]:
+    """Members of payloads, a uint8 array of shape (messages, bytes), group by group.
+
+    Payloads of a group have the same lengths of texts and sequences and the same lists of names.
+    `wanted` gives the paths to read from a layout. Raises FlatplankError.
     """
-    paths = list(paths)
     rest = np.arange(len(payloads))
-    rows: list[np.ndarray] = []
-    parts: dict[str, list[np.ndarray]] = {path: [] for path in paths}
     while rest.size:
-        layout = layout_of(kind, payloads[rest[0]].tobytes())
+        first = payloads[rest[0]].tobytes()
+        layout = layout_of(kind, first)
         same = np.ones(rest.size, dtype=bool)
-        for at, value in layout.lengths:
-            words = np.ascontiguousarray(payloads[rest, at : at + 4]).view(layout.order + "u4")
-            same &= words[:, 0] == value
+        for at, _ in layout.lengths:
+            same &= _equal(payloads, rest, first, at, 4)
+        named = {p: v for p, v in layout.texts.items() if NAMES.fullmatch(p)}
+        for at, size in named.values():
+            same &= _equal(payloads, rest, first, at, size)
+        names: dict[str, list[str]] = {}
+        for path, (at, size) in named.items():
+            text = first[at : at + size].decode("utf-8", "replace")
+            names.setdefault(path.rpartition("[")[0], []).append(text)
         chosen = rest[same]
-        block = payloads if same.all() and rest.size == len(payloads) else payloads[chosen]
-        for path, values in _view(layout, block, paths).items():
-            parts[path].append(values)
-        rows.append(chosen)
+        block = payloads if chosen.size == len(payloads) else payloads[chosen]
+        paths = [p for p in dict.fromkeys(wanted(layout)) if p in layout.members]
+        columns = _view(layout, block, paths)
+        yield Group(chosen, layout, columns, names)
         rest = rest[~same]
-    index = np.concatenate(rows) if rows else rest
-    return index, {p: np.concatenate(v) if v else np.empty(0) for p, v in parts.items()}
+
+
+def _equal(payloads: np.ndarray, rows: np.ndarray, first: bytes, at: int, size: int) -> np.ndarray:
+    """Which payloads have the same bytes as the first one."""
+    word = np.frombuffer(first, dtype=np.uint8)[at : at + size]
+    return np.asarray((payloads[rows, at : at + size] == word).all(axis=1))
 
 
 def _view(layout: Layout, block: np.ndarray, paths: list[str]) -> dict[str, np.ndarray]:
-    found = {path: layout.members[path] for path in paths if path in layout.members}
     kind = np.dtype(
         {
-            "names": list(found),
-            "formats": [code for code, _ in found.values()],
-            "offsets": [at for _, at in found.values()],
+            "names": paths,
+            "formats": [layout.members[path][0] for path in paths],
+            "offsets": [layout.members[path][1] for path in paths],
             "itemsize": layout.size,
         }
     )
+    if not paths:
+        return {}
     table = np.ascontiguousarray(block).view(kind)[:, 0]
-    missing = np.full(len(block), np.nan)
-    return {path: table[path] if path in found else missing for path in paths}
+    return {path: table[path] for path in paths}

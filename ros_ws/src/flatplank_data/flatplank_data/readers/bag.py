@@ -3,35 +3,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from flatplank_data.bags.cdr import decode_many, decode_one, layout_of, parse_definition
+from flatplank_data.bags.blocks import Block
+from flatplank_data.bags.cdr import Layout, decode_groups, decode_one
+from flatplank_data.bags.clocks import LOG_TIME
 from flatplank_data.bags.compression import SUFFIX, CompressedFile, plain_blocks
-from flatplank_data.bags.storage import McapFile, SqliteFile
+from flatplank_data.bags.definitions import as_cdr, message_type
+from flatplank_data.bags.join import joined
+from flatplank_data.bags.mcap import COPY, McapFile
+from flatplank_data.bags.ros1 import Ros1File
+from flatplank_data.bags.series import Series
+from flatplank_data.bags.sqlite import SqliteFile
 from flatplank_data.bags.topics import OWN, RUN_TOPIC, TopicMap, topic_map
 from flatplank_data.errors import FlatplankError, YamlError
+from flatplank_data.guard import DamagedError
 from flatplank_data.measured import measured_facts
 from flatplank_data.readers import cache
 from flatplank_data.readers.base import Loaded, Request, describer, reader
 from flatplank_data.run_record import FILE_NAME
 from flatplank_data.store import Store
-from flatplank_data.table import STANDARD_COLUMNS
 from flatplank_data.yaml_text import load_yaml
 
 METADATA_FILE = "metadata.yaml"
 MEASURED = "measured"
 """key of the facts that were derived from the samples"""
-SAME_RATE = 0.1
-"""two topics have one rate when their periods differ by less, relative [-]"""
-SAME_CLOCK = 0.05
-"""below this share of equal stamps a topic follows another clock [-]"""
-_STAMP = ("header.stamp.sec", "header.stamp.nanosec")
-_PLAIN = {".mcap": McapFile, ".db3": SqliteFile}
+_PLAIN: dict[str, Callable[..., Any]] = {".mcap": McapFile, ".db3": SqliteFile, ".bag": Ros1File}
 _STORAGE: dict[str, Callable[[Path], Any]] = {
     **_PLAIN, SUFFIX: partial(CompressedFile, storage=_PLAIN),
 }  # fmt: skip
@@ -62,9 +64,8 @@ def describe_bag(store: Store, name: str) -> dict[str, Any]:
             return _record({"record": stream.read().decode("utf-8")})
     facts: dict[str, Any] = {}
     for file in _files(store.local(name)):
-        for block in plain_blocks(file.blocks({RUN_TOPIC})):
-            kind = parse_definition(block.channel.type, block.channel.definition)
-            facts |= _record(decode_one(kind, block.payloads[-1].tobytes()))
+        for block in _blocks(file, {RUN_TOPIC}):
+            facts |= _run_message(block)
     return facts
 
 
@@ -76,44 +77,72 @@ def _record_of_bag(name: str) -> str:
 
 def import_bag(path: Path, topics: TopicMap) -> Loaded:
     """Read a bag from disk: columns in SI, the run record, remarks."""
-    files = _files(path)
-    series: dict[str, list] = {topic: [] for topic in topics.sources}
+    stamp = "" if topics.time == LOG_TIME else topics.time
+    series = {
+        topic: Series(topic, tuple(s.path for s in sources), stamp)
+        for topic, sources in topics.sources.items()
+    }
     facts: dict[str, Any] = {}
-    remarks = []
-    for file in files:
-        wanted = {*topics.sources, RUN_TOPIC}
-        for block in plain_blocks(file.blocks(wanted)):
-            kind = parse_definition(block.channel.type, block.channel.definition)
-            if block.channel.topic == RUN_TOPIC:
-                facts |= _record(decode_one(kind, block.payloads[-1].tobytes()))
-                continue
-            sources = topics.sources[block.channel.topic]
-            use_log = topics.time == "log_time"
-            paths = [s.path for s in sources] + ([] if use_log else list(_STAMP))
-            rows, values = decode_many(kind, block.payloads, paths)
-            stamp = block.log_time[rows] if use_log else _stamps(values, block.log_time[rows])
-            series[block.channel.topic].append((stamp, values))
-        if file.cut_short:
-            remarks.append("the bag has no end (recorder killed?): read as far as it goes")
-    columns = _join(path, topics, series)
+    remarks: list[str] = []
+    for file in _files(path):
+        for block in _blocks(file, {*topics.sources, RUN_TOPIC}):
+            if block.channel.topic in series:
+                series[block.channel.topic].add(block)
+            else:
+                facts |= _run_message(block)
+        remarks += file.remarks
+    columns, more = joined(path.name, topics, series, remarks)
     if topics is OWN:
         facts[MEASURED] = measured_facts(columns)
-    return Loaded(columns, facts, remarks)
+    return Loaded(columns, facts, [*remarks, *_not_recorded(path, series), *more])
+
+
+def _blocks(file: Any, wanted: set[str]) -> Iterator[Block]:
+    """Messages of the wanted topics in CDR; whatever is damaged is a FlatplankError."""
+    try:
+        for block in plain_blocks(file, wanted):
+            yield from as_cdr(block)
+    except (DamagedError, OSError, MemoryError) as error:
+        what = f"damaged ({error})"
+        raise FlatplankError(what, file.path.name, COPY) from error
+
+
+def _run_message(block: Block) -> dict[str, Any]:
+    """Facts of the last `/run` message of a block."""
+    kind = message_type(block.channel)
+    return _record(decode_one(kind, block.payloads[-1].tobytes()))
+
+
+def _not_recorded(path: Path, series: Mapping[str, Series]) -> Iterator[str]:
+    """Topics of which metadata.yaml counts more messages than the bag has."""
+    if not path.is_dir():
+        return
+    for entry in _information(path).get("topics_with_message_count") or ():
+        try:
+            topic, count = entry["topic_metadata"]["name"], int(entry["message_count"])
+        except (TypeError, KeyError, ValueError):
+            continue
+        found = series[topic].size if topic in series else count
+        if found < count:
+            yield f"{found} of the {count} messages on {topic} that {METADATA_FILE} counts"
 
 
 def arrays_of(path: Path, topic: str, names: Sequence[str]) -> dict[str, np.ndarray]:
     """Sequences of one topic, joined over its messages; empty where there is no such topic."""
+
+    def wanted(layout: Layout) -> list[str]:
+        return [p for p in layout.members if p.partition("[")[0] in names]
+
     stamps: list[np.ndarray] = []
     parts: dict[str, list[np.ndarray]] = {name: [] for name in names}
     for file in _files(path):
-        for block in plain_blocks(file.blocks({topic})):
-            kind = parse_definition(block.channel.type, block.channel.definition)
-            members = layout_of(kind, block.payloads[0].tobytes()).members
-            paths = {name: [p for p in members if p.startswith(f"{name}[")] for name in names}
-            rows, values = decode_many(kind, block.payloads, [p for n in names for p in paths[n]])
-            stamps.append(block.log_time[rows])
-            for name, own in paths.items():
-                parts[name] += list(np.column_stack([values[p] for p in own]))
+        for block in _blocks(file, {topic}):
+            for group in decode_groups(message_type(block.channel), block.payloads, wanted):
+                stamps.append(block.log_time[group.rows])
+                for name in names:
+                    own = [v for p, v in group.columns.items() if p.startswith(f"{name}[")]
+                    empty = np.empty((group.rows.size, 0))
+                    parts[name] += list(np.column_stack(own) if own else empty)
     order = np.argsort(np.concatenate(stamps), kind="stable") if stamps else []
     return {n: np.concatenate([p[i] for i in order] or [[]]) for n, p in parts.items()}
 
@@ -126,17 +155,23 @@ def _files(path: Path) -> list:
         paths = sorted(p for p in path.iterdir() if p.suffix in _STORAGE)
         paths = [p for p in paths if p.suffix != SUFFIX or p.with_suffix("") not in paths]
     if not paths:
-        raise FlatplankError("no .mcap or .db3 file", path.name, "copy the whole bag folder")
+        raise FlatplankError("no .mcap, .db3 or .bag file", path.name, "copy the whole bag folder")
     return [_STORAGE[p.suffix](p) for p in paths]
 
 
-def _refuse_compression(folder: Path) -> None:
-    """Refuse a bag whose metadata name an unknown compression."""
+def _information(folder: Path) -> Mapping[str, Any]:
+    """The content of metadata.yaml; empty when it cannot be read."""
     try:
         content = load_yaml((folder / METADATA_FILE).read_bytes(), METADATA_FILE)
         information = content["rosbag2_bagfile_information"]
     except (OSError, YamlError, TypeError, KeyError):
-        return  # the content of the files decides
+        return {}  # the content of the files decides
+    return information if isinstance(information, Mapping) else {}
+
+
+def _refuse_compression(folder: Path) -> None:
+    """Refuse a bag whose metadata name an unknown compression."""
+    information = _information(folder)
     kind = information.get("compression_format") or SUFFIX[1:]
     if kind != SUFFIX[1:]:
         mode = str(information.get("compression_mode", "")).lower()
@@ -158,100 +193,3 @@ def _record(message: dict[str, Any]) -> dict[str, Any]:
         if message.get(key):
             facts[key] = message[key]
     return facts
-
-
-def _stamps(values: dict[str, np.ndarray], log_time: np.ndarray) -> np.ndarray:
-    """Stamps [ns]; the log time where a message has no header."""
-    sec, nsec = (values[path] for path in _STAMP)
-    if sec.dtype.kind == "f":
-        return log_time
-    return sec.astype(np.int64) * 1_000_000_000 + nsec.astype(np.int64)
-
-
-def _join(path: Path, topics: TopicMap, series: dict[str, list]) -> dict[str, np.ndarray]:
-    if not series[topics.base]:
-        raise FlatplankError(
-            f"no message on {topics.base}",
-            path.name,
-            "check that the topic was recorded, or give a mapping file",
-        )
-    base, _ = _sorted(series[topics.base], [])
-    columns = {"time": (base - base[0]) * 1e-9}
-    whole = np.ones(base.size, dtype=bool)
-    for topic, parts in series.items():
-        if not parts:
-            continue
-        sources = topics.sources[topic]
-        stamp, values = _sorted(parts, [s.path for s in sources])
-        if any(source.column in STANDARD_COLUMNS for source in sources):
-            whole &= _received(base, stamp)
-        for source in sources:
-            column = values[source.path]
-            if np.isnan(column).all():
-                continue
-            if source.factor != 1.0 or source.offset != 0.0:
-                column = column * source.factor + source.offset
-            columns[source.column] = _on_base(base, stamp, column)
-    columns = {name: values[whole] for name, values in columns.items()}
-    return _since_trigger(columns, path.name)
-
-
-def _sorted(parts: list, paths: list[str]) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Sorted stamps without duplicates, and their float64 columns."""
-    stamp = np.concatenate([s for s, _ in parts])
-    order = None
-    if np.any(np.diff(stamp) <= 0):
-        stamp, order = np.unique(stamp, return_index=True)
-    values = {}
-    for path in paths:
-        column = np.concatenate([np.asarray(v[path], dtype=np.float64) for _, v in parts])
-        values[path] = column if order is None else column[order]
-    return stamp, values
-
-
-def _received(base: np.ndarray, stamp: np.ndarray) -> np.ndarray:
-    """Mask (base,) of the base cycles that are kept for a topic.
-
-    A cycle that the topic lost is dropped, not interpolated from its neighbours. All are kept when
-    the topic has another clock or rate, because it is then interpolated; those outside its time
-    range are always kept.
-    """
-    everything = np.ones(base.size, dtype=bool)
-    if base.size < 3 or stamp.size < 3 or np.array_equal(base, stamp):
-        return everything
-    ours, theirs = (float(np.percentile(np.diff(s), 5)) for s in (base, stamp))
-    present = np.isin(base, stamp, assume_unique=True)
-    if abs(theirs / ours - 1.0) > SAME_RATE or present.mean() < SAME_CLOCK:
-        return everything
-    return present | (base < stamp[0]) | (base > stamp[-1])
-
-
-def _on_base(base: np.ndarray, stamp: np.ndarray, column: np.ndarray) -> np.ndarray:
-    """`column` at the base stamps: unchanged if the stamps are equal, else interpolated."""
-    if base.size == stamp.size and np.array_equal(base, stamp):
-        return column
-    zero = base[0]
-    return np.interp(
-        (base - zero) * 1e-9, (stamp - zero) * 1e-9, column, left=np.nan, right=np.nan
-    )
-
-
-def _since_trigger(columns: dict[str, np.ndarray], where: str) -> dict[str, np.ndarray]:
-    """Samples from the motion trigger on: before it the plank position has another zero.
-
-    Cycles at the start and end that a topic does not cover are left out.
-    """
-    first = 0
-    trigger = columns.get("motion_trigger")
-    if trigger is not None and trigger.any():
-        first = int(np.argmax(trigger > 0.5))
-    measured = [v for n, v in columns.items() if n in STANDARD_COLUMNS]
-    whole = np.flatnonzero(np.all(np.isfinite(measured), axis=0))
-    last = int(whole[-1]) + 1 if whole.size else len(columns["time"])
-    first = max(first, int(whole[0])) if whole.size else first
-    if last <= first:
-        what = "no cycle after the motion trigger has all channels"
-        raise FlatplankError(what, where, "the run ended too early: measure it again")
-    out = {name: values[first:last] for name, values in columns.items()}
-    out["time"] = out["time"] - out["time"][0]
-    return out

@@ -14,12 +14,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import yaml
-
 from flatplank_data.files import read_text
 from flatplank_data.params import nearest_hint
 from flatplank_data.values import is_number
-from flatplank_data.yaml_text import load_yaml
+from flatplank_data.yaml_text import dump_yaml, load_yaml
 
 FORMAT = "flatplank-parasitic-fit/1"
 CHANNELS = ("C1", "C2", "C3", "C5", "C6")
@@ -90,7 +88,7 @@ def fit_to_text(fit: ParasiticFit) -> str:
         for name, sine in zip(CHANNELS, fit.sines, strict=True)
     }
     content = {"format": FORMAT, "mounting": fit.mounting, "date": fit.date, "channels": channels}
-    return yaml.safe_dump(content, sort_keys=False)
+    return dump_yaml(content)
 
 
 def fit_from_text(text: str, where: str) -> ParasiticFit:

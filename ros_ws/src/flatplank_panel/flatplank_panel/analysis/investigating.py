@@ -10,8 +10,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from flatplank_analysis.investigation.evidence import e_value_words
 from flatplank_analysis.investigation.loop import Loop, decoy_words
 from flatplank_analysis.investigation.notebook import proposal_of, summary, verdict_of
@@ -28,6 +26,7 @@ from flatplank_control.investigate.opening import (
 from flatplank_control.runner.campaign import SUFFIX
 from flatplank_control.runner.steps import PlanFailed
 from flatplank_data.wording import sized
+from flatplank_data.yaml_text import parse_yaml
 from flatplank_panel.analysis.client import Progress
 
 SHOWN = (
@@ -114,7 +113,7 @@ def _content(events: list[dict[str, Any]]) -> dict[str, Any]:
     return {
         "entries": [{k: e.get(k) for k in SHOWN} for e in entries_of(log)],
         "waiting": waiting and {k: waiting[k] for k in ("number", "what", "reason", "minutes")}
-        | {"plan": waiting["plan"], "runs": len(yaml.safe_load(waiting["plan"])["runs"])},
+        | {"plan": waiting["plan"], "runs": len(parse_yaml(waiting["plan"])["runs"])},
         "ended": log["ended"] or "", "reason": log["reason"], "minutes": log["minutes"],
         "budget": log["budget"], "left": max(log["budget"] - log["minutes"], 0.0),
         "runs": log["runs"], "evidence": e_value_words(log["log_e"]), "limit": 1.0 / log["alpha"],

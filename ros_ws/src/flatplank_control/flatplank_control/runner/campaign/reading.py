@@ -10,6 +10,7 @@ import yaml
 
 from flatplank_data.params import nearest_hint
 from flatplank_data.values import is_number
+from flatplank_data.yaml_text import parse_yaml
 
 
 class Located(dict):
@@ -47,7 +48,7 @@ _Loader.add_constructor(yaml.resolver.BaseResolver.DEFAULT_MAPPING_TAG, _Loader.
 def load_with_lines(text: str, where: str) -> Any:
     """Plain YAML with `Located` mappings; ValueError names the line."""
     try:
-        return yaml.load(text, _Loader)
+        return parse_yaml(text, _Loader)
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         line = f":{mark.line + 1}" if mark else ""

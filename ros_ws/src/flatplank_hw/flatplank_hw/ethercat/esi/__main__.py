@@ -7,6 +7,7 @@ import argparse
 import sys
 from pathlib import Path
 
+from flatplank_data.yaml_text import parse_yaml
 from flatplank_hw.ethercat.esi import find_device, merge_device, read_esi
 from flatplank_hw.ethercat.reader import parse_bus, read_bus_file
 from flatplank_hw.ethercat.writer import write_bus
@@ -60,9 +61,8 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _check(text: str) -> None:
     """Check that the written bus file can be read."""
-    import yaml
 
-    parse_bus(yaml.safe_load(text), "new bus file")
+    parse_bus(parse_yaml(text), "new bus file")
 
 
 if __name__ == "__main__":
