@@ -131,7 +131,8 @@ def unpack_chunk(record: bytes, budget: Budget) -> tuple[np.ndarray, bool]:
     name = bytes(record[_CHUNK.size : _CHUNK.size + name_size])
     at = _CHUNK.size + name_size
     if name not in (b"", b"lz4", b"zstd") or at + 8 > len(record):
-        raise DamagedError(f"compression {name[:8]!r} is not known")
+        text = name[:8].decode() if name.isalnum() and name.isascii() else "of damaged name"
+        raise DamagedError(f"the compression {text} is not none, lz4 or zstd")
     (body_size,) = struct.unpack_from("<Q", record, at)
     body = record[at + 8 :]
     if body_size != len(body) or (not name and size != body_size):
