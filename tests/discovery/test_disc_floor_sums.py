@@ -175,7 +175,13 @@ def test_the_floor_and_what_is_beyond_it():
     assert found.raw == pytest.approx(found.floor / 0.8)
     assert found.varying == pytest.approx(0.75 * found.floor) and found.varying_p == 2e-4
     beyond = mean**2 - pure / counts
-    np.testing.assert_allclose(found.per_condition, np.sqrt(np.maximum(beyond, 0.0)))
+    own = [np.mean(cleaned.contrasts[g] ** 2) * len(g) / (len(g) - 1) for g in runs.groups]
+    np.testing.assert_allclose(found.by_condition**2, own)
+    np.testing.assert_allclose(
+        found.per_condition, np.sqrt(np.maximum(mean**2 - own / counts, 0.0))
+    )
+    np.testing.assert_allclose(found.multiples * found.by_condition, found.rmse_condition)
+    assert [row["own_floor"] for row in found.rows(runs)] == [True] * CONDITIONS
     assert found.unexplained == pytest.approx(np.sqrt(counts @ beyond / counts.sum()))
     np.testing.assert_allclose(found.rmse_condition[0], np.sqrt(np.mean(residual[:2] ** 2)))
     assert found.freedom == pytest.approx(
@@ -201,6 +207,12 @@ def test_the_floor_and_what_is_beyond_it():
         f_distribution.sf(ratio, few.freedom * CONDITIONS / spare, few.freedom)
     )
     assert floor.floor_of(runs, residual, cleaned, least=9.0).floor == pytest.approx(9.0)
+    # a condition that is not repeated has the floor of all
+    few_runs = measured(0).runs.subset(np.arange(2, RUNS))
+    part = floor.Cleaned(few_runs.contrast(contrast[1:]))
+    single = floor.floor_of(few_runs, residual[1:], part)
+    assert single.by_condition[0] == single.floor != single.by_condition[1]
+    assert not single.rows(few_runs)[0]["own_floor"]
     # no error is below the floor, and no scatter below none
     below = floor.floor_of(runs, 0.1 * contrast, cleaned)
     assert below.unexplained == 0.0 and below.varying == 0.0

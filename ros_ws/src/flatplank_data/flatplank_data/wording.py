@@ -14,6 +14,11 @@ def with_unit(name: str, unit: str) -> str:
     return name if unit in ("", "1", "-") else f"{name} [{unit}]"
 
 
+def six_digits(value: float) -> float | None:
+    """A number rounded for programs; None when it is not finite."""
+    return float(f"{value:.6g}") if np.isfinite(value) else None
+
+
 def plain(value: float, digits: int = 3) -> str:
     """The number with significant digits; powers of ten only for very large or small ones."""
     if not 1e-4 <= abs(value) < 1e6:

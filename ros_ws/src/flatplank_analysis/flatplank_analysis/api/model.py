@@ -200,7 +200,7 @@ class Comparison:
             "conditions": lambda: figures.conditions(self.steps),
             "residual": lambda: figures.residual(step),
         }
-        maps = where.make_maps(runs, step.state.residual[0], step.state.floors[0].floor)
+        maps = where.make_maps(runs, step.state.residual[0], step.state.floors[0].by_condition)
         drawn |= {m.coordinate: partial(figures.map_of, m, runs) for m in maps}
         return figure_of(drawn, what)()
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import invariants, where
+from flatplank_analysis.discovery.floor import BELOW
 from flatplank_analysis.discovery.sources import source_of
 from flatplank_analysis.discovery.steps import Step
 from flatplank_data.wording import span, table
@@ -16,12 +17,12 @@ from flatplank_data.wording import span, table
 def numbers(session: Session, step: Step) -> dict[str, Any]:
     """The JSON of `flatplank compare --json`."""
     runs, level = session.data.runs, step.state.floors[0]
-    maps = where.make_maps(runs, step.state.residual[0], level.floor)
+    maps = where.make_maps(runs, step.state.residual[0], level.by_condition)
     return (
         session.numbers(step)
         | source_of(runs).to_dict()
         | {
-            "conditions": by_condition(session, step),
+            "conditions": level.rows(runs),
             "where": [
                 {
                     "coordinate": m.coordinate,
@@ -44,30 +45,16 @@ def numbers(session: Session, step: Step) -> dict[str, Any]:
     )
 
 
-def by_condition(session: Session, step: Step) -> list[dict[str, Any]]:
-    """Error, its part above the floor, and the floor [N] of every condition."""
-    runs, level = session.data.runs, step.state.floors[0]
-    return [
-        {
-            "condition": name,
-            "runs": len(rows),
-            "rmse": round(float(level.rmse_condition[i]), 3),
-            "unexplained": round(float(level.per_condition[i]), 3),
-            "floor": round(level.floor, 3),
-        }
-        for i, (name, rows) in enumerate(zip(runs.condition_names, runs.groups, strict=True))
-    ]
-
-
 def text_of(data: Mapping[str, Any]) -> str:
     """The text that `flatplank compare` prints, from the result of `numbers`."""
-    rows = [("condition", "runs", "error [N]", "floor [N]", "beyond [N]")]
+    rows = [("condition", "runs", "error [N]", "floor [N]", "error [floors]", "beyond [N]")]
     rows += [
         (
             c["condition"],
             str(c["runs"]),
             f"{c['rmse']:.1f}",
-            f"{c['floor']:.1f}",
+            f"{c['floor']:.1f}" + ("" if c["own_floor"] else " *"),
+            f"{c['floors']:.1f}",
             f"{c['unexplained']:.1f}",
         )
         for c in data["conditions"]
@@ -78,6 +65,10 @@ def text_of(data: Mapping[str, Any]) -> str:
         f"beyond it {data['unexplained']:.1f} N"
     )
     lines.append(f"the floor is by {data['floor_from']}")
+    if not all(c["own_floor"] for c in data["conditions"]):
+        lines.append("* not repeated: the floor of all")
+    if any(c["floors"] < 1.0 for c in data["conditions"]):
+        lines.append(BELOW)
     for m in data["where"][:4] if data["unexplained"] > 0.0 else ():
         low, high = m["range"]
         where = span(low, high, m["unit"])

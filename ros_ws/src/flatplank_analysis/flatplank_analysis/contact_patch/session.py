@@ -24,12 +24,13 @@ from flatplank_analysis.discovery.search import Options, run_search
 from flatplank_analysis.discovery.shortlist import line_search
 from flatplank_analysis.discovery.state import channel_weights, make_state, start_base, term_of
 from flatplank_analysis.discovery.steps import Progress, Step
-from flatplank_analysis.discovery.verdict import Diagnosis, six_digits
+from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.effects.checks import sound_library
 from flatplank_analysis.effects.registry import find, library, source_file
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError
 from flatplank_data.table import MeasurementTable
+from flatplank_data.wording import six_digits
 
 
 @dataclass

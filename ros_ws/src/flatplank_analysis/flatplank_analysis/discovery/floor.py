@@ -1,15 +1,26 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The noise floor from repeats, and the part of the residual above it."""
+"""The noise floor of every condition from its repeats, and the part of the residual above it.
+
+The only definition of a floor: search, report, pages and panel use it.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.stats import f as f_distribution
 
 from flatplank_analysis.discovery.runs import RunSet
+from flatplank_data.wording import six_digits
+
+BELOW = (
+    "a fit can lie below a floor: the floor is the scatter of single runs, estimated from few "
+    "repeats, and the parameters of the fit follow part of this scatter"
+)
+"""why an error below the floor is no contradiction"""
 
 
 @dataclass(frozen=True)
@@ -17,13 +28,16 @@ class Floor:
     """Levels of one channel, in its unit."""
 
     floor: float
-    """scatter between repeats, without what effects that differ between repeats explain"""
+    """scatter between repeats of all conditions, without what effects that differ between repeats
+    explain: for totals only"""
     raw: float
-    """scatter between repeats"""
+    """scatter between repeats of all conditions"""
     unexplained: float
     """systematic part of the residual above the floor"""
     per_condition: np.ndarray
     """(conditions,) the systematic part by condition"""
+    by_condition: np.ndarray
+    """(conditions,) floor of each condition; that of all where a condition is not repeated"""
     rmse_condition: np.ndarray
     """(conditions,) root mean square of the residual"""
     freedom: float
@@ -32,6 +46,27 @@ class Floor:
     """p-value of the hypothesis that the mean residual does not exceed the floor"""
     varying_p: float = 1.0
     """p-value of the hypothesis that repeats differ by chance, see `Cleaned`"""
+
+    @property
+    def multiples(self) -> np.ndarray:
+        """Error of each condition, relative to its own floor (conditions,)."""
+        return self.rmse_condition / np.maximum(self.by_condition, 1e-30)
+
+    def rows(self, runs: RunSet) -> list[dict[str, Any]]:
+        """Per condition, for programs: error, its systematic part, and floor, in the unit of the
+        channel; the error in floors; and whether the floor is by the condition's own repeats."""
+        return [
+            {
+                "condition": name,
+                "runs": len(rows),
+                "rmse": six_digits(self.rmse_condition[i]),
+                "unexplained": six_digits(self.per_condition[i]),
+                "floor": six_digits(self.by_condition[i]),
+                "floors": six_digits(self.multiples[i]),
+                "own_floor": len(rows) > 1,
+            }
+            for i, (name, rows) in enumerate(zip(runs.condition_names, runs.groups, strict=True))
+        ]
 
     @property
     def varying(self) -> float:
@@ -130,6 +165,21 @@ def _regress(contrast: np.ndarray, blocks: Sequence[np.ndarray]) -> np.ndarray:
     return contrast - (fit @ flat).reshape(contrast.shape)
 
 
+def scatter_of_repeats(
+    contrasts: np.ndarray, groups: Sequence[np.ndarray]
+) -> tuple[float, np.ndarray]:
+    """Mean square of a single run about the mean of its condition: of all conditions, and of each
+    one (conditions,); NaN for a condition that is not repeated, 0 for all when none is.
+
+    contrasts (runs, samples); groups: rows of every condition.
+    """
+    energy = np.sum(contrasts**2, axis=1) / contrasts.shape[1]
+    spare = np.array([len(g) - 1 for g in groups], dtype=float)
+    own = np.array([float(np.sum(energy[g])) for g in groups])
+    each = np.divide(own, spare, out=np.full(len(groups), np.nan), where=spare > 0.0)
+    return float(np.sum(energy) / max(float(spare.sum()), 1.0)), each
+
+
 def floor_of(
     runs: RunSet,
     residual: np.ndarray,
@@ -146,19 +196,22 @@ def floor_of(
     """
     counts = np.array([len(g) for g in runs.groups])
     spare = max(float(np.sum(counts - 1)), 1.0)
-    pure = max(float(np.sum(cleaned.contrasts**2) / (spare * runs.samples)), least**2)
-    raw = float(np.sum(runs.contrast(residual) ** 2) / (spare * runs.samples))
+    pure, own = scatter_of_repeats(cleaned.contrasts, runs.groups)
+    pure = max(pure, least**2)
+    own = np.where(np.isnan(own), pure, np.maximum(own, least**2))
+    raw = scatter_of_repeats(runs.contrast(residual), runs.groups)[0]
     steps = runs.input_noise[channel] ** 2 if runs.input_noise else 0.0
     square = np.mean(runs.mean(residual) ** 2, axis=1)
-    beyond = square - pure / counts - steps
+    beyond = np.average(square - pure / counts - steps, weights=counts)
     rms = np.sqrt([np.mean(residual[g] ** 2) for g in runs.groups])
     freedom = min(effective_freedom(runs, cleaned.contrasts), spare * per_run)
     ratio = float(np.mean(np.maximum(square - steps, 0.0) * counts)) / max(pure, 1e-30)
     return Floor(
         floor=float(np.sqrt(pure)),
         raw=float(np.sqrt(raw)),
-        unexplained=float(np.sqrt(max(float(np.average(beyond, weights=counts)), 0.0))),
-        per_condition=np.sqrt(np.maximum(beyond, 0.0)),
+        unexplained=float(np.sqrt(max(float(beyond), 0.0))),
+        per_condition=np.sqrt(np.maximum(square - own / counts - steps, 0.0)),
+        by_condition=np.sqrt(own),
         rmse_condition=rms,
         freedom=freedom,
         p_value=float(f_distribution.sf(ratio, freedom * len(counts) / spare, freedom)),

@@ -24,7 +24,7 @@ from flatplank_analysis.discovery.sources import (
 )
 from flatplank_analysis.discovery.steps import LARGEST_CLASS, AcceptedEffect, Search, Step
 from flatplank_data.errors import FlatplankError
-from flatplank_data.wording import brief, quantity
+from flatplank_data.wording import brief, quantity, six_digits
 
 AT_FLOOR = "at floor"
 GROUP = "found group"
@@ -66,6 +66,8 @@ class Diagnosis:
     """sizes of consequence in the first channel"""
     search: Search | None = None
     notes: tuple[str, ...] = field(default_factory=tuple)
+    conditions: tuple[dict[str, Any], ...] = ()
+    """error and floor of every condition at the end, see `Floor.rows`"""
 
     def drawable(self, campaign: str) -> Search:
         """The search; FlatplankError where the campaign allowed none."""
@@ -81,6 +83,7 @@ class Diagnosis:
             "effects": [effect_dict(f) for f in self.found],
             "runs": self.search.last.state.runs.runs if self.search else 0,
             "floor_rmse": six_digits(self.floor),
+            "conditions": self.conditions,
             **self.source.to_dict(),
             "rmse_before": six_digits(self.rmse_before),
             "rmse_after": six_digits(self.rmse_after),
@@ -143,11 +146,6 @@ def effect_dict(found: AcceptedEffect) -> dict[str, Any]:
     }
 
 
-def six_digits(value: float) -> float | None:
-    """A number rounded for programs; None when it is not finite."""
-    return float(f"{value:.6g}") if np.isfinite(value) else None
-
-
 def undecidable(runs: RunSet) -> str:
     """Reason why a campaign cannot be decided; empty when it can."""
     if runs.contradicted:
@@ -179,7 +177,7 @@ def diagnose(search: Search, next_run: dict[str, Any] | None = None) -> Diagnosi
     if not verdict:
         verdict, reason = limited_by_source(source, *_verdict(search, last))
     counts = invariants.limits(last.state)
-    maps = where.make_maps(runs, residual, levels.floor)
+    maps = where.make_maps(runs, residual, levels.by_condition)
     period, share = _period(runs, residual, verdict)
     pattern = last.state.patterns.strongest(counts.bump, counts.wave)
     if pattern and verdict in (NONE, PARTLY):
@@ -210,6 +208,7 @@ def diagnose(search: Search, next_run: dict[str, Any] | None = None) -> Diagnosi
         limits=counts,
         search=search,
         notes=tuple(_notes(runs, search)),
+        conditions=tuple(levels.rows(runs)),
     )
 
 

@@ -67,11 +67,17 @@ class Event:
         )
 
 
-def make_maps(runs: RunSet, residual: np.ndarray, floor: float, seed: int = 0) -> list[Map]:
-    """Maps over all coordinates, sorted by the share that each explains, largest first."""
+def make_maps(
+    runs: RunSet, residual: np.ndarray, floor: float | np.ndarray, seed: int = 0
+) -> list[Map]:
+    """Maps over all coordinates, sorted by the share that each explains, largest first.
+
+    floor: of all conditions, or of each one (conditions,).
+    """
     mean = runs.mean(residual)
+    floors = np.broadcast_to(floor, len(runs.groups))
     maps = [
-        _map(runs, name, c, residual, mean, floor, seed) for name, c in runs.coordinates.items()
+        _map(runs, name, c, residual, mean, floors, seed) for name, c in runs.coordinates.items()
     ]
     return sorted(maps, key=lambda m: -m.ordered)
 
@@ -98,7 +104,7 @@ def _edges(c: Coordinate) -> np.ndarray:
     return np.linspace(low, high + 1e-9, c.bins + 1)
 
 
-def _map(runs, name, c: Coordinate, residual, mean, floor, seed) -> Map:
+def _map(runs, name, c: Coordinate, residual, mean, floors, seed) -> Map:
     edges = _edges(c)
     bins = len(edges) - 1
     place = np.clip(np.digitize(c.values, edges) - 1, 0, bins - 1)
@@ -109,7 +115,7 @@ def _map(runs, name, c: Coordinate, residual, mean, floor, seed) -> Map:
         count = np.bincount(where, minlength=bins)
         total = np.bincount(where, residual[rows].ravel(), minlength=bins)
         table[i, count > 0] = total[count > 0] / count[count > 0]
-        square = mean[i] ** 2 - floor**2 / len(rows)
+        square = mean[i] ** 2 - floors[i] ** 2 / len(rows)
         energy += np.bincount(place[rows[0]], square, minlength=bins)
     energy = np.maximum(energy, 0.0)
     share = energy / max(float(energy.sum()), 1e-30)

@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from flatplank_analysis.contact_patch import comparison
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import screen, verdict, where
 from flatplank_analysis.discovery.fit import effect_contribution
@@ -94,12 +93,12 @@ def _picture(at: _Open, step: Step) -> dict[str, Any]:
     session = at.session
     runs, state = session.data.runs, step.state
     level, residual = state.floors[0], state.residual[0]
-    maps = where.make_maps(runs, residual, level.floor)[:MAPS]
+    maps = where.make_maps(runs, residual, level.by_condition)[:MAPS]
     return (
         session.numbers(step)
         | source_of(runs).to_dict()
         | {
-            "conditions": comparison.by_condition(session, step),
+            "conditions": level.rows(runs),
             "maps": [_map(m) for m in maps],
             "curves": _curves(session, step),
             "ranked": _ranked(step),

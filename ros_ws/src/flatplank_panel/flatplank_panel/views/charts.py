@@ -107,17 +107,25 @@ def measured_and_model(curve: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def against_floor(conditions: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Error of every condition as bars, the floor as a line."""
+    """Error of every condition as a bar, its own floor as a mark across the bar."""
     names = short_labels([c["condition"] for c in conditions])
     options = axes("RMS error of Fx [N]", "")
     options["xAxis"] |= {"min": 0, "scale": False}
     options["yAxis"] = {**_categories(names), "inverse": True, "axisLine": AXIS_LINE}
     options["grid"] = {"left": 8, "right": 40, "top": 26, "bottom": 40, "containLabel": True}
     errors = _bars("error", [c["rmse"] for c in conditions], ACTUAL, 14)
-    options["series"] = [errors] if conditions else []
-    if conditions:
-        floor = _round(conditions[0]["floor"])
-        _draw_floor(errors, options["xAxis"], {"xAxis": floor}, floor, "start")
+    errors["label"] = {"show": True, "position": "insideLeft", "fontSize": 11, "color": "#ffffff"}
+    errors["data"] = [
+        {"value": _round(c["rmse"]), "label": {"formatter": f"{c['floors']:.1f} floors"}}
+        for c in conditions
+    ]
+    marks = {
+        "type": "scatter", "name": "floor of the condition", "symbol": "rect",
+        "symbolSize": [3, 18], "itemStyle": {"color": REFERENCE},
+        "data": [[_round(c["floor"]), i] for i, c in enumerate(conditions)],
+    }  # fmt: skip
+    options["series"] = [errors, marks] if conditions else []
+    options["legend"] = LEGEND
     return options
 
 

@@ -74,8 +74,15 @@ def conditions(steps: Sequence[Step]) -> Figure:
     axes.bar(x - (0.2 if moved else 0), before, width, color=GREY, label=alone)
     if moved:
         axes.bar(x + 0.2, after, width, color=BLUE, label="with the effects")
-    floor, by = last.state.floors[0].floor, source_of(runs).words()
-    axes.axhline(floor, color=ORANGE, lw=1.5, label=f"floor {amount(runs, floor)} ({by})")
+    floors = last.state.floors[0]
+    of_all, by = amount(runs, floors.floor), source_of(runs).words()
+    name = f"floor of the condition (of all {of_all}; {by})"
+    axes.hlines(floors.by_condition, x - 0.45, x + 0.45, color=ORANGE, lw=2.0, label=name)
+    for at, value, error in zip(x, floors.multiples, after, strict=True):
+        axes.annotate(
+            f"{value:.1f}", (at, error), (0, 2), textcoords="offset points",
+            ha="center", fontsize=7,
+        )  # fmt: skip
     labels = [short(n) for n in runs.condition_names]
     axes.set_xticks(x, labels, rotation=30 if len(x) > 9 else 0, fontsize=8)
     axes.set_ylabel(labelled(runs, "RMSE of {}"), fontsize=9)

@@ -17,6 +17,7 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 from flatplank_analysis.discovery import where
+from flatplank_analysis.discovery.floor import BELOW
 from flatplank_analysis.discovery.report import figures
 from flatplank_analysis.discovery.report.text import amount, channel_of
 from flatplank_analysis.discovery.steps import AcceptedEffect, Search
@@ -77,7 +78,7 @@ def _render(
 ) -> str:  # fmt: skip
     first = search.steps[0]
     runs = search.model.runs
-    maps = where.make_maps(runs, first.state.residual[0], first.state.floors[0].floor)
+    maps = where.make_maps(runs, first.state.residual[0], first.state.floors[0].by_condition)
     steps = waterfall_steps(search, history)
     svg = {
         "conditions": book.add("conditions", figures.conditions(search.steps)),
@@ -87,6 +88,7 @@ def _render(
     }
     return template("page.html.j2").render(
         d=result,
+        below=BELOW if any(c["floors"] < 1.0 for c in result.conditions) else "",
         channel=channel_of(runs),
         amount=partial(amount, runs),
         campaign=campaign,

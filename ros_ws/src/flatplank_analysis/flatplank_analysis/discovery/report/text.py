@@ -87,6 +87,11 @@ def _errors(result: Diagnosis, runs: RunSet) -> Iterator[str]:
         f"{with_unit(result.rmse_before)} before, {with_unit(result.rmse_after)} after, "
         f"floor {with_unit(result.floor)}; held out {with_unit(result.held_out_after)}"
     )
+    worst = max(result.conditions, key=lambda c: c["floors"])
+    yield (
+        f"worst of its own floor: {worst['condition']}, {with_unit(worst['rmse'])}, "
+        f"{worst['floors']:.1f} floors of {with_unit(worst['floor'])}"
+    )
     yield f"the floor is by {result.source.words()}"
     limits = result.limits
     if limits is None:
