@@ -104,7 +104,9 @@ def test_every_channel_is_tested(column, make_step):
     table = make_step(0.02, 1, noise=5.0)
     values = table[column].copy()
     values[[700, 701]] += 0.3 * 10.0 ** len(str(int(np.ptp(values) + values.max())))
-    (found,) = bad_samples(table.with_columns(**{column: values + 1e-6 * _noise(9)[: values.size]}))
+    (found,) = bad_samples(
+        table.with_columns(**{column: values + 1e-6 * _noise(9)[: values.size]})
+    )
     assert found.column == column and list(found.rows) == [700, 701]
 
 

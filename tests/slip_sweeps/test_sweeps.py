@@ -153,7 +153,7 @@ def test_signs_that_belong_to_no_system_are_refused_and_nothing_is_turned(tmp_pa
         ("a.csv", "SA,FY\n1,2,3\n1,2,3\n", "no header of 3 names"),
         ("a.csv", "SA,FY,X\n" + "1,2,3\n" * 80, "no vertical force"),
         ("a.csv", "SA,FY,FZ\n" + "1,2,3\n" * 20, "20 whole samples"),
-        ("a.csv", "SA,FY,FZ\n1,2,3\n1,2,3,4\n", "4 values where the first line has 3"),
+        ("a.csv", "SA,FY,FZ\n1,2,3\n1,2,3,4\n", "4 values for 3 columns"),
         ("a.csv", "SA,FY,FZ\n" + "1,2,300\n" * 80, "no sweep"),
         ("a.csv", "FX,FY,FZ\n" + "1,2,3\n" * 80, "neither slip angle nor slip"),
         ("a.dat", "words only\n", "no line of numbers"),

@@ -26,8 +26,10 @@ from flatplank_data.readers.bag import MEASURED, METADATA_FILE
 from flatplank_data.readers.base import turned_columns, turned_facts, turned_info, turned_names
 from flatplank_data.record_checks import default_of
 from flatplank_data.run_record import FILE_NAME, RunRecord, read_run, stem_of
+from flatplank_data.stamps import in_order
 from flatplank_data.store import Store, open_store
 from flatplank_data.table import COLUMN_UNITS, MeasurementTable
+from flatplank_data.turns import whole_turns
 from flatplank_data.yaml_text import load_yaml
 
 FORMAT = "flatplank-measurement-table/1"
@@ -72,20 +74,27 @@ class Run:
         """As `read`, with all columns that were read for the checks; and the whole table, bad
         samples included."""
         wanted = columns
-        if columns is not None and check:
-            wanted = [*dict.fromkeys([*columns, *checks.REQUIRED.get(self.info.measurement, ())])]
-        request = Request(self.store, self.info.file, wanted, self.mapping, further)
+        needed = checks.REQUIRED.get(self.info.measurement, ()) if check else ()
+        if columns is not None:
+            wanted = [*dict.fromkeys([*columns, *needed])]
+        request = Request(self.store, self.info.file, wanted, self.mapping, further, needed)
         loaded = reader_for(self.store, self.info.file)(request)
         facts = dict(loaded.facts)
         measured = turned_facts(facts.pop(MEASURED, {}), self.mapping)
         merged = _merged(self.info, turned_facts(facts, self.mapping), self.given)
         info, remarks = with_values_in_use(merged, measured)
-        table = MeasurementTable(turned_columns(loaded.columns, self.mapping), info)
-        remarks += [Problem(self.info.file, text, fatal=False) for text in loaded.remarks]
+        ordered, told = in_order(turned_columns(loaded.columns, self.mapping))
+        if check:
+            ordered, more = whole_turns(ordered, self.info.file)
+            told += more
+        table = MeasurementTable(ordered, info)
+        remarks += [
+            Problem(self.info.file, text, fatal=False) for text in (*loaded.remarks, *told)
+        ]
         whole = table
         if check:
-            table, told = checks.run_checks(whole)
-            remarks += told
+            table, found = checks.run_checks(whole)
+            remarks += found
         for problem in remarks:
             if check and problem.fatal:
                 raise problem.as_error()

@@ -10,7 +10,9 @@ import numpy as np
 from flatplank_data.lost import lost_samples
 from flatplank_data.problem import Problem
 from flatplank_data.spikes import bad_samples
+from flatplank_data.stamps import order_of
 from flatplank_data.table import STANDARD_COLUMNS, MeasurementTable
+from flatplank_data.unit_checks import wrong_units
 
 #: kind of measurement -> columns that it cannot do without
 REQUIRED: dict[str, tuple[str, ...]] = {
@@ -116,12 +118,47 @@ def not_a_number(table: MeasurementTable) -> Iterator[Remark]:
 
 
 def time_increases(table: MeasurementTable) -> Iterator[Remark]:
+    """Check that no stamp is repeated and none is earlier than the one before it."""
     if "time" not in table or not table.has("time"):
         return
-    back = np.diff(table["time"]) <= 0.0
-    if back.any():
-        row = int(np.argmax(back)) + 2
-        yield "time does not increase", f"row {row}", "sort or correct the samples", True
+    stamps = table["time"]
+    stands = np.diff(stamps) == 0.0
+    order = order_of(stamps)
+    if stands.size and stands.all():
+        what = f"all stamps are {stamps[0]:g} s"
+        yield what, "column 'time'", "record or export the stamps again", True
+    elif order.back:
+        back, now = stamps[order.back - 2], stamps[order.back - 1]
+        what = f"time does not increase: {now:g} s after {back:g} s"
+        remedy = "give each recording of the file its own file, or sort the rows"
+        yield what, f"row {order.back}", remedy, True
+    elif stands.any():
+        what = f"time does not increase: {int(stands.sum())} stamps are repeated"
+        remedy = "remove the repeated rows, or write the stamps with more digits"
+        yield what, f"row {int(np.argmax(stands)) + 2}", remedy, True
+
+
+def units_agree(table: MeasurementTable) -> Iterator[Remark]:
+    """Check that no column is in another unit than it says; see `unit_checks`."""
+    kind = table.info.measurement
+    if kind not in (*ROLLING, "locked_wheel"):
+        return
+    found = wrong_units(table, kind in ROLLING)
+    if found:
+        ways = " or ".join(f"'{w.column}' is in {w.unit}, not in {w.expected}" for w in found)
+        remedy = f"write the unit, as '{found[0].column} [{found[0].unit}]'"
+        if any(w.column in ("fz", "pressure") for w in found):
+            remedy += f", or correct '{found[0].column}' of the run record"
+        yield f"{found[0].text}: {ways}", f"column '{found[0].column}'", remedy, True
+
+
+def angle_continues(table: MeasurementTable) -> Iterator[Remark]:
+    """Check that the wheel turns by less than half a turn between two samples."""
+    step = np.diff(table.get("wheel_angle"))
+    if (np.abs(step) > np.pi).any():
+        row = int(np.argmax(np.abs(step) > np.pi)) + 2
+        what = f"jumps by {step[row - 2]:.4g} rad, more than half a turn"
+        yield what, f"row {row}, column 'wheel_angle'", "repair the samples", True
 
 
 def samples_lost(table: MeasurementTable) -> Iterator[Remark]:
@@ -255,6 +292,7 @@ def _unstated_step(table: MeasurementTable) -> Iterator[Remark]:
 RECORD_CHECKS = (columns_present, slip_channels, not_a_number, time_increases, samples_lost)
 """checks of the record itself"""
 CHECKS = (
-    position_increases, plank_moves, reaches_step, units_of_record, load_positive, slip_sign,
-)
+    units_agree, angle_continues, position_increases, plank_moves, reaches_step, units_of_record,
+    load_positive, slip_sign,
+)  # fmt: skip
 """checks of what was measured, without bad samples"""

@@ -13,9 +13,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+import pyarrow as pa
 
 from flatplank_data.errors import FlatplankError
-from flatplank_data.units import is_number_text
+from flatplank_data.numbers import number_of, numbers_of, styles_of
+from flatplank_data.text import lines_of
 
 KEYWORDS = (
     "HEADER",
@@ -91,7 +93,7 @@ def parse_tydex(text: str, name: str) -> TydexFile:
 def _sections(text: str, name: str) -> tuple[dict[str, list[tuple[int, str]]], bool]:
     sections: dict[str, list[tuple[int, str]]] = {"MEASURCHANNELS": [], "MEASURDATA": []}
     current, ended = "", False
-    for number, raw in enumerate(text.splitlines(), start=1):
+    for number, raw in enumerate(lines_of(text), start=1):
         line = raw.expandtabs(10).rstrip()
         if line.startswith("**"):
             current = line[2:].strip().split(" ")[0].upper()
@@ -115,12 +117,11 @@ def _channel(line: str, where: str) -> Channel:
         raise FlatplankError(
             f"channel {key} has no unit", where, "write it in columns 41-50, '-' for a bare number"
         )
-    try:
-        numbers = [float(cell) for cell in cells[:3]]
-    except ValueError as error:
+    numbers = [number for cell in cells[:3] if (number := number_of(cell)) is not None]
+    if len(numbers) < len(cells[:3]):
         raise FlatplankError(
             f"channel {key}: '{' '.join(cells)}' is no factor", where, "columns 51-60 hold it"
-        ) from error
+        )
     factor, before, after = numbers + [1.0, 0.0, 0.0][len(numbers) :]
     return Channel(key, unit, factor, before, after, note)
 
@@ -142,16 +143,14 @@ def _data(lines: list[tuple[int, str]], channels: list[Channel], name: str) -> n
             f"{name}, sample {row}, line {lines[-1][0] if lines else 0}",
             "the data are cut short: export or copy the file again",
         )
-    try:
-        values = np.array(
-            [np.nan if cell == MISSING else cell.replace("D", "E") for cell in cells], dtype=float
-        )
-    except ValueError as error:
-        bad = next(c for c in cells if c != MISSING and not is_number_text(c.replace("D", "E")))
-        number = next(n for n, line in lines if bad in line.split())
+    texts = pa.array(cells, pa.string())
+    values, other = numbers_of(texts, styles_of({"": texts})[""], name)
+    if other.any():
+        bad = cells[int(np.argmax(other))]
+        number = next(n for n, line in lines if bad in line)
         raise FlatplankError(
             f"'{bad}' is not a number", f"{name}, line {number}", f"write {MISSING} for no value"
-        ) from error
+        )
     factor, before, after = np.array([(c.factor, c.before, c.after) for c in channels]).T
     return (values.reshape(-1, len(channels)) + before) * factor + after
 

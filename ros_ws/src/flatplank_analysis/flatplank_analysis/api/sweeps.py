@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -18,15 +19,22 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def sweeps(path: str | os.PathLike[str], axes: str | None = None) -> Sweeps:
-    """Read sweeps from a `.mat`, `.csv`, `.dat` or `.txt`; `flatplank sweeps` does the same.
+def sweeps(
+    path: str | os.PathLike[str],
+    axes: str | None = None,
+    turn: Sequence[str] = (),
+    columns: Mapping[str, str] | None = None,
+) -> Sweeps:
+    """Read sweeps from a text, TYDEX or `.mat` file; `flatplank sweeps` does the same.
 
-    axes: iso, sae or adapted; None: determined by the signs of the data.
+    axes: iso, sae or adapted; None: determined by the signs of the data. turn: channels that the
+    file counts the other way, as `["alpha"]`. columns: channel -> column of the file, where it has
+    another name.
 
     Raises:
         FlatplankError: what is wrong with the file, and what to do.
     """
-    return Sweeps(study(os.fspath(path), axes))
+    return Sweeps(study(os.fspath(path), axes, turn, columns))
 
 
 class Sweeps:

@@ -13,8 +13,8 @@ from typing import Any
 from flatplank_data.arguments import Parser
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError, NothingUsableError
+from flatplank_data.numbers import number_of
 from flatplank_data.problem import Problem
-from flatplank_data.units import is_number_text
 from flatplank_data.yaml_text import load_yaml
 
 NOTHING_USABLE = 2
@@ -102,7 +102,7 @@ def print_rows(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Print columns of minimal width; numbers are right-aligned."""
     widths = [max(len(row[i]) for row in [header, *rows]) for i in range(len(header))]
     right = [
-        all(row[i] in ("", "-") or is_number_text(row[i]) for row in rows)
+        all(row[i] in ("", "-") or number_of(row[i]) is not None for row in rows)
         for i in range(len(header))
     ]
     for row in [header, *rows]:

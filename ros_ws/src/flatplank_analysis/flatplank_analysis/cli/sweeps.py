@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sweeps of another test bench (.mat, CSV): conditions, B C D E, and where a `.tir` fails."""
+"""Sweeps of another test bench (text, TYDEX, .mat): conditions, B C D E, where a `.tir` fails."""
 
 from __future__ import annotations
 
@@ -10,23 +10,30 @@ import numpy as np
 
 from flatplank_analysis.cli import common
 from flatplank_analysis.models.tir import TirFile, read_tir
-from flatplank_analysis.slip_sweeps.channels import SYSTEMS
+from flatplank_analysis.slip_sweeps.axes import SYSTEMS
 from flatplank_analysis.slip_sweeps.conditions import FORCE, HELD
 from flatplank_analysis.slip_sweeps.curves import NAMES, Formula
+from flatplank_analysis.slip_sweeps.raw import RAW
 from flatplank_analysis.slip_sweeps.study import FAILS, Study, by_level, study
 from flatplank_data.arguments import Parser
+from flatplank_data.errors import FlatplankError
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """`flatplank sweeps FILE [--tir FILE] [--axes NAME] [--figure FILE] [--json]`."""
+    """`flatplank sweeps FILE [--tir FILE] [--axes NAME] [--turn CHANNEL] [--columns ...]`."""
     parser = Parser(prog="flatplank sweeps", description=__doc__)
-    parser.add_argument("file", metavar="FILE", help=".mat, .csv, .dat or .txt with sweeps")
+    parser.add_argument("file", metavar="FILE", help=f"{', '.join(RAW)} with sweeps")
     parser.add_argument("--tir", metavar="FILE", help="tire property file to compare with")
     parser.add_argument("--axes", choices=SYSTEMS, help="of the file; default: by its signs")
+    parser.add_argument("--turn", metavar="CHANNEL", nargs="+", default=(),
+                        help="channels that the file counts the other way, as alpha")  # fmt: skip
+    parser.add_argument("--columns", metavar="CHANNEL=COLUMN", nargs="+", default=(),
+                        help="columns with other names, as fy='Side load'")  # fmt: skip
     parser.add_argument("--figure", metavar="FILE", help="picture of the curves (.png)")
     parser.add_argument("--json", action="store_true", help="print JSON for programs")
     o = parser.parse_args(argv)
-    found, tir = study(o.file, o.axes), read_tir(o.tir) if o.tir else None
+    found = study(o.file, o.axes, o.turn, _names(o.columns))
+    tir = read_tir(o.tir) if o.tir else None
     if o.figure:
         from flatplank_analysis.discovery.report.figures import png
 
@@ -40,6 +47,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     for line in found.lacking():
         print(line)
     return 0
+
+
+def _names(given: Sequence[str]) -> dict[str, str]:
+    """Channel -> column of arguments CHANNEL=COLUMN."""
+    wrong = next((text for text in given if "=" not in text), None)
+    if wrong is not None:
+        raise FlatplankError(f"'{wrong}' is not CHANNEL=COLUMN", "--columns", "write fy=Fy_left")
+    return dict(text.split("=", 1) for text in given)
 
 
 def _tell(found: Study) -> None:

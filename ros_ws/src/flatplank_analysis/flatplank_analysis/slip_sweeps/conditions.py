@@ -142,7 +142,8 @@ def split_into_conditions(columns: Mapping[str, np.ndarray]) -> list[SweepCondit
     found = []
     for slip, rows in swept.items():
         if FORCE[slip] in columns:
-            found += _by_levels(columns, slip, rows)
+            measured = np.isfinite(columns[FORCE[slip]][rows])
+            found += _by_levels(columns, slip, rows[measured])
     stated = frozenset(held.name for held in HELD if _differs(held, found))
     return sorted((replace(c, stated=stated) for c in found), key=lambda c: c.samples[0])
 
@@ -177,6 +178,8 @@ def _swept(columns: Mapping[str, np.ndarray], loaded: np.ndarray) -> dict[str, n
 
 
 def _by_levels(columns, slip: str, rows: np.ndarray) -> list[SweepCondition]:
+    if len(rows) < LEAST:
+        return []
     names, values = [], []
     key = np.zeros(len(rows), int)
     good = np.ones(len(rows), bool)

@@ -27,12 +27,16 @@ COMMON = 0.4
 
 @dataclass(frozen=True)
 class Curve:
-    """A force in bins of the slip; NaN where a bin is empty."""
+    """A force in bins of the slip, shape (BINS,); NaN where a bin is empty."""
 
+    bins: np.ndarray
+    """bin of each sample, shape (samples,)"""
+    samples: np.ndarray
+    """slip of each sample [rad] or [-], shape (samples,)"""
     slip: np.ndarray
-    """[rad] or [-]"""
+    """mean slip of the samples of a bin [rad] or [-]"""
     force: np.ndarray
-    """[N]"""
+    """mean force of the samples of a bin [N]"""
     up: np.ndarray
     """force while the slip rises [N]"""
     down: np.ndarray
@@ -76,18 +80,32 @@ def curve_of(columns: Mapping[str, np.ndarray], condition: SweepCondition) -> Cu
     slip, force = columns[condition.swept][rows], columns[FORCE[condition.swept]][rows]
     edges = np.linspace(slip.min(), slip.max(), BINS + 1)
     bins = np.clip(np.digitize(slip, edges) - 1, 0, BINS - 1)
-    rising = np.gradient(median_filter(slip, min(SMOOTH, len(slip)), mode="nearest")) > 0.0
+    rising = _rises(slip)
     first = None
     if condition.visits > 1:
         # repeats begin after the largest gap between sample indices
         first = np.arange(len(rows)) <= int(np.argmax(np.diff(rows)))
-    up, down = _means(bins, force, rising), _means(bins, force, ~rising)
+    up, down = bin_means(bins, force, rising), bin_means(bins, force, ~rising)
     floor, source = _floor(bins, force, up, down, first)
-    every = _means(bins, force, np.ones(len(rows), bool))
-    return Curve(0.5 * (edges[1:] + edges[:-1]), every, up, down, floor, source)
+    return Curve(
+        bins, slip, bin_means(bins, slip), bin_means(bins, force), up, down, floor, source
+    )
 
 
-def _means(bins: np.ndarray, values: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+def _rises(slip: np.ndarray) -> np.ndarray:
+    """True where the slip rises, or is held after it rose."""
+    step = np.gradient(median_filter(slip, min(SMOOTH, len(slip)), mode="nearest"))
+    moved = np.flatnonzero(step)
+    if not len(moved):
+        return np.ones(len(slip), dtype=bool)
+    last = np.maximum(np.searchsorted(moved, np.arange(len(slip)), side="right") - 1, 0)
+    return step[moved[last]] > 0.0
+
+
+def bin_means(
+    bins: np.ndarray, values: np.ndarray, chosen: np.ndarray | slice = slice(None)
+) -> np.ndarray:
+    """Mean of the chosen samples in each bin, shape (BINS,); NaN in a bin with fewer than FEW."""
     count = np.bincount(bins[chosen], minlength=BINS)
     total = np.bincount(bins[chosen], values[chosen], minlength=BINS)
     return np.where(count >= FEW, total / np.maximum(count, 1), np.nan)
@@ -96,7 +114,7 @@ def _means(bins: np.ndarray, values: np.ndarray, chosen: np.ndarray) -> np.ndarr
 def _floor(bins, force, up, down, first) -> tuple[float, str]:
     """Floor of a mean curve [N] and its source: repeats, else rising and falling slip."""
     if first is not None:
-        a, b = _means(bins, force, first), _means(bins, force, ~first)
+        a, b = bin_means(bins, force, first), bin_means(bins, force, ~first)
         if np.isfinite(a - b).mean() > COMMON:
             return _half(a - b), BY_NAME["repeats"].title
     if np.isfinite(up - down).mean() > COMMON:
@@ -110,7 +128,11 @@ def _half(difference: np.ndarray) -> float:
 
 
 def fit_formula(curve: Curve) -> Formula | None:
-    """Least squares of the bins; None when there are too few."""
+    """Least squares of the bins; None when there are too few.
+
+    The formula is evaluated at every sample and averaged over the samples of a bin, as the force
+    was.
+    """
     good = np.isfinite(curve.force)
     x, y = curve.slip[good], curve.force[good]
     if len(x) < 8:
@@ -122,7 +144,7 @@ def fit_formula(curve: Curve) -> Formula | None:
     high = np.array([40.0, 2.2, 5.0, 1.0, 3.0, 5.0]) * scale
 
     def rest(p: np.ndarray) -> np.ndarray:
-        return (_formula(p, x) - sign * y) / size
+        return (bin_means(curve.bins, _formula(p, curve.samples))[good] - sign * y) / size
 
     starts = [np.array([b / width, 1.4, size, -0.5, 0.0, 0.0]) for b in (2.0, 5.0, 12.0)]
     found = min(
@@ -191,23 +213,19 @@ def failures(
             vx=np.maximum(speed, 0.01),
         )  # fmt: skip
         modelled = forces[{"fx": 0, "fy": 1}[FORCE[condition.swept]]]
-        found.append(_failure(columns, condition, curve, modelled))
+        found.append(_failure(curve, modelled))
     return found
 
 
-def _failure(columns, condition: SweepCondition, curve: Curve, modelled: np.ndarray) -> Failure:
-    slip = columns[condition.swept][condition.samples]
-    middle = 0.5 * (curve.slip[1:] + curve.slip[:-1])
-    bins = np.digitize(slip, middle)
-    count = np.bincount(bins, minlength=len(curve.slip))
-    mean = np.bincount(bins, modelled, minlength=len(curve.slip)) / np.maximum(count, 1)
-    off = np.where(np.isfinite(curve.force), curve.force - mean, np.nan)
+def _failure(curve: Curve, modelled: np.ndarray) -> Failure:
+    mean = bin_means(curve.bins, modelled)
+    off = curve.force - mean
     at = int(np.nanargmax(np.abs(off)))
     error = float(np.sqrt(np.nanmean(off**2)))
     return Failure(
         error,
         error / float(np.nanmax(np.abs(curve.force))),
-        np.where(np.isfinite(curve.force), mean, np.nan),
+        mean,
         float(curve.slip[at]),
         float(off[at]),
     )

@@ -14,7 +14,7 @@ import numpy as np
 
 from flatplank_analysis.identify.results import to_plain
 from flatplank_analysis.models.tir import TirFile
-from flatplank_analysis.slip_sweeps import channels, file
+from flatplank_analysis.slip_sweeps import axes, file
 from flatplank_analysis.slip_sweeps.conditions import (
     FORCE,
     HELD,
@@ -125,19 +125,25 @@ class Study:
         return head | {"lacking": self.lacking(), "conditions": [_json(*row) for row in rows]}
 
 
-def study(path: str | Path, system: str | None = None) -> Study:
+def study(
+    path: str | Path,
+    system: str | None = None,
+    turn: Sequence[str] = (),
+    names: Mapping[str, str] | None = None,
+) -> Study:
     """Read a sweep file and divide it into conditions.
 
-    system: iso, sae or adapted; None: determined by the signs of the data.
+    system: iso, sae or adapted; None: determined by the signs of the data. turn: channels that the
+    file counts the other way. names: channel -> column of the file.
 
     Raises:
-        FlatplankError: the file cannot be used, or the axis system is unknown.
+        FlatplankError: the file cannot be used, or the axis system or a channel is unknown.
     """
-    recording = file.read(path)
-    if system is not None and system not in channels.SYSTEMS:
-        known = ", ".join(channels.SYSTEMS)
+    recording = file.read(path, names)
+    if system is not None and system not in axes.SYSTEMS:
+        known = ", ".join(axes.SYSTEMS)
         raise FlatplankError(f"no axis system '{system}'", "--axes", f"known: {known}")
-    columns, axes = channels.in_iso(recording.columns, system, str(path))
+    columns, told = axes.in_iso(recording.columns, system, turn, str(path))
     conditions = tuple(split_into_conditions(columns))
     if not conditions:
         raise FlatplankError(
@@ -146,7 +152,7 @@ def study(path: str | Path, system: str | None = None) -> Study:
             "give a recording with sweeps",
         )  # fmt: skip
     curves = tuple(curve_of(columns, c) for c in conditions)
-    said = (axes, *recording.said)
+    said = (told, *recording.said)
     return Study(str(path), columns, recording.further, said, conditions, curves)
 
 

@@ -208,9 +208,7 @@ def parser() -> argparse.ArgumentParser:
             one.add_argument("--last", type=float, default=4.0, help="to here [m]")
             one.add_argument("--sim", action="store_true", help="on the twin, with the fit in use")
         if name == "friction":
-            one.add_argument(
-                "--bag", type=Path, nargs="+", help="unloaded, several speeds"
-            )
+            one.add_argument("--bag", type=Path, nargs="+", help="unloaded, several speeds")
             one.add_argument("--sim", action="store_true", help="on the twin")
         if name in ("friction", "parasitic", "filter"):
             one.add_argument("--tire", default="toyo", help="of the twin")

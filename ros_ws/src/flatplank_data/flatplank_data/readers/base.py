@@ -5,7 +5,7 @@ and of those with the opposite sign."""
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -40,6 +40,8 @@ class Request:
     """foreign names, as in a mapping file"""
     further: bool = False
     """also read numeric columns with unknown names, unconverted; see `column_of`"""
+    needed: Collection[str] = ()
+    """columns in which each cell must be a number"""
 
     def wants(self, column: str) -> bool:
         """True when `column` was asked for."""

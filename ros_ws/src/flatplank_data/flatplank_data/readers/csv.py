@@ -1,117 +1,61 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads CSV tables: one header line; units as `fx [N]` or in a second line; without units SI."""
+"""Reads text tables: units as `fx [N]` or in a second line; without units SI."""
 
 from __future__ import annotations
 
-import io
-import re
-
 import numpy as np
-import pyarrow as pa
-import pyarrow.csv as pc
 
+from flatplank_data.delimited import TextTable, read_text_table
 from flatplank_data.errors import FlatplankError
 from flatplank_data.readers.base import Loaded, Request, canonical_names, columns_in_si, reader
-from flatplank_data.units import is_number_text
-
-_BRACKETS = re.compile(r"^\s*(.*?)\s*[\[(]([^\])]*)[\])]\s*$")
-_SEPARATORS = (",", ";", "\t")
+from flatplank_data.table import COLUMN_UNITS
 
 
 @reader(".csv")
 def read_csv(request: Request) -> Loaded:
-    """Read a table; lines that start with '#' are comments."""
+    """Read a table; lines that start with '#' before the names are comments."""
+    foreign = (request.mapping or {}).get("columns") or {}
     with request.store.open(request.name) as stream:
-        text = stream.read()
-    lines, skipped = _header_lines(text, request.name)
-    separator = max(_SEPARATORS, key=lambda s: lines[0].count(s))
-    names, units = split_header(lines[0].split(separator))
-    rows_before = skipped + 1
-    second = [cell.strip() for cell in lines[1].split(separator)] if len(lines) > 1 else []
-    if second and not any(units) and not is_number_text(second[0]):
-        units = [cell.strip("[]() ") for cell in second]
-        rows_before += 1
-    _check_units(names, units, request.name)
-    table = _parse(text, separator, names, rows_before, request.name)
-    ours, remarks = canonical_names(names, request.mapping, request.further)
-    unit_of = dict(zip(names, units, strict=True))
-    columns = columns_in_si(ours, request, table.__getitem__, lambda name: unit_of[name] or None)
-    return Loaded(columns, {}, remarks)
-
-
-def _header_lines(text: bytes, name: str) -> tuple[list[str], int]:
-    """Header, the line after it, and the number of comment lines before."""
-    found: list[str] = []
-    skipped = 0
-    for line in io.TextIOWrapper(io.BytesIO(text), encoding="utf-8-sig", errors="replace"):
-        line = line.rstrip("\r\n")
-        if not found and (line.startswith("#") or not line.strip()):
-            skipped += 1
+        table = read_text_table(
+            stream.read(), request.name, lambda name: foreign.get(name, name) in COLUMN_UNITS
+        )
+    names, remarks = canonical_names(table.names, request.mapping, request.further)
+    columns: dict[str, np.ndarray] = {}
+    for name, ours in list(names.items()):
+        if not request.wants(ours):
             continue
-        found.append(line)
-        if len(found) == 2:
-            return found, skipped
-    raise FlatplankError("no samples", name, "write a header line and one line per sample")
+        columns[name], other = table.column(name)
+        if ours == "time" and other.any():
+            columns[name] = table.seconds(name)
+        elif ours not in COLUMN_UNITS and other.all():
+            del names[name]
+            remarks.append(f"column '{name}' is text and was left out")
+        elif other.any():
+            remarks.append(_not_numbers(table, name, other, ours in request.needed))
+    _check_units(table, names, request)
+    read = columns_in_si(names, request, columns.__getitem__, table.units.get)
+    return Loaded(read, {}, [*table.remarks, *remarks])
 
 
-def split_header(cells: list[str]) -> tuple[list[str], list[str]]:
-    """Names and units of a header: `fx [N]`; a name without brackets has the unit ""."""
-    names, units = [], []
-    for cell in cells:
-        match = _BRACKETS.match(cell.strip().strip('"'))
-        names.append(match.group(1) if match else cell.strip().strip('"'))
-        units.append((match.group(2) or "-") if match else "")
-    return names, units
-
-
-def _check_units(names: list[str], units: list[str], file: str) -> None:
-    """Check that all columns have a unit, or none (then the file is in SI)."""
-    if len(units) != len(names):
+def _not_numbers(table: TextTable, name: str, other: np.ndarray, needed: bool) -> str:
+    """Remark on cells that are no numbers; FlatplankError in a column that the run needs."""
+    first = table.first(name, other)
+    if needed:
+        text, _, line = first.rpartition(" in ")
         raise FlatplankError(
-            f"{len(units)} units for {len(names)} columns", f"{file}, line 2", "give each a unit"
-        )
-    if any(units) and not all(units):
-        missing = names[units.index("")]
-        raise FlatplankError(
-            f"column '{missing}' has no unit while others have one",
-            f"{file}, header",
-            f"write it as '{missing} [unit]', or give no unit at all for a file in SI",
-        )
-
-
-def _parse(
-    text: bytes, separator: str, names: list[str], skip: int, file: str
-) -> dict[str, np.ndarray]:
-    try:
-        table = pc.read_csv(
-            io.BytesIO(text),
-            read_options=pc.ReadOptions(column_names=names, skip_rows=skip, use_threads=False),
-            parse_options=pc.ParseOptions(delimiter=separator),
-            convert_options=pc.ConvertOptions(
-                column_types=dict.fromkeys(names, pa.float64()),
-                null_values=["", "nan", "NaN", "NA"],
-                decimal_point="," if separator == ";" and b"." not in text[:20000] else ".",
-            ),
-        )
-    except pa.ArrowException as error:
-        row, what = _bad_row(text, separator, names, skip)
-        raise FlatplankError(
-            what or f"cannot be read ({error})",
-            f"{file}, line {row}" if row else file,
+            f"{text} in column '{name}' is not a number", f"{table.where}, {line}",
             "correct or remove the line",
-        ) from error
-    return {name: table.column(name).to_numpy() for name in names}
+        )  # fmt: skip
+    return f"column '{name}': {int(other.sum())} of {len(other)} cells are not numbers, {first}"
 
 
-def _bad_row(text: bytes, separator: str, names: list[str], skip: int) -> tuple[int, str]:
-    """Number of the first line that does not parse, and why."""
-    for number, line in enumerate(text.decode("utf-8", "replace").splitlines(), start=1):
-        if number <= skip or not line.strip():
-            continue
-        cells = line.split(separator)
-        if len(cells) != len(names):
-            return number, f"{len(cells)} values for {len(names)} columns (cut short?)"
-        for name, cell in zip(names, cells, strict=True):
-            if cell.strip() and not is_number_text(cell.replace(",", ".")):
-                return number, f"'{cell.strip()}' in column '{name}' is not a number"
-    return 0, ""
+def _check_units(table: TextTable, names: dict[str, str], request: Request) -> None:
+    """Check that all known columns have a unit, or none (then the file is in SI)."""
+    known = [n for n, ours in names.items() if COLUMN_UNITS.get(ours, "1") != "1"]
+    missing = [n for n in known if n not in table.units]
+    if missing and len(missing) < len(known):
+        raise FlatplankError(
+            f"column '{missing[0]}' has no unit while others have one",
+            f"{request.name}, header",
+            f"write it as '{missing[0]} [unit]', or give no unit at all for a file in SI",
+        )

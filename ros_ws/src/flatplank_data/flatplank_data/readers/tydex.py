@@ -11,8 +11,10 @@ import math
 import numpy as np
 
 from flatplank_data.errors import FlatplankError
+from flatplank_data.numbers import number_of
 from flatplank_data.readers.base import Loaded, Request, reader
 from flatplank_data.table import COLUMN_UNITS
+from flatplank_data.text import decode_text
 from flatplank_data.tydex import TydexFile, parse_tydex
 from flatplank_data.units import to_si
 
@@ -69,7 +71,7 @@ CONSTANTS = {
 def read_tydex(request: Request) -> Loaded:
     """Read one measurement."""
     with request.store.open(request.name) as stream:
-        text = stream.read().decode("latin-1")
+        text = decode_text(stream.read(), request.name)
     file = parse_tydex(text, request.name)
     columns, remarks = _columns(file, request)
     return Loaded(columns, _facts(file, request.name), remarks)
@@ -102,12 +104,9 @@ def _facts(file: TydexFile, name: str) -> dict[str, float | int | str]:
         if quantity is None or not quantity.value:
             continue
         where = f"{name}, constant {key}"
-        try:
-            value = float(quantity.value.replace("D", "E"))
-        except ValueError as error:
-            raise FlatplankError(
-                f"'{quantity.value}' is not a number", where, "write one number"
-            ) from error
+        value = number_of(quantity.value)
+        if value is None:
+            raise FlatplankError(f"'{quantity.value}' is not a number", where, "write one number")
         converted = float(to_si(np.array([value]), quantity.unit or si, si, where)[0]) * factor
         facts[ours] = round(converted) if ours in ("start", "run_index") else converted
     for key, ours in (("DATE", "date"), ("SUPPLIER", "operator")):

@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Columns of a file of sweeps as written, by its suffix."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from flatplank_analysis.slip_sweeps.channels import channel_named
+from flatplank_data.delimited import read_text_table
+from flatplank_data.errors import FlatplankError
+from flatplank_data.numbers import number_of
+from flatplank_data.readers.mat import variables
+from flatplank_data.text import decode_text
+from flatplank_data.tydex import parse_tydex
+
+
+class Raw(NamedTuple):
+    """Columns and units as in the file."""
+
+    columns: Mapping[str, np.ndarray]
+    """shape (samples,); NaN for no number"""
+    units: Mapping[str, str]
+    first: Callable[[str, np.ndarray], str]
+    """name of a column and a mask of its rows -> the cell and the place of the first"""
+    said: Sequence[str] = ()
+    """remarks, one line each"""
+
+
+def _text(data: bytes, where: str) -> Raw:
+    table = read_text_table(data, where, lambda name: channel_named(name) is not None)
+    columns, said = {}, list(table.remarks)
+    for name in table.names:
+        known = channel_named(name)
+        try:
+            values, other = table.column(name)
+            if known == "time" and other.any():
+                values, other = table.seconds(name), np.zeros(len(values), dtype=bool)
+        except FlatplankError as error:
+            if known not in (None, "time"):
+                raise
+            said.append(f"column '{name}' was left out: {error.what}")
+            continue
+        if other.all() and known is None:
+            said.append(f"column '{name}' is text and was left out")
+            continue
+        if other.any():
+            count = f"{int(other.sum())} of {len(other)} cells are not numbers"
+            said.append(f"column '{name}': {count}, first {table.first(name, other)}")
+        columns[name] = values
+    return Raw(columns, table.units, table.first, said)
+
+
+def _tydex(data: bytes, where: str) -> Raw:
+    """Channels, and the constants that a channel may be."""
+    file = parse_tydex(decode_text(data, where), where)
+    columns = {c.name: file.data[:, k] for k, c in enumerate(file.channels)}
+    units = {c.name: c.unit for c in file.channels}
+    held = {channel_named(name) for name in columns}
+    for name, quantity in file.constants.items():
+        channel, value = channel_named(name), number_of(quantity.value)
+        if channel is None or channel in held or value is None:
+            continue
+        columns[name] = np.full(len(file.data), value)
+        units[name] = quantity.unit
+    return Raw(columns, {k: v for k, v in units.items() if v}, _sample)
+
+
+def _mat(data: bytes, where: str) -> Raw:
+    values = variables(data, where)
+    structs = [v for v in values.values() if isinstance(v, dict) and len(v) > 3]
+    if len(structs) == 1 and not _vectors(values):
+        values = {**values, **structs[0]}
+    return Raw(_vectors(values), _mat_units(values), _sample)
+
+
+def _sample(name: str, rows: np.ndarray) -> str:
+    return f"in sample {int(np.argmax(rows)) + 1}"
+
+
+def _vectors(values: Mapping[str, Any]) -> dict[str, np.ndarray]:
+    """The numeric vectors of the usual length."""
+    arrays = {
+        k: np.asarray(v, dtype=np.float64)
+        for k, v in values.items()
+        if isinstance(v, np.ndarray) and v.ndim == 1 and v.dtype.kind in "fiu"
+    }
+    if not arrays:
+        return {}
+    longest = max(len(v) for v in arrays.values())
+    return {k: v for k, v in arrays.items() if len(v) == longest}
+
+
+def _mat_units(values: Mapping[str, Any]) -> dict[str, str]:
+    """Units from a struct `channel` with lists `name` and `units`, or `units` with text per
+    name."""
+    channel, units = values.get("channel"), values.get("units")
+    if isinstance(channel, dict) and {"name", "units"} <= channel.keys():
+        names, texts = np.atleast_1d(channel["name"]), np.atleast_1d(channel["units"])
+        return {str(n): str(u) for n, u in zip(names, texts, strict=False) if str(u).strip()}
+    return {str(k): str(v) for k, v in units.items()} if isinstance(units, dict) else {}
+
+
+RAW: dict[str, Callable[[bytes, str], Raw]] = {
+    ".mat": _mat,
+    ".csv": _text,
+    ".dat": _text,
+    ".txt": _text,
+    ".tsv": _text,
+    ".asc": _text,
+    ".tdx": _tydex,
+    ".tydex": _tydex,
+}
+"""suffix -> reader"""

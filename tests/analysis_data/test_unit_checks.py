@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Columns in another unit than the file says are refused; wheel angles count their turns."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from steptable import step_table
+
+from flatplank_data.campaign import Campaign
+from flatplank_data.checks import run_checks
+from flatplank_data.errors import FlatplankError
+from flatplank_data.turns import whole_turns
+
+WRONG = {
+    "time": {"ms": 1e-3, "min": 60.0, "us": 1e-6},
+    "plank_position": {"mm": 1e-3, "cm": 1e-2, "in": 0.0254, "ft": 0.3048},
+    "plank_velocity": {"mm/s": 1e-3, "kph": 1.0 / 3.6, "mph": 0.44704, "ft/s": 0.3048},
+    "wheel_angle": {"deg": np.pi / 180.0, "rev": 2.0 * np.pi},
+    "wheel_velocity": {"deg/s": np.pi / 180.0, "rpm": np.pi / 30.0},
+    "motor_velocity": {"rpm": np.pi / 30.0},
+    "fz": {"kn": 1e3, "dan": 10.0, "lbf": 4.4482216152605},
+    "loaded_radius": {"mm": 1e-3, "cm": 1e-2},
+    "pressure": {"bar": 1e5, "kpa": 1e3, "psi": 6894.757293168},
+    "side_slip_angle": {"deg": np.pi / 180.0},
+}
+CASES = [(name, unit) for name, units in WRONG.items() for unit in units]
+
+
+def a_run(kappa: float = 0.02, **info):
+    table = step_table(kappa, alpha_deg=3.0, **info)
+    n = len(table)
+    return table.with_columns(
+        pressure=np.full(n, 2.5e5), side_slip_angle=np.full(n, np.radians(3.0))
+    )
+
+
+def told(table) -> str:
+    return "\n".join(str(p) for p in run_checks(table)[1] if p.fatal)
+
+
+@pytest.mark.parametrize(("name", "unit"), CASES)
+def test_a_column_in_another_unit_is_refused_with_its_unit(name, unit):
+    table = a_run()
+    assert not told(table)
+    wrong = table.with_columns(**{name: table[name] / WRONG[name][unit]})
+    assert f"'{name}' is in {unit}, not in" in told(wrong)
+    assert "write the unit" in told(wrong) and "\n" not in told(wrong)
+
+
+@pytest.mark.parametrize("kappa", [-0.3, -0.05, 0.0, 0.05, 0.3])
+@pytest.mark.parametrize("size", [0.3, 1.0, 2.0])
+def test_tires_of_any_size_and_loads_off_the_nominal_are_accepted(kappa, size):
+    table = a_run(kappa)
+    radius = size * table.info.effective_rolling_radius
+    columns = {
+        "wheel_angle": table["wheel_angle"] / size, "fz": 0.6 * size * table["fz"],
+        "wheel_velocity": table["wheel_velocity"] / size,
+        "motor_velocity": table["motor_velocity"] / size,
+        "loaded_radius": 0.95 * size * table["loaded_radius"],
+    }  # fmt: skip
+    table = table.with_columns(**columns)
+    assert not told(table.with_info(effective_rolling_radius=radius, fz=size * 3700.0))
+
+
+@pytest.mark.parametrize("speed", [0.002, 0.0015, 0.1, 0.3])
+def test_a_run_of_any_speed_is_accepted(speed):
+    table = a_run()
+    factor = speed / 0.031
+    columns = {name: table[name] * factor for name in
+               ("plank_velocity", "wheel_velocity", "motor_velocity")}  # fmt: skip
+    assert not told(table.with_columns(time=table["time"] / factor, **columns))
+
+
+def test_without_other_columns_only_what_contradicts_itself_is_refused():
+    table = a_run().select(["time", "plank_position", "fx"])
+    assert not told(table)
+    assert "'time' is in ms" in told(table.with_columns(time=1e3 * table["time"]))
+    way = table.with_columns(plank_position=1e3 * table["plank_position"])
+    assert "'plank_position' is in mm" in told(way.with_info(step_position=float("nan")))
+
+
+def test_a_file_of_kilonewtons_without_a_unit_is_not_fitted(tmp_path, write_campaign):
+    table = step_table(0.02)
+    small = {name: table[name] / 1e3 for name in ("fx", "fy", "fz")}
+    folder = write_campaign([table.with_columns(**small)], ".csv")
+    campaign = Campaign.load(folder)
+    assert not list(campaign.tables())
+    (problem,) = campaign.problems
+    assert "'fz' is 3.7 N in the mean, nominal 3.7e+03 N: 'fz' is in kn" in str(problem)
+
+
+TURNS = {"-pi .. pi": -np.pi, "0 .. 2 pi": 0.0, "from where it stood": 1.234}
+
+
+@pytest.mark.parametrize("low", TURNS.values(), ids=TURNS)
+@pytest.mark.parametrize("way", [1.0, -1.0], ids=["forward", "backward"])
+def test_a_wrapped_angle_is_that_which_numpy_unwraps(low, way):
+    angle = way * np.cumsum(np.random.default_rng(1).uniform(0.0, 0.1, 500)) + 2.0
+    wrapped = np.mod(angle - low, 2.0 * np.pi) + low
+    columns, remarks = whole_turns({"wheel_angle": wrapped}, "a.csv")
+    np.testing.assert_allclose(columns["wheel_angle"], np.unwrap(wrapped))
+    assert np.ptp(columns["wheel_angle"]) == pytest.approx(np.ptp(angle))
+    row = int(np.argmax(np.abs(np.diff(wrapped)) > np.pi)) + 2
+    assert f"(row {row})" in remarks[0]
+
+
+@pytest.mark.parametrize(("unit", "turn"), [("deg", 360.0), ("rev", 1.0)])
+def test_turns_in_another_unit_are_refused_with_the_row(unit, turn):
+    angle = np.mod(np.linspace(0.1, 2.4, 400), 1.0) * turn
+    row = int(np.argmax(np.diff(angle) < 0.0)) + 2
+    with pytest.raises(FlatplankError, match=f"row {row}.*one turn in {unit}"):
+        whole_turns({"wheel_angle": angle}, "a.csv")
+
+
+def test_a_jump_that_is_no_turn_is_refused_and_noise_is_none():
+    table = step_table(0.05)
+    angle = table["wheel_angle"].copy()
+    angle[200:] += 5.0
+    assert "row 201, column 'wheel_angle': jumps by 5" in told(
+        table.with_columns(wheel_angle=angle)
+    )
+    still = 1e-4 * np.random.default_rng(2).standard_normal(300)
+    for quiet in (still, np.zeros(300), np.linspace(0.0, 13.0, 300), np.array([0.0, 4.0])):
+        columns, remarks = whole_turns({"wheel_angle": quiet}, "a.csv")
+        assert columns["wheel_angle"] is quiet and not remarks
+
+
+def test_a_wrapped_run_is_read_as_the_whole_one(write_campaign):
+    table = step_table(0.05)
+    wrapped = np.mod(table["wheel_angle"] + np.pi, 2.0 * np.pi) - np.pi
+    campaign = Campaign.load(write_campaign([table.with_columns(wheel_angle=wrapped)]))
+    (found,) = campaign.tables()
+    np.testing.assert_allclose(found["wheel_angle"], table["wheel_angle"], atol=1e-12)
+    assert any("turns are counted" in str(p) for p in campaign.problems)
