@@ -8,8 +8,8 @@ import re
 import numpy as np
 import pandas as pd
 import pytest
-from text_damage import damaged
 from test_text_tables import NAMES, ROWS, a_campaign, written
+from text_damage import damaged
 
 from flatplank_data.delimited import SEPARATORS, TextTable, read_text_table, split_cells
 from flatplank_data.errors import FlatplankError
