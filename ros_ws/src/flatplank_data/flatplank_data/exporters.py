@@ -11,14 +11,13 @@ from pathlib import Path
 import numpy as np
 import pyarrow as pa
 import pyarrow.csv as pc
-import pyarrow.parquet as pq
 
 from flatplank_data.campaign import CAMPAIGN_FILE, FORMAT
 from flatplank_data.condition import is_nan
 from flatplank_data.errors import FlatplankError
 from flatplank_data.files import write_atomic
 from flatplank_data.naming import name_of, numbered
-from flatplank_data.readers.parquet import INFO_KEY
+from flatplank_data.readers.parquet import INFO_KEY, write_checked
 from flatplank_data.readers.tydex import CHANNELS, CONSTANTS
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import COLUMN_UNITS, MeasurementTable
@@ -35,7 +34,7 @@ def write_parquet(table: MeasurementTable, path: Path) -> None:
     record = json.dumps(table.info.to_dict(), default=str).encode()
     schema = pa.schema(fields, metadata={INFO_KEY: record})
     arrays = [pa.array(values) for values in table.columns.values()]
-    pq.write_table(pa.table(arrays, schema=schema), path, compression="zstd", use_dictionary=False)
+    write_checked(pa.table(arrays, schema=schema), path)
 
 
 def write_csv(table: MeasurementTable, path: Path) -> None:

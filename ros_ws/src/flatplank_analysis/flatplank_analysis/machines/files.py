@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 
 from flatplank_data.errors import FlatplankError
+from flatplank_data.readers.mat import variables
 
 
 def read_table(path: str | os.PathLike[str]) -> pd.DataFrame:
@@ -61,14 +62,12 @@ def _csv(path: Path) -> pd.DataFrame:
 
 
 def _mat(path: Path) -> pd.DataFrame:
-    from scipy.io import loadmat
-
-    data = loadmat(path, squeeze_me=True, struct_as_record=False)
     found: dict[str, np.ndarray] = {}
-    for name, value in data.items():
-        if hasattr(value, "signals") and hasattr(value, "time"):
-            found |= {"time": np.atleast_1d(value.time), name: np.atleast_1d(value.signals.values)}
-        elif not name.startswith("__") and isinstance(value, np.ndarray) and value.ndim == 1:
+    for name, value in variables(path.read_bytes(), path.name).items():
+        if isinstance(value, Mapping) and isinstance(value.get("signals"), Mapping):
+            found["time"] = np.atleast_1d(value["time"])
+            found[name] = np.atleast_1d(value["signals"]["values"])
+        elif isinstance(value, np.ndarray) and value.ndim == 1:
             found[name] = value
     length = max(map(len, found.values()), default=0)
     return pd.DataFrame({k: v for k, v in found.items() if len(v) == length})

@@ -53,19 +53,24 @@ def times_to_use(
     topics: Mapping[str, Times], base: str
 ) -> tuple[dict[str, np.ndarray], list[str]]:
     """Time of each message by topic [ns], and remarks. Raises FlatplankError without a time."""
-    faults = [fault for times in topics.values() if (fault := _fault(times))]
-    faults = faults or _two_clocks(topics, base)
+    found = {name: _fault(times) for name, times in topics.items()}
+    faults = [fault for fault in found.values() if fault] or _two_clocks(topics, base)
     if faults:
         logs = {name: times.log for name, times in topics.items()}
-        for name, times in logs.items():
-            if times.size > 1 and np.ptp(times) == 0:
-                what = f"{faults[0]}, and so is the log time of {name}"
-                raise FlatplankError(what, "bag", "record it again with stamps")
+        if not all(_log_tells(times, bool(found[name])) for name, times in topics.items()):
+            what = f"{faults[0]}, and the log time tells nothing (written at once?)"
+            raise FlatplankError(what, "bag", "record it again with stamps of one clock")
         _check_overlap(logs, base)
         return logs, [f"{fault}: the log time is used; {SYNCHRONISE}" for fault in faults[:1]]
     found = {name: times.stamp for name, times in topics.items()}
     _check_overlap(found, base)
     return found, _delays(topics, base)
+
+
+def _log_tells(times: Times, faulty: bool) -> bool:
+    """True unless the log times contradict good stamps, or are all equal."""
+    span = 1e-9 * float(np.ptp(times.log))
+    return times.log.size < 2 or (span > 0.0 and (faulty or CLEAR * _spread(times.delay) < span))
 
 
 def _fault(times: Times) -> str:
@@ -118,7 +123,7 @@ def _two_clocks(topics: Mapping[str, Times], base: str) -> list[str]:
     return [
         f"{name} and {base} have clocks that differ by {shift:+.3f} s (two computers?)"
         for name, (shift, seen) in _shifts(topics, base).items()
-        if abs(shift) > max(ANOTHER, seen)
+        if abs(shift) > max(ANOTHER, seen) and _log_tells(topics[name], False)
     ]
 
 

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from flatplank_data.bags.clocks import Times, times_to_use
+from flatplank_data.bags.clocks import LOG_TIME, Times, times_to_use
 from flatplank_data.bags.series import Series
-from flatplank_data.bags.topics import OWN, TopicMap
+from flatplank_data.bags.topics import OWN, STAMP, TopicMap
 from flatplank_data.errors import FlatplankError
 from flatplank_data.table import STANDARD_COLUMNS
 
@@ -50,6 +50,9 @@ def _check_topics(
     remarks = []
     for topic, sources in topics.sources.items():
         if series[topic].parts:
+            if series[topic].stamp not in ("", STAMP) and not series[topic].has_stamps:
+                what = f"no stamp '{topics.time}' in messages of {topic}"
+                raise FlatplankError(what, "mapping, time", f"write {STAMP} or {LOG_TIME}")
             continue
         needed = topic == topics.base or (
             topics is not OWN and any(s.column in STANDARD_COLUMNS for s in sources)

@@ -61,6 +61,11 @@ class Series:
         return sec.astype(np.int64) * 1_000_000_000 + nsec.astype(np.int64)
 
     @property
+    def has_stamps(self) -> bool:
+        """True when every message has a stamp."""
+        return all(own is not None for own in self.stamps)
+
+    @property
     def size(self) -> int:
         """Number of messages."""
         return sum(times.size for times in self.log_time)

@@ -24,6 +24,8 @@ from flatplank_data.table import COLUMN_UNITS
 from flatplank_data.units import factor_offset
 
 RUN_TOPIC = "/run"
+STAMP = "header.stamp"
+"""usual path of a stamp"""
 
 
 @dataclass(frozen=True)
@@ -43,7 +45,7 @@ class TopicMap:
     sources: Mapping[str, tuple[Source, ...]]
     base: str
     """topic whose samples are the rows of the table"""
-    time: str = "header.stamp"
+    time: str = STAMP
 
 
 _ENCODERS = (
@@ -103,7 +105,7 @@ def topic_map(mapping: Mapping[str, Any] | None) -> TopicMap:
         raise FlatplankError(
             f"base topic '{base}' has no columns", "mapping", "name one in topics"
         )
-    return TopicMap(sources, base, str(mapping.get("time", "header.stamp")))
+    return TopicMap(sources, base, str(mapping.get("time", STAMP)))
 
 
 def _source(topic: str, column: str, entry: Any) -> Source:

@@ -16,11 +16,13 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from flatplank_data.errors import FlatplankError
 from flatplank_data.readers.base import Loaded, Request
+from flatplank_data.readers.parquet import whole, write_checked
 from flatplank_data.store import LocalStore
 
 FOLDER = ".flatplank-cache"
-_VERSION = 2
+_VERSION = 3
 _KEY = 16
 """length of a key"""
 _FACTS, _REMARKS = b"flatplank.facts", b"flatplank.remarks"
@@ -44,14 +46,14 @@ def load_cached(request: Request, key: str) -> Loaded | None:
     if path is None or not path.exists():
         return None
     try:
-        file = pq.ParquetFile(path)
-        names = [n for n in file.schema_arrow.names if request.wants(n)]
-        table = file.read(columns=names, use_threads=False)
-    except (pa.ArrowException, OSError):
+        with whole(path.name):
+            file = pq.ParquetFile(path, page_checksum_verification=True)
+            names = [n for n in file.schema_arrow.names if request.wants(n)]
+            table = file.read(columns=names, use_threads=False)
+            metadata = file.schema_arrow.metadata or {}
+            facts, remarks = json.loads(metadata[_FACTS]), json.loads(metadata[_REMARKS])
+    except FlatplankError:
         return None
-    metadata = file.schema_arrow.metadata or {}
-    facts = json.loads(metadata.get(_FACTS, b"{}"))
-    remarks = json.loads(metadata.get(_REMARKS, b"[]"))
     return Loaded({n: table.column(n).to_numpy() for n in names}, facts, remarks)
 
 
@@ -70,7 +72,7 @@ def save_to_cache(request: Request, key: str, loaded: Loaded) -> None:
         path.parent.mkdir(exist_ok=True)
         for old in path.parent.glob(f"{glob.escape(request.name)}-{'?' * _KEY}.parquet"):
             old.unlink()
-        pq.write_table(table, part, compression="zstd", use_dictionary=False)
+        write_checked(table, part)
         os.replace(part, path)
     except OSError:
         with contextlib.suppress(OSError):

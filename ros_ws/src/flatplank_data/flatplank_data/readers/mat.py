@@ -8,13 +8,13 @@ like a key of campaign.yaml sets that key.
 from __future__ import annotations
 
 import dataclasses
-import io
 from typing import Any
 
 import numpy as np
-import scipy.io
 
 from flatplank_data.errors import FlatplankError
+from flatplank_data.guard import DamagedError
+from flatplank_data.native.parent import parse
 from flatplank_data.readers.base import Loaded, Request, canonical_names, columns_in_si, reader
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import COLUMN_UNITS
@@ -45,16 +45,20 @@ def read_mat(request: Request) -> Loaded:
 
 
 def variables(data: bytes, where: str) -> dict[str, Any]:
-    """Name -> value of a file of version 5 to 7; FlatplankError for any other file."""
+    """Name -> value of a file of version 5 to 7; FlatplankError for any other file.
+
+    Arrays of any shape, structs as mappings, cells as lists, numbers, texts. A damaged file can
+    end the interpreter that parses it, so another process does.
+    """
     if data.startswith(_HDF5):
         raise FlatplankError("MATLAB version 7.3 (HDF5) is not read", where, "save it with '-v7'")
     try:
-        raw = scipy.io.loadmat(io.BytesIO(data), squeeze_me=True, simplify_cells=True)
-    except Exception as error:  # scipy raises many types of errors on a damaged file
+        found: dict[str, Any] = parse("matlab", data)
+    except DamagedError as error:
         raise FlatplankError(
             f"not a whole MATLAB file ({error})", where, "export or copy it again"
         ) from error
-    return {k: v for k, v in raw.items() if not k.startswith("__")}
+    return found
 
 
 def _columns_of(values: dict[str, Any]) -> dict[str, Any]:
