@@ -54,6 +54,7 @@ ARGUMENTS: dict[str, list[str]] = {
     "sweeps": ["nowhere.mat"],
     "table": ["nowhere"],
     "test": ["--nonsense"],
+    "thesis": ["--chapter", "8"],
     "tire": ["nowhere"],
     "tune": ["--nonsense"],
     "undo": ["nowhere"],

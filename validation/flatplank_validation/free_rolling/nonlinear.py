@@ -79,8 +79,12 @@ def simulate(
     distance: float = 4.2,
     step: float = 5e-4,
     keep: int = 20,
+    speed: Callable[[float], float] | None = None,
 ) -> Run:
-    """Simulate until the road has moved `distance` [m]; every `keep`-th step is kept."""
+    """Simulate until the road has moved `distance` [m]; every `keep`-th step is kept.
+
+    `speed`: road speed [m/s] over its position [m], for example as measured; by default constant.
+    """
     a, friction = n.actuator, _table(n.friction)
     gear, lost = a.gear, a.efficiency * a.gear
     stiffness = a.slip_stiffness * a.vertical_force
@@ -92,7 +96,8 @@ def simulate(
     while position < distance:
         t = k * step
         if t >= n.start:
-            road = min(road + n.acceleration * step, a.speed)
+            wanted = speed(position) if speed is not None else a.speed
+            road = min(road + n.acceleration * step, wanted)
             position += road * step
             error = p.reference - force
             integral += p.integral_gain * error * step

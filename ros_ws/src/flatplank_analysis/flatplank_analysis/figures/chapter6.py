@@ -3,17 +3,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from flatplank_analysis.figures import pieces
-from flatplank_analysis.figures.spec import Figure, Panel, Series
+from flatplank_analysis.figures.spec import INK, PALETTE, Figure, Panel, Series
 from flatplank_analysis.report.results import CampaignResult
 
 ZOOM = (0.1, 0.3)
 """road before and after the step in the zoomed figure [m]"""
+FORCES = {"fx": pieces.FX, "fy": pieces.FY}
+DIRECTIONS = {"fx": "Longitudinal", "fy": "Lateral"}
+"""channel -> label of its axis, word of a title"""
 SHOWN_SLIPS = (0.05, 0.01, -0.05, 0.1)
 
 
@@ -75,28 +78,65 @@ def varied_forces(result: CampaignResult) -> Iterator[Figure]:
     for varied in pieces.variations(result):
         channels = ("fx", "fy") if varied.factor.endswith("_deg") else ("fx",)
         for channel in channels:
-            yield from _varied_channel(varied, channel)
+            yield from varied_channel(varied, channel, SHOWN_SLIPS)
 
 
-def _varied_channel(varied: pieces.Variation, channel: str) -> Iterator[Figure]:
+def varied_channel(
+    varied: pieces.Variation, channel: str, slips: Sequence[float], most: int = 2
+) -> Iterator[Figure]:
+    """Fx or Fy after the step, a line per level of the factor, a panel per slip."""
     panels: list[Panel] = []
-    for kappa in SHOWN_SLIPS:
+    for kappa in slips:
         found = [(label, pieces.at_slip(p, kappa)) for p, label in varied.labelled]
         there = [(label, c) for label, c in found if c is not None and channel in c.measured]
-        if len(there) < 2 or len(panels) == 2:
+        if len(there) < 2 or len(panels) == most:
             continue
         window = pieces.step_window(c for _, c in there)
         lines = [Series(label, c.since_step, c.measured[channel]) for label, c in there]
-        y_label = pieces.FX if channel == "fx" else pieces.FY
+        y_label = FORCES[channel]
         title = f"κ = {pieces.percent(kappa)}"
         panels.append(Panel(pieces.SINCE_STEP, y_label, lines, window, title=title))
-    direction = "Longitudinal" if channel == "fx" else "Lateral"
     yield from pieces.figure(
         f"{channel}_over_{varied.name}",
-        f"{direction} force for different {varied.symbol}",
+        f"{DIRECTIONS[channel]} force for different {varied.symbol}",
         "Everything else is nominal; distance counts from the slip step.",
         panels,
         "6.8 to 6.21",
+    )
+
+
+def crossed_forces(result: CampaignResult) -> Iterator[Figure]:
+    """Figures 6.18 to 6.21: side slip crossed with camber, Fx and Fy at +5 and -5 % slip."""
+    for channel in FORCES:
+        for kappa in (0.05, -0.05):
+            yield from crossed_channel(result, channel, kappa)
+
+
+def crossed_channel(result: CampaignResult, channel: str, kappa: float) -> Iterator[Figure]:
+    """A line per side slip angle; full without, dashed with camber."""
+    lines, there = [], []
+    for gamma, points in pieces.crossed(result).items():
+        for point, color in zip(points, PALETTE, strict=False):
+            c = pieces.at_slip(point, kappa)
+            if c is None or channel not in c.measured:
+                continue
+            there.append(c)
+            x, force = c.since_step, c.measured[channel]
+            style = "dashed" if gamma else "line"
+            if point is points[0]:
+                lines.append(Series(f"γ = {gamma:g}°", x[:0], force[:0], style, INK))
+            label = f"α = {point.point.alpha_deg:g}°"
+            full = style == "line"
+            lines.append(Series(label, x, force, style, color, end_label=full, legend=False))
+    if not lines:
+        return
+    sign = "driving" if kappa > 0.0 else "braking"
+    yield Figure(
+        f"{channel}_crossed_{sign}",
+        f"{DIRECTIONS[channel]} force, side slip and camber, κ = {pieces.percent(kappa)}",
+        "Full: without camber; dashed: with it. Distance counts from the slip step.",
+        (Panel(pieces.SINCE_STEP, FORCES[channel], lines, pieces.step_window(there)),),
+        "6.18 to 6.21",
     )
 
 

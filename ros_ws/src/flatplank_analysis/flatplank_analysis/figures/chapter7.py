@@ -3,14 +3,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from flatplank_analysis.figures import pieces
 from flatplank_analysis.figures.spec import INK, PALETTE, Figure, Panel, Series
-from flatplank_analysis.report.results import CampaignResult, PointResult
+from flatplank_analysis.identify.linear import LinearFit
+from flatplank_analysis.report.results import (
+    CampaignResult,
+    ConditionResult,
+    ModelCurves,
+    PointResult,
+)
 
+STRIP = (2.6, 1.0)
+"""relative heights of forces and of what a model leaves of them"""
 OVERLAYS = {"linear": "7.2, 7.5, 7.15", "nonlinear": "7.22, 7.23", "mf": "7.28"}
 LINEAR = (
     ("relaxation length σx [m]", "sigma", 1.0),
@@ -62,13 +71,31 @@ def overlays(result: CampaignResult) -> Iterator[Figure]:
                 Series("model", *model.curves[c.condition], "model", legend=i == 0)
                 for i, c in enumerate(conditions)
             ]
+            panels = (
+                Panel("", pieces.FX, [*measured, *modelled], window),
+                Panel(pieces.SINCE_STEP, "measured − model [N]", _left(conditions, model), window),
+            )
             yield Figure(
                 f"overlay_{name}_{slug}",
                 f"{model.title[0].upper()}{model.title[1:]}, {p.label()}",
-                "Coloured: measured, mean of the runs. Dashed: model.",
-                (Panel(pieces.SINCE_STEP, pieces.FX, [*measured, *modelled], window),),
+                "Coloured: measured, mean of the runs. Dashed: model. Below: what the model "
+                "leaves, in the same colours.",
+                panels,
                 OVERLAYS.get(name, ""),
+                stacked=True,
+                heights=STRIP,
             )
+
+
+def _left(conditions: Sequence[ConditionResult], model: ModelCurves) -> list[Series]:
+    """Measured less modelled force of every slip level."""
+    tone = pieces.slip_colors(conditions)
+    lines = []
+    for c in conditions:
+        x, modelled = model.curves[c.condition]
+        left = np.interp(x, c.since_step, c.measured["fx"]) - modelled
+        lines.append(Series("", x, left, color=tone[c.condition.kappa], legend=False))
+    return lines
 
 
 def lateral_starts(result: CampaignResult) -> Iterator[Figure]:
@@ -117,6 +144,41 @@ def linear_parameters(result: CampaignResult) -> Iterator[Figure]:
         ]
         panels = pieces.estimates(pieces.SLIP, groups, LINEAR)
         yield from pieces.figure(f"linear_parameters{suffix}", title, caption, panels, source)
+
+
+def crossed_angles(result: CampaignResult) -> Iterator[Figure]:
+    """Figures 7.19 and 7.20: side slip crossed with camber, parameters and steady force."""
+    groups: list[tuple[str, list[tuple[float, LinearFit]]]] = []
+    steady: list[Series] = []
+    colors: dict[str, str] = {}
+    for gamma, points in pieces.crossed(result).items():
+        for point, color in zip(points, PALETTE, strict=False):
+            label = f"α = {point.point.alpha_deg:g}°, γ = {gamma:g}°"
+            fits = [(100.0 * c.condition.kappa, c.linear) for c in pieces.slips(point)]
+            groups.append((label, fits))
+            line = _steady(point, label)[0]
+            style = "dashed" if gamma else "line"
+            steady.append(replace(line, style=style, color=color, error=None))
+            colors[label] = color
+    if not groups:
+        return
+    panels = pieces.estimates(pieces.SLIP, groups, LINEAR)
+    panels = [
+        panel and replace(panel, series=[_by_camber(s, colors[s.label]) for s in panel.series])
+        for panel in panels
+    ]
+    caption = "One fit of (7.11) per slip level. Full: without camber; dashed, open: with it."
+    title = "Parameters of the linear model, side slip and camber"
+    yield from pieces.figure("linear_parameters_crossed", title, caption, panels, "7.19")
+    panel = Panel("actual slip κ [%]", "steady Fx [N]", steady)
+    title = "Steady force over slip, side slip and camber"
+    yield Figure("steady_fx_crossed", title, "Asymptotes of the linear model.", (panel,), "7.20")
+
+
+def _by_camber(line: Series, color: str) -> Series:
+    """Filled marks without camber, open ones with it."""
+    style = "joined" if line.label.endswith("γ = 0°") else "open"
+    return replace(line, color=color, error=None, style=style)
 
 
 def parameters_over_factor(result: CampaignResult) -> Iterator[Figure]:

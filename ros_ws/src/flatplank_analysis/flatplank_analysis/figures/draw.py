@@ -23,6 +23,8 @@ LEGEND_WIDTH, LEGEND_MARK = 54, 4
 """characters that fit above the axes, and width of a marker in characters"""
 WIDTH, HEIGHT = 6.4, 3.7
 """size of one panel [inch]"""
+MARGIN = 0.05
+"""room above and below the visible values, as a share of their range"""
 CONSTANT = 2e-3
 """least range of an axis, as a share of the largest value"""
 
@@ -62,9 +64,19 @@ RC = {
 STYLES: dict[str, dict] = {
     "line": {"linewidth": 1.4},
     "model": {"linewidth": 1.3, "linestyle": (0, (4, 2)), "color": INK},
+    "dashed": {"linewidth": 1.4, "linestyle": (0, (4, 2))},
     "curve": {"linewidth": 1.6},
     "points": {"linestyle": "none", "marker": "o", "markersize": 5},
     "joined": {"linewidth": 1.2, "marker": "o", "markersize": 4.5},
+    "open": {
+        "linewidth": 1.0,
+        "linestyle": (0, (4, 2)),
+        "marker": "o",
+        "markersize": 4.5,
+        "markerfacecolor": "white",
+    },
+    "cross": {"linestyle": "none", "marker": "x", "markersize": 7},
+    "square": {"linestyle": "none", "marker": "s", "markersize": 8, "markerfacecolor": "none"},
     "hollow": {"linestyle": "none", "marker": "o", "markersize": 6, "markerfacecolor": "white"},
 }
 
@@ -77,7 +89,8 @@ def canvas(figure: Figure) -> Canvas:
     height = (2.4 if figure.stacked and rows > 1 else HEIGHT) * rows
     out = Canvas(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(out)
-    axes = out.subplots(rows, columns, squeeze=False).ravel()
+    ratios = figure.heights or None
+    axes = out.subplots(rows, columns, squeeze=False, height_ratios=ratios).ravel()
     for axis, panel in zip(axes, figure.panels, strict=False):
         _panel(axis, panel)
     return out
@@ -88,7 +101,7 @@ def _panel(axis: Axes, panel: Panel) -> None:
     labels = []
     for series in panel.series:
         color = series.color or STYLES[series.style].get("color") or next(colors)
-        _series(axis, series, color)
+        _series(axis, series, color, panel.x_range)
         if series.end_label:
             labels.append((series, color))
     for mark in panel.marks:
@@ -97,10 +110,18 @@ def _panel(axis: Axes, panel: Panel) -> None:
     axis.set_ylabel(panel.y_label)
     if panel.title:
         axis.set_title(panel.title)
-    axis.xaxis.set_major_locator(MaxNLocator(nbins=7, steps=[1, 2, 5, 10]))
-    axis.ticklabel_format(useOffset=False)
+    if "x" in panel.logarithmic:
+        axis.set_xscale("log")
+    else:
+        axis.xaxis.set_major_locator(MaxNLocator(nbins=7, steps=[1, 2, 5, 10]))
+        axis.ticklabel_format(axis="x", useOffset=False)
+    if "y" in panel.logarithmic:
+        axis.set_yscale("log")
+    else:
+        axis.ticklabel_format(axis="y", useOffset=False)
     if panel.x_range:
         axis.set_xlim(*panel.x_range)
+        axis.set_ylim(*_visible(axis, panel))
     # values that are constant except for rounding are drawn as constant
     low, high = axis.get_ylim()
     missing = CONSTANT * max(abs(low), abs(high)) - (high - low)
@@ -108,6 +129,18 @@ def _panel(axis: Axes, panel: Panel) -> None:
         axis.set_ylim(low - missing / 2.0, high + missing / 2.0)
     _end_labels(axis, labels)
     _legend(axis, panel)
+
+
+def _visible(axis: Axes, panel: Panel) -> tuple[float, float]:
+    """Range of what lies within the shown part of the horizontal axis, with a margin."""
+    low, high = panel.x_range or axis.get_xlim()
+    seen = [s.y[(s.x >= low) & (s.x <= high) & np.isfinite(s.y)] for s in panel.series]
+    values = np.concatenate([*seen, np.zeros(0)])
+    if not values.size or "y" in panel.logarithmic:
+        return axis.get_ylim()
+    least, most = float(values.min()), float(values.max())
+    room = MARGIN * (most - least)
+    return least - room, most + room
 
 
 def _legend(axis: Axes, panel: Panel) -> None:
@@ -123,8 +156,12 @@ def _legend(axis: Axes, panel: Panel) -> None:
         axis.legend(ncols=max(1, min(len(shown), LEGEND_WIDTH // longest)), **place)
 
 
-def _series(axis: Axes, series: Series, color: str) -> None:
-    x, y = thinned(series.x, series.y) if series.error is None else (series.x, series.y)
+def _series(
+    axis: Axes, series: Series, color: str, shown_range: tuple[float, float] | None
+) -> None:
+    x, y = series.x, series.y
+    if series.error is None:
+        x, y = thinned(x, y, shown_range)
     shown = series.legend and not series.end_label
     label = series.label if shown else "_" + series.label
     style = {**STYLES[series.style], "color": color}
@@ -167,10 +204,14 @@ def _last(series: Series, right: float) -> float:
     return float(np.mean(tail)) if tail.size else 0.0
 
 
-def thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """At most MAX_POINTS evenly chosen points, without NaN."""
+def thinned(
+    x: np.ndarray, y: np.ndarray, shown: tuple[float, float] | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """At most MAX_POINTS evenly chosen points, without NaN; those of the shown range, if given."""
     x, y = np.asarray(x, float), np.asarray(y, float)
     good = np.isfinite(x) & np.isfinite(y)
+    if shown is not None:
+        good &= (x >= shown[0]) & (x <= shown[1])
     x, y = x[good], y[good]
     if x.size <= MAX_POINTS:
         return x, y

@@ -31,6 +31,7 @@ def magic_curves(result: CampaignResult) -> Iterator[Figure]:
         conditions = pieces.slips(point)
         slip = 100.0 * np.array([c.facts.kappa_actual for c in conditions])
         force = np.array([c.linear.steady_force.value for c in conditions])
+        error = np.array([c.linear.steady_force.std_error for c in conditions])
         load = float(np.mean([c.facts.fz_after for c in conditions]))
 
         def there(percent: np.ndarray, load: float = load, p: Condition = point.point):
@@ -39,8 +40,12 @@ def magic_curves(result: CampaignResult) -> Iterator[Figure]:
             return steady(fitted, at).fx
 
         label, reach = pieces.level(point, "fz"), (slip.min(), slip.max())
-        series += pieces.with_model(label, color, (slip, force), reach, there)
-    caption = "Points: asymptotes of the runs. Lines: the fitted Magic Formula at the mean load."
+        bars = np.nan_to_num(error)
+        series += pieces.with_model(label, color, (slip, force), reach, there, bars)
+    caption = (
+        "Points: asymptotes of the runs with their standard errors. Lines: the fitted Magic "
+        "Formula at the mean load."
+    )
     panel = Panel(pieces.SLIP, "steady Fx [N]", series)
     yield Figure("magic_formula_fx", "Magic Formula, Fx", caption, (panel,), "7.26")
 

@@ -131,6 +131,25 @@ def variations(result: CampaignResult, *factors: str) -> list[Variation]:
     return out
 
 
+def crossed(result: CampaignResult) -> dict[float, list[PointResult]]:
+    """Points at nominal load and pressure by camber [deg], each in the order of side slip, where
+    both angles were varied together; empty otherwise."""
+    nominal = result.nominal()
+    groups: dict[float, dict[float, PointResult]] = {}
+    for p in result.points:
+        same = nominal and all(
+            getattr(p.point, n) == getattr(nominal.point, n) for n in ("tire", "fz", "pressure")
+        )
+        if same and p.conditions:
+            groups.setdefault(p.point.gamma_deg, {})[p.point.alpha_deg] = p
+    if len(groups) < 2 or min(len(g) for g in groups.values()) < 2:
+        return {}
+    return {
+        gamma: [members[alpha] for alpha in sorted(members)]
+        for gamma, members in sorted(groups.items())
+    }
+
+
 def loads(result: CampaignResult) -> list[PointResult]:
     """Points with different loads, otherwise the nominal one, if it exists."""
     for varied in variations(result, "fz"):
@@ -212,12 +231,14 @@ def with_model(
     measured: tuple[np.ndarray, np.ndarray],
     reach: tuple[float, float],
     model: Callable[[np.ndarray], np.ndarray],
+    error: np.ndarray | None = None,
 ) -> list[Series]:
-    """Measured points and the model's curve over `reach`, in one colour."""
+    """Measured points, with error bars if known, and the model's curve over `reach`, in one
+    colour."""
     fine = np.linspace(*reach, 201)
     curve = np.broadcast_to(model(fine), fine.shape)
     return [
-        Series(label, *measured, "points", color),
+        Series(label, *measured, "points", color, error=error),
         Series(label, fine, curve, "curve", color, legend=False),
     ]
 

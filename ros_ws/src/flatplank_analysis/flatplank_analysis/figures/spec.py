@@ -42,6 +42,8 @@ class Panel:
     x_range: tuple[float, float] | None = None
     marks: Sequence[float] = ()
     """vertical lines"""
+    logarithmic: str = ""
+    """axes with a logarithmic scale: x, y or xy"""
     title: str = ""
 
 
@@ -58,6 +60,8 @@ class Figure:
     """number of the figure in the thesis"""
     stacked: bool = False
     """True for panels above each other"""
+    heights: Sequence[float] = ()
+    """relative heights of stacked panels; empty: all the same"""
 
     @property
     def wide(self) -> bool:

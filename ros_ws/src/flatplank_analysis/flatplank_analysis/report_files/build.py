@@ -96,7 +96,8 @@ SECTIONS = {
         "Measurements",
         "Signals over road displacement: interpolated to a common grid, averaged over the runs of "
         "a condition, low-passed without phase at 323 1/m (10 Hz at 30.92 mm/s).",
-        (chapter6.nominal_forces, chapter6.road_speed, chapter6.varied_forces),
+        (chapter6.nominal_forces, chapter6.road_speed, chapter6.varied_forces,
+         chapter6.crossed_forces),
         ("steps",),
     ),
     "repeatability": Section("Repeatability", "", (chapter6.repeatability,), ()),
@@ -133,7 +134,8 @@ SECTIONS = {
         "",
         (
             chapter7.lateral_starts, magic.magic_lateral, chapter7.linear_parameters,
-            chapter7.parameters_over_factor, chapter7.steady_curves, magic.magic_curves,
+            chapter7.parameters_over_factor, chapter7.steady_curves, chapter7.crossed_angles,
+            magic.magic_curves,
             chapter7.carcass,
         ),
         ("linear", "model_parameters", "carcass", "lateral", "magic_formula", "relative_error"),

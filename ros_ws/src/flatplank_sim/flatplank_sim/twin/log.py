@@ -97,11 +97,14 @@ class BagLog:
 
 
 class TableLog:
-    """Log to a measurement table per run; `suffix` selects the format."""
+    """Log to a measurement table per run; `suffix` selects the format.
 
-    def __init__(self, folder: Path, suffix: str = ".parquet") -> None:
+    `whole`: with the samples before the motion trigger, where the plank position is another one.
+    """
+
+    def __init__(self, folder: Path, suffix: str = ".parquet", whole: bool = False) -> None:
         folder.mkdir(parents=True, exist_ok=True)
-        self._folder, self._suffix = folder, suffix
+        self._folder, self._suffix, self._whole = folder, suffix, whole
         self._cycles: list[Cycle] = []
         self._record: RunRecord | None = None
 
@@ -115,7 +118,8 @@ class TableLog:
         assert self._record is not None
         record = self._record.with_changes(status=status, stop_reason=notes)
         path = self._folder / f"{record.name}{self._suffix}"
-        columns = _since_trigger(table_columns(self._cycles))
+        columns = table_columns(self._cycles)
+        columns = columns if self._whole else _since_trigger(columns)
         EXPORTERS[self._suffix](MeasurementTable(columns, record), path)
         self._cycles = []
         return path
