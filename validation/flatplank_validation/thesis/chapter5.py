@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from flatplank_analysis.report.results import CampaignResult
+from flatplank_analysis.report.machine_tables import DriveMeans, drive_means, friction_of
 from flatplank_control.free_rolling.params import FreeRollingParameters
 from flatplank_data.table import MeasurementTable
 from flatplank_sim.plant import PlantConfig
@@ -48,37 +48,29 @@ def _parameter(name: str, lab: Lab) -> float:
     return _table_5_1(lab)[name]
 
 
+def _means(lab: Lab) -> list[DriveMeans]:
+    """Torques of all conditions, means over the start angles."""
+    curve = friction_of(lab.drive)
+    return [m for point in lab.drive.points for m in drive_means(point, curve)]
+
+
 def mean_efficiency(lab: Lab) -> float:
-    """Mean of the efficiencies of driving runs [%], start angles first."""
-    curve = lab.drive.extras["friction_torque"]
-    groups: dict[object, list[float]] = {}
-    for point in lab.drive.points:
-        for run in point.further.drive:
-            value = 100.0 * run.state.efficiency(curve)
-            if math.isfinite(value):
-                groups.setdefault(run.condition, []).append(value)
-    return float(np.mean([np.mean(v) for v in groups.values()]))
+    """Mean efficiency of driving conditions [%]."""
+    known = [100.0 * m.efficiency.value for m in _means(lab)]
+    return float(np.nanmean(known))
 
 
-def _torque_spread(lab: Lab) -> float:
-    """Range of the motor torque of braking runs over load and slip [N m]."""
-    return _range(lab.drive, lambda kappa: kappa <= -0.02)
-
-
-def _range(result: CampaignResult, chosen: Callable[[float], bool]) -> float:
-    groups: dict[object, list[float]] = {}
-    for point in result.points:
-        for run in point.further.drive:
-            if chosen(run.condition.kappa):
-                groups.setdefault(run.condition, []).append(run.state.motor_torque)
-    return float(np.ptp([np.mean(v) for v in groups.values()]))
+def _range(lab: Lab, chosen: Callable[[float], bool]) -> float:
+    """Range of the motor torque over load and slip [N m]."""
+    return float(np.ptp([m.state.motor_torque for m in _means(lab) if chosen(m.condition.kappa)]))
 
 
 def braking_torque(lab: Lab) -> str:
     """Whether the torque of braking runs is that of the friction only, within a tenth of the
     largest driving torque."""
-    driving = _range(lab.drive, lambda kappa: kappa >= 0.0)
-    return "friction only" if _torque_spread(lab) < 0.1 * driving else "depends on the slip"
+    driving = _range(lab, lambda kappa: kappa >= 0.0)
+    braking = _range(lab, lambda kappa: kappa <= -0.02)
+    return "friction only" if braking < 0.1 * driving else "depends on the slip"
 
 
 def over_runs(

@@ -10,7 +10,7 @@ import numpy as np
 
 from flatplank_analysis.figures import machine, pieces
 from flatplank_analysis.figures.spec import INK, PALETTE, Figure, Panel, Series
-from flatplank_analysis.steady.rolling_radius import FIT_RANGE, fit_exponential
+from flatplank_analysis.steady.settling import FIT_RANGE, fit_exponential
 from flatplank_control.free_rolling.params import FreeRollingParameters
 from flatplank_data.table import MeasurementTable
 from flatplank_validation.free_rolling.nonlinear import Nonlinear, Run

@@ -23,12 +23,9 @@ from flatplank_control.bench.results import write_campaign
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.calibration.parasitic import UnloadedTurns, identify_turn
 from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA
-from flatplank_control.runner import moves
-from flatplank_control.runner import steps as S
 from flatplank_control.runner.campaign import SUFFIX, Conductor, Journal, load_plan
 from flatplank_control.runner.campaign.conductor import Job, Outcome
 from flatplank_control.runner.measurement import Measurement
-from flatplank_control.runner.moves import Plan
 from flatplank_control.runner.plans import plan_of
 from flatplank_data.campaign import CAMPAIGN_FILE, Campaign
 from flatplank_data.exporters import export_campaign
@@ -37,7 +34,7 @@ from flatplank_data.table import MeasurementTable
 from flatplank_hw.hub.parasitic import ParasiticFit, load_fit
 from flatplank_sim.plant import PlantConfig
 from flatplank_sim.plant.truth import truth_row
-from flatplank_sim.simulator import turn_on_twin
+from flatplank_sim.simulator import speeds_on_twin, turn_on_twin
 from flatplank_sim.twin.campaign import run_on_twin
 from flatplank_sim.twin.log import TableLog
 from flatplank_sim.twin.twin import Twin
@@ -57,10 +54,6 @@ START_LOADS = (3700.0, 1000.0, 1850.0, 5550.0, 8000.0)
 """loads of figure 5.23, the first over the whole road [N]"""
 START_ROAD = 0.3
 """road of the others [m]"""
-SPEEDS = (0.01, 0.02, 0.05, 0.075, 0.1, 0.125, 0.15, 0.175, 0.2, 0.25, 0.3)
-"""speeds of the unloaded wheel for figure 5.3 [rad/s at the wheel]"""
-DWELL = 3.0
-"""time at each speed [s]"""
 
 
 @dataclass(frozen=True)
@@ -93,18 +86,6 @@ CAMPAIGNS: dict[str, Measured] = {
     **_rolling("racing"),
 }
 """name of a folder -> what is measured into it"""
-
-
-def _speeds(m: Measurement) -> Plan:
-    """The unloaded wheel at every speed for a while."""
-    yield from moves.to_rest()
-    yield S.Manual("unload", 0.0)
-    yield from moves.turn(m.start_angle)
-    yield S.Record(m.record(), at_once=True)
-    for speed in SPEEDS:
-        yield S.Mode("velocity", speed)
-        yield S.Wait("the wheel turns evenly", lambda _s: True, 2.0 * DWELL, at_least=DWELL)
-    yield S.StopRecord("complete")
 
 
 @dataclass(frozen=True)
@@ -210,10 +191,7 @@ class Lab:
         folder = self.folder / FRICTION
         if not (folder / CAMPAIGN_FILE).exists():
             self.say("friction torque of the unloaded wheel")
-            m = Measurement(measurement="unloaded_turn", name="friction")
-            bench = TwinBench(Twin(self.bench), TableLog(folder))
-            bench.perform(_speeds(m))
-            write_campaign(folder, m.tire, [(m.record(), bench.kept[0].name)])
+            export_campaign([speeds_on_twin(self.bench)], folder)
         return folder
 
     def _starts(self) -> Path:

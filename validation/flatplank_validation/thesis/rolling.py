@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -12,12 +11,20 @@ import numpy as np
 
 from flatplank_analysis.post.gridding import low_pass, on_grid
 from flatplank_analysis.post.motion import until_stop
-from flatplank_analysis.steady.rolling_radius import fit_exponential, radius_of_run
+from flatplank_analysis.steady.rolling_radius import radius_of_run
+from flatplank_analysis.steady.settling import REFERENCE_FORCE, fit_exponential
 from flatplank_control.free_rolling.params import FreeRollingParameters
 from flatplank_data.campaign import Campaign
 from flatplank_data.machine import GEAR_RATIO
 from flatplank_data.table import MeasurementTable
-from flatplank_validation.free_rolling.nonlinear import Nonlinear, Run, settling_distance, simulate
+from flatplank_validation.free_rolling.nonlinear import (
+    FIGURE_5_11,
+    Nonlinear,
+    Run,
+    friction_table,
+    settling_distance,
+    simulate,
+)
 from flatplank_validation.thesis.lab import STARTS, Lab
 
 COLUMNS = (
@@ -29,8 +36,6 @@ TRIGGER_JUMP = 1e-3
 """least change of the plank position in one sample that is its zeroing by the trigger [m]"""
 MOVED = 5e-5
 """travel after which the plank has begun to move [m]"""
-REFERENCE = 50.0
-"""controller's reference [N]"""
 STEADY = 1.5
 """road at the end over which the steady error is taken [m]"""
 WAYS = {"thesis": "the thesis's controller", "ours": "ours"}
@@ -75,25 +80,25 @@ def nominal(lab: Lab) -> MeasurementTable:
 
 @cache
 def simulated() -> Run:
-    """The simulation of section 5.5."""
-    return simulate(Nonlinear(), FreeRollingParameters())
+    """The simulation of section 5.5, with the friction that it had before it was scaled."""
+    return simulate(Nonlinear(friction=friction_table(FIGURE_5_11)), FreeRollingParameters())
 
 
 def improved(lab: Lab) -> Run:
     """The same with the measured road speed, and the friction scaled to the measured torque."""
     kept: dict[str, Any] = lab.kept
     if "improved" not in kept:
-        table, plain = nominal(lab), Nonlinear()
+        table = nominal(lab)
         late = table["plank_position"] > float(table["plank_position"].max()) - STEADY
         torque = float(np.mean(table["motor_torque"][late]))
         theirs = float(np.mean(simulated().torque[-len(simulated().torque) // 4 :]))
-        scaled = tuple((v, m * torque / theirs) for v, m in plain.friction)
+        scaled = friction_table(FIGURE_5_11 * torque / theirs)
         grid = on_grid(table, ["plank_velocity"])
         x, v = grid.position, low_pass(grid["plank_velocity"])
         good = np.isfinite(v)
         x, v = x[good][::10], v[good][::10]
         kept["improved"] = simulate(
-            replace(plain, friction=scaled), FreeRollingParameters(),
+            Nonlinear(friction=scaled), FreeRollingParameters(),
             speed=lambda at: float(np.interp(at, x, v)),
         )  # fmt: skip
     return kept["improved"]
@@ -113,14 +118,14 @@ def force(table: MeasurementTable) -> tuple[np.ndarray, np.ndarray]:
 def settling(table: MeasurementTable) -> float:
     """Settling distance by Appendix E [m]."""
     grid = on_grid(table, ["fx"])
-    return fit_exponential(grid.position, grid["fx"]).settles_at(REFERENCE)
+    return fit_exponential(grid.position, grid["fx"]).settles_at()
 
 
 def steady_error(table: MeasurementTable) -> float:
     """Mean Fx over the last 1.5 m less the reference, relative to it [%]."""
     x = table["plank_position"]
     late = (x > float(x.max()) - STEADY) & np.isfinite(table["fx"])
-    return 100.0 * (float(np.mean(table["fx"][late])) / REFERENCE - 1.0)
+    return 100.0 * (float(np.mean(table["fx"][late])) / REFERENCE_FORCE - 1.0)
 
 
 def radius(table: MeasurementTable) -> float:
