@@ -83,6 +83,8 @@ class Cleaned:
     p_value: float = 1.0
     """p-value of the first effect that was taken out, times the number of effects that were tried;
     1 when none was"""
+    left: float = 1.0
+    """share of the freedom of the contrasts that the effects that were taken out leave"""
 
 
 def contrast_blocks(runs: RunSet, blocks: Sequence[np.ndarray]) -> list[np.ndarray]:
@@ -135,6 +137,7 @@ def clean_contrasts(
     freedom = effective_freedom(runs, contrast)
     chosen: list[np.ndarray] = []
     energy = float(np.sum(contrast**2))
+    whole = max(freedom, 1.0)
     left, first = contrast, 1.0
     count = max(len(pool), 1)
     while pool and energy > 0.0:
@@ -152,7 +155,8 @@ def clean_contrasts(
         left, energy = tries[best], energies[best]
         chosen.append(pool.pop(best))
         freedom = max(effective_freedom(runs, left), 2.0 * used)
-    return Cleaned(left, first)
+    taken = float(sum(len(c) for c in chosen))
+    return Cleaned(left, first, max(1.0 - taken / whole, 0.5))
 
 
 def _regress(contrast: np.ndarray, blocks: Sequence[np.ndarray]) -> np.ndarray:
@@ -166,14 +170,15 @@ def _regress(contrast: np.ndarray, blocks: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def scatter_of_repeats(
-    contrasts: np.ndarray, groups: Sequence[np.ndarray]
+    cleaned: Cleaned, groups: Sequence[np.ndarray], keep: np.ndarray | None = None
 ) -> tuple[float, np.ndarray]:
     """Mean square of a single run about the mean of its condition: of all conditions, and of each
     one (conditions,); NaN for a condition that is not repeated, 0 for all when none is.
 
-    contrasts (runs, samples); groups: rows of every condition.
+    groups: rows of every condition; keep: mask of the samples that count, by default all.
     """
-    energy = np.sum(contrasts**2, axis=1) / contrasts.shape[1]
+    contrasts = cleaned.contrasts if keep is None else cleaned.contrasts[:, keep]
+    energy = np.sum(contrasts**2, axis=1) / contrasts.shape[1] / cleaned.left
     spare = np.array([len(g) - 1 for g in groups], dtype=float)
     own = np.array([float(np.sum(energy[g])) for g in groups])
     each = np.divide(own, spare, out=np.full(len(groups), np.nan), where=spare > 0.0)
@@ -196,10 +201,10 @@ def floor_of(
     """
     counts = np.array([len(g) for g in runs.groups])
     spare = max(float(np.sum(counts - 1)), 1.0)
-    pure, own = scatter_of_repeats(cleaned.contrasts, runs.groups)
+    pure, own = scatter_of_repeats(cleaned, runs.groups)
     pure = max(pure, least**2)
     own = np.where(np.isnan(own), pure, np.maximum(own, least**2))
-    raw = scatter_of_repeats(runs.contrast(residual), runs.groups)[0]
+    raw = scatter_of_repeats(Cleaned(runs.contrast(residual)), runs.groups)[0]
     steps = runs.input_noise[channel] ** 2 if runs.input_noise else 0.0
     square = np.mean(runs.mean(residual) ** 2, axis=1)
     beyond = np.average(square - pure / counts - steps, weights=counts)

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from flatplank_analysis.discovery.floor import BELOW
 from flatplank_analysis.figures import pieces
 from flatplank_analysis.figures.spec import INK, PALETTE, Figure, Panel, Series
 from flatplank_analysis.identify.linear import LinearFit
@@ -45,9 +46,9 @@ def errors_beside_floor(result: CampaignResult) -> Iterator[Figure]:
         lines.append(Series(model.title, kappa, known, "joined"))
     floor = np.array([c.floor() for c in conditions])
     if np.isfinite(floor).any():
-        lines.append(Series("floor of the repeats", kappa, floor, "model", INK))
+        lines.append(Series("floor of the condition", kappa, floor, "model", INK))
     panel = Panel(pieces.SLIP, "RMSE in the transient part [N]", lines)
-    caption = f"At {point.point.label()}. Below the floor no model can be judged."
+    caption = f"At {point.point.label()}; {BELOW}."
     title = "Errors of the models beside the floor"
     yield Figure("models_floor", title, caption, (panel,), "7.1, 7.3, 7.4")
 

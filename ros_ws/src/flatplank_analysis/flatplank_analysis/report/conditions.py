@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from flatplank_analysis.identify.lateral import lateral_run
-from flatplank_analysis.identify.linear import LinearFit, linear_run
+from flatplank_analysis.identify.linear import LinearFit, is_transient, linear_run
 from flatplank_analysis.identify.repeats import has_mean, mean_response
 from flatplank_analysis.identify.runs import StepRun
 from flatplank_analysis.post.gridding import (
@@ -26,6 +26,7 @@ from flatplank_analysis.post.gridding import (
     repeat_std,
 )
 from flatplank_analysis.post.motion import StepFacts, step_facts
+from flatplank_analysis.report.floors import floor_of_runs, share_in_mean
 from flatplank_analysis.report.results import ConditionResult, DriveRun, LateralResult, RestRun
 from flatplank_analysis.starts import mean_over_starts, value_over_starts
 from flatplank_analysis.steady.stiffness import static_longitudinal_stiffness
@@ -65,6 +66,7 @@ def condition_result(condition: Condition, tables: Sequence[MeasurementTable]) -
     if len(repeats) > 1:
         scatter = repeat_std([g.map(low_pass, ["fx"]) for g in repeats], "fx")[::THIN]
     thin = slice(None, None, THIN)
+    fit = linear_run(mean.position[good] - step, mean["fx"][good], kappa)
     return ConditionResult(
         condition,
         [t.info.name for t in tables],
@@ -74,11 +76,28 @@ def condition_result(condition: Condition, tables: Sequence[MeasurementTable]) -
         {name: values[thin] for name, values in mean.columns.items()},
         scatter,
         len(repeats) < len(gridded) or len(set(starts)) == 1,
-        linear_run(mean.position[good] - step, mean["fx"][good], kappa),
+        fit,
         {t.info.name: _run_fit(t, step) for t in tables},
         float(tail.mean()) if tail.size else math.nan,
         sum(lost_samples(t).lost for t in tables),
+        _floor(gridded, tables, step, fit.transient_end),
+        share_in_mean(starts),
     )
+
+
+def _floor(
+    gridded: Sequence[Gridded], tables: Sequence[MeasurementTable], step: float, end: float
+) -> float:
+    """Floor of the runs in the transient part [N]: filtered forces from the step on."""
+    turned = [on_grid(t, ("wheel_angle",)) for t in tables]
+    if not all("wheel_angle" in t.columns for t in turned):
+        return math.nan
+    force = np.stack([low_pass(g["fx"])[::THIN] for g in gridded])
+    angle = np.stack([t["wheel_angle"][::THIN] for t in turned])
+    angle += np.array([[t.info.start_angle - t["wheel_angle"][0]] for t in tables])
+    since = gridded[0].position[::THIN] - step
+    used = (since >= 0.0) & np.isfinite(force).all(axis=0) & np.isfinite(angle).all(axis=0)
+    return floor_of_runs(force[:, used], angle[:, used], is_transient(since[used], end))
 
 
 def _run_fit(table: MeasurementTable, step: float) -> LinearFit:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from flatplank_analysis.identify.carcass import CarcassFit
-from flatplank_analysis.identify.linear import LinearFit, is_transient
+from flatplank_analysis.identify.linear import LinearFit
 from flatplank_analysis.identify.mf.fit import MFFit
 from flatplank_analysis.identify.mf.points import SteadyPoints
 from flatplank_analysis.identify.results import to_plain
@@ -50,6 +50,11 @@ class ConditionResult:
     """mean Fy over the last half metre [N]"""
     cycles_lost: int = 0
     """bus cycles without a sample, summed over the runs"""
+    run_floor: float = math.nan
+    """floor of the condition in the transient part [N]: scatter of a single run without what turns
+    with the wheel, see `floors`; NaN for one run"""
+    share_in_mean: float = 1.0
+    """error of the mean of the starts, relative to the scatter of a single run"""
 
     @property
     def since_step(self) -> np.ndarray:
@@ -64,15 +69,8 @@ class ConditionResult:
         return float(after.max()) if after.size else math.nan
 
     def floor(self) -> float:
-        """Error of the mean itself in the transient part [N], the lower limit for any model.
-
-        Root mean square of the repeats' standard deviation over the square root of their number.
-        """
-        if self.scatter is None:
-            return math.nan
-        part = self.scatter[is_transient(self.since_step, self.linear.transient_end)]
-        part = part[np.isfinite(part)]
-        return float(np.sqrt(np.mean(part**2) / len(self.names))) if part.size else math.nan
+        """Error of the mean itself in the transient part [N]: the floor for models of the mean."""
+        return self.run_floor * self.share_in_mean
 
     def to_json(self) -> dict[str, Any]:
         """Numbers only."""
@@ -84,6 +82,7 @@ class ConditionResult:
             "max_scatter": to_plain(self.max_scatter()),
             "cycles_lost": self.cycles_lost,
             "floor": to_plain(self.floor()),
+            "run_floor": to_plain(self.run_floor),
             "linear": self.linear.to_json(),
             "run_fits": {name: fit.to_json() for name, fit in self.run_fits.items()},
         }

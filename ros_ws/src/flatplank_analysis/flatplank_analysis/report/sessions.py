@@ -90,12 +90,8 @@ def _vertical(result: CampaignResult) -> list[float]:
 
 
 def _floor(result: CampaignResult) -> list[float]:
-    """Scatter of Fx between the repeats of a condition, root mean square over the road."""
-    found = [
-        float(np.sqrt(np.nanmean(c.scatter**2)))
-        for c in result.conditions
-        if c.scatter is not None
-    ]
+    """Floor of Fx: scatter of single runs, without what turns with the wheel."""
+    found = [c.run_floor for c in result.conditions if math.isfinite(c.run_floor)]
     return [float(np.sqrt(np.mean(np.square(found))))] if found else []
 
 

@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from flatplank_analysis.discovery.floor import BELOW
 from flatplank_analysis.identify.results import Estimate
 from flatplank_analysis.report.machine_tables import KINDS_TABLES, MACHINE_TABLES
 from flatplank_analysis.report.radii import radius_table, source_table
@@ -81,7 +82,7 @@ def _linear_remark(c: ConditionResult) -> str:
 def rmse_tables(result: CampaignResult) -> list[Table]:
     """Tables 7.1, 7.3, 7.4 and Appendix H: RMSE per slip and operating point, one per model.
 
-    The last one is the floor, the lower limit for any RMSE.
+    The last one is the floor, the error of the measured mean itself.
     """
     levels = sorted({c.condition.kappa for c in result.conditions})
     columns = [
@@ -104,8 +105,9 @@ def rmse_tables(result: CampaignResult) -> list[Table]:
     ]
     known = [(p, f) for p, f in floors if any(math.isfinite(v) for v in f.values())]
     note = (
-        "Scatter of the repeats over the square root of their number, over the transient part: "
-        "the error that the measured mean has itself."
+        "Scatter of single runs over the square root of their number, over the transient part: "
+        "the error that the measured mean has itself. What turns with the wheel cancels in the "
+        f"mean of the start angles and is no part of it. And {BELOW}."
     )
     title = "Floor of the models' errors [N]"
     return [*out, point_table("rmse_floor", title, known, columns, note)]
