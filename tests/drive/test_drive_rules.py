@@ -26,12 +26,13 @@ CALM = Situation(
     state=State.OPERATION_ENABLED, follows_reference=True, turning=True, moving=True,
     plank_velocity=0.03, plank_position=1.0, steer_angle=0.1, loaded_radius=0.3, fz=3700.0,
     speed=0.1, claimed=True, heartbeat_age_ns=400 * MS, sample_age_ns=40 * MS, gap_ns=40 * MS,
-    reference_age_ns=40 * MS, fz_high_ns=40 * MS, torque_high_ns=40 * MS,
+    reference_age_ns=40 * MS, fz_high_ns=40 * MS, torque_high_ns=40 * MS, following_error=0.02,
+    following_limit=0.03, torque_off_ns=249 * MS,
 )  # fmt: skip
 """a loaded wheel that follows the plank: everything just within its limit"""
 
 STOPS: dict[str, list[dict]] = {
-    "inputs": [{"health": Health.STALE}, {"health": Health.LOST}, {"gap_ns": 43 * MS}],
+    "inputs": [{"health": Health.STALE}, {"health": Health.LOST}, {"gap_ns": 43 * MS}, {"gap_ns": -1}],
     "samples": [{"sample_age_ns": 43 * MS}],
     "drive_fault": [{"state": State.FAULT}, {"state": State.FAULT_REACTION_ACTIVE}],
     "emergency_stop": [{"digital": 0}],
@@ -58,6 +59,10 @@ STOPS: dict[str, list[dict]] = {
     "plank_reverses": [{"plank_velocity": -0.001}, {"plank_velocity": NAN}],
     "reference": [{"reference_age_ns": 43 * MS}],
     "reference_gone": [{"reference_age_ns": 43 * MS}],
+    "following_error": [
+        {"following_error": 0.031}, {"following_error": -0.031}, {"following_error": NAN},
+        {"following_limit": NAN}, {"torque_off_ns": 251 * MS},
+    ],
     "wheel_stopped": [
         {"wheel_left": True},
         {"wheel_left": True, "loaded_radius": 0.325},
@@ -90,7 +95,7 @@ PASSES: dict[str, list[dict]] = {
 """rule -> what it lets pass, although it looks like a cause"""
 
 EVERY_AXIS = {"inputs", "samples", "drive_fault", "emergency_stop", "heartbeat", "speed", "torque"}
-EVERY_AXIS |= {"fz"}
+EVERY_AXIS |= {"fz", "following_error"}
 ROAD = {"road_end", "steering", "plank_stopped", "plank_stands", "plank_reverses", "reference"}
 AXIS_RULES = {
     "wheel": EVERY_AXIS | ROAD,
@@ -152,8 +157,10 @@ def test_torque_counts_as_high_in_both_senses_and_when_it_is_no_number(torque, h
     assert watch.situation.torque_high_ns == high * MS
 
 
-@pytest.mark.parametrize(("fz", "high"), [(8399.0, 0), (8401.0, 4), (NAN, 4)])
-def test_fz_counts_as_high_when_it_is_no_number(fz, high):
+@pytest.mark.parametrize(
+    ("fz", "high"), [(8399.0, 0), (-8399.0, 0), (8401.0, 4), (-8401.0, 4), (NAN, 4)]
+)
+def test_fz_counts_as_high_in_both_senses_and_when_it_is_no_number(fz, high):
     watch = Watch(DriveParameters())
     hub = SimpleNamespace(loaded_radius=0.3, fz_filtered=fz, stamp_ns=0)
     watch.update_from_samples(0, 4 * MS, None, hub)

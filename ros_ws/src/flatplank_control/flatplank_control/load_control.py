@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from flatplank_data.limits import LIMITS, Limit
+from flatplank_data.limits import FORCE, LIMITS, Limit
 from flatplank_data.params import Params, param
 from flatplank_hw.samples import FOLLOW, EncoderSample, HubSample, Reference
 
@@ -67,11 +67,13 @@ class LoadController:
         return Reference(hub.cycle, hub.stamp_ns, FOLLOW, speed, on and math.isfinite(speed))
 
     def step(self, hub: HubSample) -> float:
-        """Axle speed of this cycle [m/s]; 0 when the controller is off."""
+        """Axle speed of this cycle [m/s]; 0 when the controller is off, NaN without a force."""
         p = self.parameters
         if not p.enabled:
             return 0.0
         fz = hub.contact.fz
+        if not FORCE.admits(fz):
+            return math.nan
         if self._ramp != self._ramp:
             self._ramp = self._force = fz
         self._force += self._smooth * (fz - self._force)

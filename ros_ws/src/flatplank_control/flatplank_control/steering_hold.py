@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from flatplank_control.sequencer.waveforms import triangle
+from flatplank_data.limits import Limit
 from flatplank_data.params import (
     ParameterError,
     Params,
@@ -206,8 +207,9 @@ class AngleControl:
 
     def hold(self, angle: float) -> Answer:
         """Hold this angle [rad]."""
-        if not abs(angle) <= self.parameters.limit:
-            return refused(f"angle of {angle:.3g} rad is beyond {self.parameters.limit:.3g} rad")
+        most = self.parameters.limit
+        if reason := Limit(-most, most, "rad").refusal("angle", angle):
+            return refused(reason)
         self._profile, self.wanted = None, angle
         return OK
 

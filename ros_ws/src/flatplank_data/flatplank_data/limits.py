@@ -4,13 +4,14 @@ ranges for run records in files."""
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from flatplank_data.machine import ROAD_LENGTH, USABLE_ROAD
 
 
 class Limit(NamedTuple):
-    """Range of one setting."""
+    """Range of one number, and the gate that every number passes before a core uses it."""
 
     low: float
     high: float
@@ -24,10 +25,16 @@ class Limit(NamedTuple):
         """Lowest and highest value."""
         return self.low, self.high
 
+    def admits(self, value: float) -> bool:
+        """True for a finite number within the range."""
+        return self.low <= value <= self.high and math.isfinite(value)
+
     def refusal(self, name: str, value: float) -> str:
-        """Reason why a value cannot be set, the same text for all callers; empty when it can."""
-        if self.low <= value <= self.high:
+        """Reason why a number is refused, the same text for all callers; empty when it is not."""
+        if self.admits(value):
             return ""
+        if not math.isfinite(value):
+            return f"{name} is {value}, must be finite"
         amount = f"{value:g} {self.unit}".rstrip()
         return f"{name} is {amount}, must be within {self.low:g} .. {self.high:g}"
 
@@ -73,6 +80,8 @@ PILLAR_DEG = 48.0
 """steering angle beyond which the motor of the wheel hits the pillar, unless the hub is moved
 inward [deg]; thesis 3.1: "The servomotor hits the pillar when a steering angle larger than 48° is
 desired." """
+FORCE = Limit(-1e6, 1e6, "N", "a hundred times what the hub is made for")
+"""measured forces that a controller takes"""
 
 RECORDED: dict[str, Limit] = {
     **{

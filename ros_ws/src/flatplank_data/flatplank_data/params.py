@@ -15,6 +15,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple, Protocol, TypeVar
 
+from flatplank_data.limits import Limit
 from flatplank_data.yaml_text import load_yaml
 
 SHELL_KEYS = frozenset({"use_sim_time", "autostart", "fifo_priority"})
@@ -172,9 +173,9 @@ def validate(values: Any, where: str) -> None:
     floats where the default is one."""
     for f in fields(values):
         value = _coerced(getattr(values, f.name), f.default, f"{where}: {f.name}")
-        reason = _out_of_range(value, f.metadata)
+        reason = _refusal(f.name, value, f.metadata)
         if reason:
-            raise ParameterError(f"{where}: {f.name} {reason}")
+            raise ParameterError(f"{where}: {reason}")
         object.__setattr__(values, f.name, value)
     check = getattr(values, "check", None)
     reason = check() if check else None
@@ -203,20 +204,14 @@ def _coerced(value: Any, default: Any, where: str) -> Any:
     return value
 
 
-def _out_of_range(value: Any, metadata: Mapping[str, Any]) -> str | None:
+def _refusal(name: str, value: Any, metadata: Mapping[str, Any]) -> str:
     if isinstance(value, tuple):
-        return next((r for v in value if (r := _out_of_range(v, metadata))), None)
+        return next((r for v in value if (r := _refusal(name, v, metadata))), "")
     if isinstance(value, str):
         choices = metadata.get("choices", ())
         known = not choices or value in choices
-        return None if known else f"is '{value}'{nearest_hint(value, choices)}"
+        return "" if known else f"{name} is '{value}'{nearest_hint(value, choices)}"
     if isinstance(value, bool):
-        return None
-    if not math.isfinite(value):
-        return f"is {value}, must be finite"
-    bounds = metadata.get("bounds")
-    if bounds is not None and not bounds[0] <= value <= bounds[1]:
-        unit = metadata["unit"].replace("-", "")
-        amount = f"{value:g} {unit}".rstrip()
-        return f"is {amount}, must be within {bounds[0]:g} .. {bounds[1]:g}"
-    return None
+        return ""
+    low, high = metadata.get("bounds") or (-math.inf, math.inf)
+    return Limit(low, high, metadata.get("unit", "").replace("-", "")).refusal(name, value)

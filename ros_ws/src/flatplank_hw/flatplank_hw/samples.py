@@ -22,6 +22,15 @@ class Wrench(NamedTuple):
     mz: float
 
 
+SENSORS = ("C1", "C2", "C3", "C4", "C5", "C6", "LVDT")
+"""analog inputs of the hub, in the order of the bits of `HubSample.saturated`"""
+
+
+def flagged(saturated: int) -> list[str]:
+    """Names of the inputs whose bits are set in `HubSample.saturated`."""
+    return [name for i, name in enumerate(SENSORS) if saturated >> i & 1]
+
+
 class HubSample(NamedTuple):
     """Output of the measurement hub."""
 
@@ -39,7 +48,7 @@ class HubSample(NamedTuple):
     """low-passed vertical force, for the safety rules [N]"""
     filter_on: bool
     saturated: int
-    """bit i: channel C(i+1) is at its limit"""
+    """bit i: channel `SENSORS[i]` is at its limit or gives no number"""
 
 
 class EncoderSample(NamedTuple):

@@ -90,7 +90,7 @@ DRIVE = table_of_troubles(
     ),
     Trouble(
         "fz", _ERROR, "the vertical force is above its limit",
-        "filtered Fz above fz_trip for longer than trip_time",
+        "filtered |Fz| above fz_trip, or no number, for longer than trip_time",
         f"lift the axle, {AGAIN}",
     ),
     Trouble(
@@ -120,12 +120,14 @@ DRIVE = table_of_troubles(
     ),
     Trouble(
         "reference", _ERROR, "the reference is too old or not valid",
-        "slip_sequencer or free_rolling_controller has ended, hangs, or has no valid set-point",
-        f"see that the source of this mode runs and has a set-point, {AGAIN}",
+        "slip_sequencer or free_rolling_controller has ended, hangs, has no valid set-point, or its "
+        "set-point is not finite or beyond speed_limit or torque_limit",
+        f"see that the source of this mode runs and has a set-point within the limits, {AGAIN}",
     ),
     Trouble(
-        "reference_gone", _ERROR, "no references arrive from the axis's controller",
-        "load_controller, steering_hold or camber_hold has ended or hangs",
+        "reference_gone", _ERROR, "no good references arrive from the axis's controller",
+        "load_controller, steering_hold or camber_hold has ended, hangs, or its set-point is not "
+        "finite or beyond speed_limit",
         f"see that the controller of this axis runs, {AGAIN}",
     ),
     Trouble(
@@ -133,6 +135,14 @@ DRIVE = table_of_troubles(
         "the wheel's drive left operation while this drive moved the plank, which would drag the "
         "tire",
         "see why the wheel stopped, unload the tire, then enable both drives again",
+    ),
+    Trouble(
+        "following_error", _ERROR, "the drive does not follow its commands",
+        "the motor is further from its commands than (standstill_speed + v) following_time + "
+        "v^2 / (2 acceleration) allows, v the largest of commanded speed, measured speed and their "
+        "difference; under torque control: the torque is off by more than torque_trip - torque_limit for longer than "
+        "following_time",
+        f"look for what blocks the axis, and at mode and display of the drive, {AGAIN}",
     ),
     Trouble(
         "quick_stop", _WARN, "quick stop was asked for",
@@ -149,6 +159,12 @@ DRIVE = table_of_troubles(
         "after an enable or a homing the drive did not come to the wanted state within "
         "start_timeout",
         f"see that the drive has power and its bus is in OP, {AGAIN}",
+    ),
+    Trouble(
+        "does_not_stop", _ERROR, "the drive does not stop: no command is sent to it any more",
+        "it stayed in operation for 0.5 s although it was told to stop; without new commands the "
+        "guard of the bus and the drive's watchdog stop it",
+        "press the emergency stop, then look at the drive",
     ),
     Trouble(
         "drag", _ERROR, "the wheel stands and the plank drags the tire over the road",
@@ -218,8 +234,10 @@ OF_HEALTH = {
 
 MEASURING = table_of_troubles(
     Trouble(
-        "saturated", _WARN, "bridges of the hub are at their limit",
-        "the amplifier of a channel is beyond saturation_volts: the forces made of it are wrong",
+        "saturated", _WARN, "inputs of the hub are at their limit",
+        "the amplifier of a channel is beyond saturation_volts: the forces made of it are wrong; "
+        "what is not finite or beyond 100 V counts as no number: neither filter nor tare take it, "
+        "and the drives stop by `fz` or `plank_stands`",
         "unload, look at cable and amplifier of the channel, make the run again",
     ),
     Trouble(

@@ -15,7 +15,7 @@ from flatplank_hw.bus.image import AXES, BusInputs, Digital, Health
 from flatplank_hw.cia402 import State, decode
 from flatplank_hw.drive.modes import MODES
 from flatplank_hw.drive.safety import REASONS
-from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Wrench
+from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Wrench, flagged
 from flatplank_panel.signals import DEG, SIGNALS
 
 
@@ -187,9 +187,7 @@ class BenchState:
             words["plank"] = "moving" if s.encoders.plank_moving else "at rest"
         if s.hub is not None:
             words["filter"] = "on" if s.hub.filter_on else "off"
-            words["saturated"] = ", ".join(
-                f"C{i + 1}" for i in range(6) if s.hub.saturated >> i & 1
-            )
+            words["saturated"] = ", ".join(flagged(s.hub.saturated))
         return words
 
     def run_words(self) -> str:

@@ -6,7 +6,6 @@ Every function returns the clean value or raises ValueError with one line: what,
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -29,8 +28,8 @@ def number(value: Any, what: str, low: float, high: float, unit: str = "") -> fl
         result = float(value)
     except (TypeError, ValueError):
         raise ValueError(f"{what}: give a number, not {str(value)[:40]!r}") from None
-    if not (math.isfinite(result) and low <= result <= high):
-        raise ValueError(Limit(low, high, unit).refusal(what, result))
+    if reason := Limit(low, high, unit).refusal(what, result):
+        raise ValueError(reason)
     return result
 
 

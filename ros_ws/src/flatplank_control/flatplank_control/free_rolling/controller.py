@@ -10,6 +10,7 @@ from typing import NamedTuple
 from flatplank_control.free_rolling.design import Gains, design_gains
 from flatplank_control.free_rolling.params import FreeRollingParameters
 from flatplank_control.free_rolling.start import OVER, UNKNOWN, Start, Tire
+from flatplank_data.limits import FORCE
 from flatplank_hw.samples import EncoderSample, HubSample, Reference
 
 SOURCE = "free_rolling"
@@ -78,7 +79,7 @@ class FreeRollingController:
     def step(self, hub: HubSample, encoders: EncoderSample) -> Reference:
         """Torque reference of this cycle [N m at the motor]; takes about 2 us."""
         fx = hub.contact.fx
-        valid = -1e6 < fx < 1e6
+        valid = FORCE.admits(fx)
         running = encoders.plank_moving and encoders.plank_velocity > _BACKWARDS
         if running != self._running:
             self.reset()

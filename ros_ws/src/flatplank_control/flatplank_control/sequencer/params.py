@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from flatplank_data.limits import LIMITS
 from flatplank_data.machine import FAST, GEAR_RATIO, USABLE_ROAD
 from flatplank_data.params import Params, param
+from flatplank_hw.encoders import EncoderParameters
 
 SETUP_CONSTANTS = ("commanded_speed",)
 """parameters that a plan may change while the node runs"""
@@ -53,6 +54,13 @@ class SequencerParameters(Params):
     )
     follow_rate: float = param(
         8.0, "rate at which lost travel is recovered", unit="1/s", bounds=(0.0, 100.0)
+    )
+    mismatch_limit: float = param(
+        EncoderParameters.mismatch_limit,
+        "the wheel's angle is not followed while motor and wheel encoder disagree by more",
+        unit="rad",
+        bounds=(1e-4, 10.0),
+        placeholder=True,
     )
     road_scale: float = param(
         1.0, "true travel of the road over that of the plank encoder", bounds=(0.9, 1.1)

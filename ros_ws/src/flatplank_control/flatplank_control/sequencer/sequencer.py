@@ -41,7 +41,7 @@ class Follower:
 
     def step(self, encoders: EncoderSample, per_metre: float) -> float:
         """Correction of the wheel speed in this cycle [rad/s], for a wanted turn of `per_metre`
-        [rad/m]."""
+        [rad/m]; 0 while motor and wheel encoder disagree."""
         p = self.parameters
         on_road = p.use_road_encoder and encoders.road_position == encoders.road_position
         position = encoders.road_position if on_road else encoders.plank_position
@@ -63,6 +63,8 @@ class Follower:
         self.travel += step
         self._wanted += step * per_metre
         self.lost = self._wanted - (encoders.wheel_angle - self._angle)
+        if not abs(encoders.mismatch) <= p.mismatch_limit:
+            return 0.0
         correction = p.follow_rate * self.lost
         most = (FASTEST - 1.0) * p.commanded_speed * per_metre
         return min(max(correction, -0.5 * most), most)
@@ -239,8 +241,6 @@ class SlipSequencer:
 
     def _refuse(self, start: float, radius: float) -> str | None:
         p = self.parameters
-        if not (math.isfinite(start) and math.isfinite(radius)):
-            return f"start position {start} m, effective rolling radius {radius} m: give numbers"
         known = {
             "effective_rolling_radius": (Limit(p.radius_min, p.radius_max, "m"), radius),
             "step_position": (Limit(0.0, p.road_length, "m"), start),

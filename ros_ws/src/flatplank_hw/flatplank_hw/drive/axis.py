@@ -3,19 +3,17 @@
 
 from __future__ import annotations
 
-import math
-
 from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs
 from flatplank_hw.cia402 import Goal, State, control_word, decode
 from flatplank_hw.drive import safety
+from flatplank_hw.drive.following import Following
 from flatplank_hw.drive.modes import STAND, Mode, SetPoint
 from flatplank_hw.drive.params import DriveParameters
-from flatplank_hw.drive.requests import DriveRequests
+from flatplank_hw.drive.requests import BRAKE_TIME, DriveRequests
 from flatplank_hw.drive.safety import NS, RULES
 from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Reference
 
 _ENABLED = State.OPERATION_ENABLED
-_BRAKE_TIME = NS // 2
 
 
 class AxisDrive(DriveRequests):
@@ -27,6 +25,8 @@ class AxisDrive(DriveRequests):
         self._stamp = self._asked_at = self._stopped_at = 0
         self._was_enabled = self._resetting = self._entered = False
         self._reference: Reference | None = None
+        self._following, self._point = Following(p), STAND
+        self._answered = -1
 
     def step(
         self,
@@ -37,7 +37,8 @@ class AxisDrive(DriveRequests):
     ) -> tuple[AxisCommand, DriveSample]:
         """Return command and sample of one bus cycle; takes about 5 us.
 
-        A `reference` from another source than that of the mode is ignored.
+        A `reference` from another source than that of the mode is ignored. The last good one stays
+        in force until it is too old.
         """
         now, cycle, axis = inputs.stamp_ns, inputs.cycle, inputs.axes[self.index]
         shaft, watch = self._shaft, self._watch
@@ -51,20 +52,23 @@ class AxisDrive(DriveRequests):
         agenda.last_cycle = cycle
 
         source = self._mode.source
-        if reference is not None and reference.source == source and _usable(reference):
-            self._reference = reference
+        if reference is not None and reference.source == source:
+            self._take(reference)
         watch.update_from_bus(inputs, self._state, shaft, dt_ns)
         watch.update_from_samples(now, dt_ns, encoders, hub)
         watch.update_reference(now, source is not None, self._reference)
 
+        self._check_obedience(dt_ns)
         held = self._guard(now) if self._wanted else self._idle()
-        word, point = self._decide(axis, now, held, dt_ns)
-        mode, position, velocity, torque = point
+        word, self._point = self._decide(axis, now, held, dt_ns)
+        mode, position, velocity, torque = self._point
+        if not self.does_not_stop:
+            self._answered = cycle
         outputs = 0
         if self.road_trigger.armed and encoders is not None:
             outputs = self.road_trigger.step(encoders.plank_position, encoders.plank_moving)
         command = AxisCommand(
-            self.index, cycle, word, int(mode), shaft.raw_position(position),
+            self.index, self._answered, word, int(mode), shaft.raw_position(position),
             shaft.raw_velocity(velocity), shaft.raw_torque(torque), outputs,
         )  # fmt: skip
         watch.situation.turning = command.target_velocity != 0 or command.target_torque != 0
@@ -72,6 +76,24 @@ class AxisDrive(DriveRequests):
             cycle, now, self._state, self._mode.code, shaft.position, shaft.velocity,
             shaft.torque, position, velocity, torque, self._stop, self._error,
         )  # fmt: skip
+
+    def _take(self, reference: Reference) -> None:
+        reason = self._mode.refusal(reference.value)
+        if not reference.valid:
+            reason = "its source says that it is not valid"
+        self._watch.situation.refused = reason
+        if not reason:
+            self._reference = reference
+
+    def _check_obedience(self, dt_ns: int) -> None:
+        """Watch whether the drive follows its commands, and whether it stops when told to."""
+        enabled = self._state is _ENABLED
+        situation = self._watch.situation
+        if enabled and self._wanted and not self._homer.running:
+            self._following.update(situation, self._point, self._shaft, dt_ns)
+        else:
+            self._following.reset(situation)
+        self._unstopped_ns = self._unstopped_ns + dt_ns if enabled and not self._wanted else 0
 
     def _idle(self) -> bool:
         """Release the claim of a client whose heartbeat has stopped; a disabled axis is always
@@ -120,7 +142,7 @@ class AxisDrive(DriveRequests):
             self._resetting = self._state is State.FAULT and not late
             return Goal.RESET
         turning = abs(self._shaft.velocity) > p.standstill_speed
-        if turning and now - self._stopped_at < _BRAKE_TIME:
+        if turning and now - self._stopped_at < BRAKE_TIME:
             return Goal.QUICK_STOP
         return Goal.DISABLED
 
@@ -149,6 +171,7 @@ class AxisDrive(DriveRequests):
             return
         self._wanted, self._was_enabled, self._resetting, self._entered = True, False, False, False
         self._stop, self._reference, self._asked_at = 0, None, self._stamp
+        self._watch.situation.refused = ""
         self._watch.start(self._stamp)
 
     def _reset(self) -> None:
@@ -171,10 +194,6 @@ class AxisDrive(DriveRequests):
 
     def _change(self, mode: Mode) -> None:
         if mode is not self._mode:
-            self._mode, self._reference = mode, None
+            self._mode, self._reference, self._watch.situation.refused = mode, None, ""
             mode.enter(self._shaft.position)
             self._entered = True
-
-
-def _usable(reference: Reference) -> bool:
-    return reference.valid and not math.isnan(reference.value)

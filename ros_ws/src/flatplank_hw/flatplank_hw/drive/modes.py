@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from typing import ClassVar, NamedTuple
 
+from flatplank_data.limits import Limit
 from flatplank_hw.bus.image import AxisInputs
 from flatplank_hw.cia402 import (
     ENABLE_OPERATION,
@@ -81,10 +82,14 @@ class Mode:
 
     def __init__(self, p: DriveParameters) -> None:
         self.p = p
+        self.limit: Limit | None = None
+        """range of the value or of the references of the mode; None: it takes none"""
 
-    def refusal(self, value: float) -> str | None:
-        """Reason why the mode cannot take a value, or None."""
-        return None
+    def refusal(self, value: float) -> str:
+        """Reason why the mode cannot take a value of its own or a reference; empty when it
+        can."""
+        name = "reference" if self.source else self.name
+        return self.limit.refusal(name, value) if self.limit else ""
 
     def set_value(self, value: float) -> None:
         """Set a value that `refusal` has accepted."""
@@ -97,26 +102,17 @@ class Mode:
         return STAND
 
 
-def _limited(value: float, limit: float) -> float:
-    return limit if value > limit else -limit if value < -limit else value
-
-
-def _range_refusal(what: str, value: float, unit: str, low: float, high: float) -> str | None:
-    if not math.isfinite(value):
-        return f"{what} is {value}: give a number"
-    if not low <= value <= high:
-        return f"{what} of {value:g} {unit} is outside {low:g} .. {high:g} {unit}"
-    return None
-
-
 class Follow(Mode):
     """Follow the speed of a controller of this axis: load, steering angle, road camber."""
 
     name, code, source = "follow", 7, "follow"
 
+    def __init__(self, p: DriveParameters) -> None:
+        super().__init__(p)
+        self.limit = Limit(-p.speed_limit, p.speed_limit, f"{p.unit}/s")
+
     def step(self, reference: float, position: float, dt: float) -> SetPoint:
-        velocity = _limited(reference, self.p.speed_limit)
-        return SetPoint(CiaMode.CYCLIC_VELOCITY, _NAN, velocity, _NAN)
+        return SetPoint(CiaMode.CYCLIC_VELOCITY, _NAN, reference, _NAN)
 
 
 class Slip(Follow):
@@ -132,12 +128,9 @@ class Position(Mode):
 
     def __init__(self, p: DriveParameters) -> None:
         super().__init__(p)
+        self.limit = Limit(p.travel_min, p.travel_max, p.unit)
         self.move = Move(p.move_speed, p.acceleration)
         self._target = _NAN
-
-    def refusal(self, value: float) -> str | None:
-        p = self.p
-        return _range_refusal("position", value, p.unit, p.travel_min, p.travel_max)
 
     def set_value(self, value: float) -> None:
         self._target = value
@@ -164,9 +157,9 @@ class Velocity(Mode):
     name, code = "velocity", 3
     _wanted = _now = 0.0
 
-    def refusal(self, value: float) -> str | None:
-        p = self.p
-        return _range_refusal("velocity", value, f"{p.unit}/s", -p.speed_limit, p.speed_limit)
+    def __init__(self, p: DriveParameters) -> None:
+        super().__init__(p)
+        self.limit = Limit(-p.speed_limit, p.speed_limit, f"{p.unit}/s")
 
     def set_value(self, value: float) -> None:
         self._wanted = value
@@ -175,7 +168,8 @@ class Velocity(Mode):
         self._now = 0.0
 
     def step(self, reference: float, position: float, dt: float) -> SetPoint:
-        self._now += _limited(self._wanted - self._now, self.p.acceleration * dt)
+        change = self.p.acceleration * dt
+        self._now += min(max(self._wanted - self._now, -change), change)
         return SetPoint(CiaMode.CYCLIC_VELOCITY, _NAN, self._now, _NAN)
 
 
@@ -185,9 +179,9 @@ class Torque(Mode):
     name, code = "torque", 4
     _wanted = 0.0
 
-    def refusal(self, value: float) -> str | None:
-        limit = self.p.torque_limit
-        return _range_refusal("torque", value, "N m", -limit, limit)
+    def __init__(self, p: DriveParameters) -> None:
+        super().__init__(p)
+        self.limit = Limit(-p.torque_limit, p.torque_limit, "N m")
 
     def set_value(self, value: float) -> None:
         self._wanted = value
@@ -201,9 +195,12 @@ class FreeRolling(Mode):
 
     name, code, source = "free_rolling", 5, "free_rolling"
 
+    def __init__(self, p: DriveParameters) -> None:
+        super().__init__(p)
+        self.limit = Limit(-p.torque_limit, p.torque_limit, "N m")
+
     def step(self, reference: float, position: float, dt: float) -> SetPoint:
-        torque = _limited(reference, self.p.torque_limit)
-        return SetPoint(CiaMode.CYCLIC_TORQUE, _NAN, _NAN, torque)
+        return SetPoint(CiaMode.CYCLIC_TORQUE, _NAN, _NAN, reference)
 
 
 class Homing(Mode):

@@ -63,13 +63,21 @@ class DriveParameters(Params):
         bounds=(0.05, 10.0),
     )
 
+    following_time: float = param(
+        0.25,
+        "following error: a drive may react so late; a motor at rest takes 0.15 s, thesis 4.3",
+        unit="s",
+        bounds=(0.02, 10.0),
+    )
+
     rules: tuple[str, ...] = param(
         (
             "inputs", "samples", "drive_fault", "emergency_stop", "heartbeat", "speed", "torque",
-            "fz", "road_end", "steering", "plank_stopped", "plank_stands", "plank_reverses",
-            "reference",
+            "following_error", "fz", "road_end", "steering", "plank_stopped", "plank_stands",
+            "plank_reverses", "reference",
         ),
-        "safety rules in the order in which they are asked",
+        "safety rules in the order in which they are asked; a rule that only holds the axis hides "
+        "those behind it",
     )  # fmt: skip
     reference_timeout: float = param(
         0.042,
@@ -127,6 +135,6 @@ class DriveParameters(Params):
             return "move_speed and speed_limit must not exceed speed_trip"
         if self.move_speed > self.speed_limit:
             return "move_speed is above speed_limit"
-        return (
-            "torque_limit is above torque_trip" if self.torque_limit > self.torque_trip else None
-        )
+        if self.torque_limit >= self.torque_trip:
+            return "torque_limit is not below torque_trip"
+        return None

@@ -4,21 +4,23 @@ once."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
+from flatplank_data.limits import Limit
 from flatplank_data.params import nearest_hint
 from flatplank_hw.answers import ActionQueue, Answer, refused
 from flatplank_hw.cia402 import State, error_words
 from flatplank_hw.drive import safety
 from flatplank_hw.drive.modes import MODES, HomingSequence, Mode, Position
 from flatplank_hw.drive.params import DriveParameters
-from flatplank_hw.drive.road_trigger import RoadTrigger
-from flatplank_hw.drive.safety import RULES, trouble_detail
+from flatplank_hw.drive.road_trigger import SHORTEST, RoadTrigger
+from flatplank_hw.drive.safety import NS, RULES, trouble_detail
 from flatplank_hw.drive.shaft import Shaft
 from flatplank_hw.drive.watch import Watch
 from flatplank_hw.troubles import TROUBLES
 
+BRAKE_TIME = NS // 2
+"""a turning axis is braked for so long before its voltage is taken away [ns]"""
 LASTING = ("inputs", "samples", "emergency_stop")
 """rules whose cause must be gone before a reset; an earlier reset would have no effect"""
 
@@ -42,7 +44,7 @@ class DriveRequests:
         self._shaft, self._watch, self._homer = Shaft(p), Watch(p), HomingSequence(p)
         self._state, self._error = State.NOT_READY, 0
         self._wanted = False
-        self._stop = 0
+        self._stop = self._unstopped_ns = 0
         self.road_trigger = RoadTrigger()
 
     # status
@@ -67,6 +69,8 @@ class DriveRequests:
             found["drive_fault"] = error_words(self._error)
         if self.plank_drags_wheel:
             found["drag"] = ""
+        if self.does_not_stop:
+            found["does_not_stop"] = ""
         return {name: text or trouble_detail(name, situation, p) for name, text in found.items()}
 
     @property
@@ -76,6 +80,12 @@ class DriveRequests:
             return False
         situation = self._watch.situation
         return situation.moving and not safety.unloaded(situation, self.parameters)
+
+    @property
+    def does_not_stop(self) -> bool:
+        """True when the drive stays in operation although it was told to stop; its commands then
+        keep the number of an old cycle, so that guard and watchdog act."""
+        return self._unstopped_ns > BRAKE_TIME
 
     @property
     def position(self) -> float:
@@ -132,11 +142,10 @@ class DriveRequests:
         """Move to a position [unit]; speed 0 selects `move_speed`."""
         mode, p = self._position_mode, self.parameters
         reason = self._not_ready() or mode.refusal(position)
-        if reason is None and not (math.isfinite(speed) and 0.0 <= speed <= p.speed_limit):
-            reason = f"speed of {speed} {p.unit}/s is outside 0 .. {p.speed_limit:g} {p.unit}/s"
-        if reason is None and mode is not self._mode:
+        reason = reason or Limit(0.0, p.speed_limit, f"{p.unit}/s").refusal("speed", speed)
+        if not reason and mode is not self._mode:
             reason = self._turning()
-        if reason is None and "plank_stands" in p.rules and not self._free():
+        if not reason and "plank_stands" in p.rules and not self._free():
             reason = "the tire stands on the road: unload it before turning the wheel"
         if reason:
             return refused(reason)
@@ -161,7 +170,8 @@ class DriveRequests:
             return self.home()
         if mode is self._position_mode and self._wanted:
             return self.move_to(value)
-        reason = mode.refusal(value) or (self._turning() if mode is not self._mode else None)
+        reason = None if mode.source else mode.refusal(value)
+        reason = reason or (self._turning() if mode is not self._mode else None)
         if reason:
             return refused(reason)
 
@@ -174,11 +184,13 @@ class DriveRequests:
     def set_trigger(self, distance: float) -> Answer:
         """Set the trigger output for an optical system: a pulse every `distance` [m] of road; 0:
         constantly on; below 0: off."""
-        if not math.isfinite(distance):
-            return refused(f"trigger distance is {distance} m: give a number")
         trigger = self.road_trigger
-        act = trigger.disarm if distance < 0.0 else lambda: trigger.arm(distance)
-        return self._agenda.accept(act)
+        if distance < 0.0:
+            return self._agenda.accept(trigger.disarm)
+        limit = Limit(SHORTEST, self.parameters.road_length, "m")
+        if distance != 0.0 and (reason := limit.refusal("trigger distance", distance)):
+            return refused(reason)
+        return self._agenda.accept(lambda: trigger.arm(distance))
 
     def claim(self, client: str) -> Answer:
         """Give control to `client`: from now on the axis stops without its `heartbeat`. The same

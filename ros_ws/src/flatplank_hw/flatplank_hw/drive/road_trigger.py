@@ -6,6 +6,8 @@ from __future__ import annotations
 
 import math
 
+SHORTEST = 1e-5
+"""shortest distance of two pulses [m]: less than a count of the plank's encoder"""
 BIT = 1
 """bit of the trigger in the digital outputs"""
 

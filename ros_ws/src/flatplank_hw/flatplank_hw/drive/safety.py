@@ -41,7 +41,9 @@ class Situation:
     follows_reference: bool = False
     """the mode follows the references of a source (of any axis), not a value of its own"""
     reference_age_ns: int = 0
-    """age of the last valid reference, at most the time since the plank started"""
+    """age of the last good reference, at most the time since the plank started"""
+    refused: str = ""
+    """why the newest reference was refused; empty when it was not"""
     turning: bool = False
     """the last command asked for motion"""
     moving: bool = False
@@ -59,6 +61,12 @@ class Situation:
     """at the output [unit/s]"""
     claimed: bool = False
     heartbeat_age_ns: int = 0
+    following_error: float = 0.0
+    """commanded minus measured travel since the drive obeyed last [unit]"""
+    following_limit: float = math.inf
+    """largest error at the present speed [unit]"""
+    torque_off_ns: int = 0
+    """time for which the measured torque is not the commanded one"""
     wheel_left: bool = False
     """the drive of the wheel has left operation since this axis was enabled"""
 
@@ -101,8 +109,17 @@ def reference_gone(s: Situation, p: DriveParameters) -> bool:
     return s.follows_reference and s.reference_age_ns > p.reference_timeout * NS
 
 
+def does_not_follow(s: Situation, p: DriveParameters) -> bool:
+    """True when the motor is too far from its commands, or its torque is for too long."""
+    limit = s.following_limit
+    return not -limit <= s.following_error <= limit or s.torque_off_ns > p.following_time * NS
+
+
 _RULES = (
-    Rule(1, "inputs", True, lambda s, p: s.health >= _STALE or s.gap_ns > p.input_timeout * NS),
+    Rule(
+        1, "inputs", True,
+        lambda s, p: s.health >= _STALE or not 0 <= s.gap_ns <= p.input_timeout * NS,
+    ),
     Rule(2, "samples", True, lambda s, p: s.sample_age_ns > p.input_timeout * NS),
     Rule(3, "drive_fault", True, lambda s, p: s.state >= State.FAULT_REACTION_ACTIVE),
     Rule(4, "emergency_stop", True, lambda s, p: not s.digital & _EMERGENCY_OK),
@@ -129,6 +146,7 @@ _RULES = (
     Rule(15, "reference_gone", True, reference_gone),
     # for the plank: a stopped wheel would be dragged over the moving road
     Rule(16, "wheel_stopped", True, lambda s, p: s.wheel_left and not unloaded(s, p)),
+    Rule(17, "following_error", True, does_not_follow),
 )  # fmt: skip
 
 RULES: dict[str, Rule] = {rule.name: rule for rule in _RULES}
@@ -178,6 +196,17 @@ def _road(s: Situation, p: DriveParameters) -> str:
     return f"plank at {s.plank_position:.3f} m of {p.road_length:g} m"
 
 
+def _reference(s: Situation, p: DriveParameters) -> str:
+    text = f"the last good one is {s.reference_age_ns * MS:.0f} ms old"
+    return f"{text}, {s.refused}" if s.refused else text
+
+
+def _following(s: Situation, p: DriveParameters) -> str:
+    if s.torque_off_ns:
+        return f"the torque is not the commanded one for {s.torque_off_ns * MS:.0f} ms"
+    return f"{s.following_error:.3g} {p.unit}, limit {s.following_limit:.3g} {p.unit}"
+
+
 DETAILS: dict[str, Callable[[Situation, DriveParameters], str]] = {
     "inputs": _inputs,
     "samples": lambda s, p: f"the older sample is {s.sample_age_ns * MS:.0f} ms old",
@@ -190,8 +219,9 @@ DETAILS: dict[str, Callable[[Situation, DriveParameters], str]] = {
         f"{math.degrees(s.steer_angle):.1f} deg, limit {p.steering_limit_deg:g} deg"
     ),
     "plank_stopped": _road,
-    "reference": lambda s, p: f"{s.reference_age_ns * MS:.0f} ms old",
-    "reference_gone": lambda s, p: f"for {s.reference_age_ns * MS:.0f} ms",
+    "reference": _reference,
+    "reference_gone": _reference,
+    "following_error": _following,
     "drag": lambda s, p: (
         f"Fz {s.fz:.0f} N, plank at {s.plank_position:.3f} m and {1e3 * s.plank_velocity:.1f} mm/s"
     ),

@@ -87,10 +87,11 @@ class Watch:
         age = 0
         if hub is not None:
             s.loaded_radius, s.fz = hub.loaded_radius, hub.fz_filtered
-            s.fz_high_ns = s.fz_high_ns + dt_ns if not s.fz <= p.fz_trip else 0
-            age = now - hub.stamp_ns
+            high = not -p.fz_trip <= s.fz <= p.fz_trip
+            s.fz_high_ns = s.fz_high_ns + dt_ns if high else 0
+            age = abs(now - hub.stamp_ns)
         if encoders is not None:
-            age = max(age, now - encoders.stamp_ns)
+            age = max(age, abs(now - encoders.stamp_ns))
             if encoders.plank_moving and not s.moving:
                 self._since = now
             s.moving, s.plank_velocity = encoders.plank_moving, encoders.plank_velocity
@@ -105,4 +106,5 @@ class Watch:
         s, since = self.situation, self._since
         if reference is not None and reference.stamp_ns > since:
             since = reference.stamp_ns
-        s.follows_reference, s.reference_age_ns = follows_reference, now - since
+        # a stamp of the future is as bad as an old one
+        s.follows_reference, s.reference_age_ns = follows_reference, abs(now - since)

@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 from flatplank_data.params import require_changes_only
 from flatplank_hw.answers import ActionQueue, Answer, refused
-from flatplank_hw.bus.image import BusInputs
+from flatplank_hw.bus.image import CHANNELS, BusInputs
 from flatplank_hw.encoders.counter import counts_between
 from flatplank_hw.hub import parasitic
 from flatplank_hw.hub.appendix_a import SOURCES, contact_from_wheel, gains, wheel_from_volts
-from flatplank_hw.hub.params import SETUP_CONSTANTS, HubParameters
+from flatplank_hw.hub.params import SETUP_CONSTANTS, VOLTS, HubParameters
 from flatplank_hw.hub.parasitic import ParasiticFit
 from flatplank_hw.samples import HubSample
 
@@ -108,7 +108,7 @@ class MeasurementHub:
             return refused("no inputs yet: start the bus")
         if self._moves(self._stamp):
             return refused("the plank moves: stop it, then tare")
-        if abs(self._fz) > self.parameters.tare_limit_fz:
+        if not abs(self._fz) <= self.parameters.tare_limit_fz:
             return refused(f"Fz is {self._fz:.0f} N: unload the tire, then tare")
         return self._agenda.accept(self._start_tare)
 
@@ -152,14 +152,14 @@ class MeasurementHub:
         agenda.last_cycle = cycle
         self._watch_plank(inputs.plank_counts, stamp)
 
-        c1, c2, c3, c4, c5, c6 = inputs.bridge_volts
+        volts = inputs.bridge_volts
         high = self.parameters.saturation_volts
+        c1, c2, c3, c4, c5, c6 = volts
         saturated = 0
         if not (-high < c1 < high and -high < c2 < high and -high < c3 < high
                 and -high < c4 < high and -high < c5 < high and -high < c6 < high):  # fmt: skip
-            saturated = sum(
-                1 << i for i, c in enumerate(inputs.bridge_volts) if not -high < c < high
-            )
+            saturated = sum(1 << i for i, c in enumerate(volts) if not -high < c < high)
+            c1, c2, c3, c4, c5, c6 = (c if VOLTS.admits(c) else math.nan for c in volts)
         if self._filter_on and self._signal is not None:
             s1, s2, s3, s5, s6 = self._signal(self._wheel_angle(inputs.wheel_counts))
             c1, c2, c3, c5, c6 = c1 - s1, c2 - s2, c3 - s3, c5 - s5, c6 - s6
@@ -171,7 +171,10 @@ class MeasurementHub:
         volts = (c1 - z1, c2 - z2, c3 - z3, c4, c5 - z5, c6 - z6)
 
         p = self.parameters
-        radius = p.lvdt_offset + p.lvdt_gain * inputs.lvdt_volts
+        lvdt = inputs.lvdt_volts
+        if not VOLTS.admits(lvdt):
+            lvdt, saturated = math.nan, saturated | 1 << CHANNELS
+        radius = p.lvdt_offset + p.lvdt_gain * lvdt
         if inputs.camber_counts != self._camber_counts:
             self._set_camber(inputs.camber_counts)
         wheel = wheel_from_volts(volts, self._gains)
@@ -184,6 +187,7 @@ class MeasurementHub:
         )  # fmt: skip
 
     def _low_pass(self, fz: float, stamp: int) -> float:
+        """Low-passed Fz [N]; NaN where there is no Fz, without a trace in later samples."""
         if self._stamp is None:
             self._fz = fz
         elif stamp - self._stamp != self._period:
@@ -193,7 +197,9 @@ class MeasurementHub:
                 -_TURN * self.parameters.fz_filter_hz * max(self._period, 0) * 1e-9
             )
         self._stamp = stamp
-        self._fz += self._weight * (fz - self._fz)
+        if fz != fz:
+            return fz
+        self._fz = fz if self._fz != self._fz else self._fz + self._weight * (fz - self._fz)
         return self._fz
 
     def _set_camber(self, counts: int) -> None:
@@ -225,6 +231,9 @@ class MeasurementHub:
     def _run_tare(self, volts: tuple[float, float, float, float, float], stamp: int) -> None:
         if self._moves(stamp):
             self._tare, self._tare_reason = None, "the plank moved during the tare: zero unchanged"
+            return
+        if not all(math.isfinite(v) for v in volts):
+            self._tare, self._tare_reason = None, "a bridge gave no number: zero unchanged"
             return
         mean = self._tare.add(volts) if self._tare is not None else None
         if mean is not None:

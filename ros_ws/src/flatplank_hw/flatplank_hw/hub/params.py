@@ -6,12 +6,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import pairwise
 
-from flatplank_data.limits import LIMITS
+from flatplank_data.limits import LIMITS, Limit
 from flatplank_data.machine import FRICTION_SPEED, FRICTION_TORQUE, GEAR_RATIO
 from flatplank_data.params import Params, param
 from flatplank_hw.encoders.params import counts_param
 from flatplank_hw.hub.appendix_a import SOURCES
 
+VOLTS = Limit(-100.0, 100.0, "V")
+"""voltages that an amplifier can give; others count as no number"""
 _GAIN = (1.0, 1e5)
 _BRIDGE = (0.01, 100.0)
 COUNTS = (
@@ -69,7 +71,9 @@ class HubParameters(Params):
     )
     lvdt_calibration_date: str = param("none", "when the LVDT was calibrated last")
 
-    saturation_volts: float = param(10.0, "limit of the amplifier", unit="V", bounds=(0.1, 100.0))
+    saturation_volts: float = param(
+        10.0, "limit of the amplifier", unit="V", bounds=(0.1, VOLTS.high)
+    )
     fz_filter_hz: float = param(
         10.0, "low-pass of Fz for the safety rules", unit="Hz", bounds=(0.1, 500.0)
     )

@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from flatplank_data.files import read_text
+from flatplank_data.limits import Limit
 from flatplank_data.params import nearest_hint
-from flatplank_data.values import is_number
 from flatplank_data.yaml_text import dump_yaml, load_yaml
 
 FORMAT = "flatplank-parasitic-fit/1"
@@ -40,12 +40,12 @@ class Sine(NamedTuple):
     """rms of the residual of the fit [V]"""
 
 
-LIMITS: dict[str, tuple[float, float]] = {
-    "amplitude_v": (0.0, 10.0),
-    "frequency": (0.1, 10.0),
-    "phase_rad": (-1e3, 1e3),
-    "offset_v": (-10.0, 10.0),
-    "residual_rms_v": (0.0, 10.0),
+LIMITS: dict[str, Limit] = {
+    "amplitude_v": Limit(0.0, 10.0, "V"),
+    "frequency": Limit(0.1, 10.0, "1/rad"),
+    "phase_rad": Limit(-1e3, 1e3, "rad"),
+    "offset_v": Limit(-10.0, 10.0, "V"),
+    "residual_rms_v": Limit(0.0, 10.0, "V"),
 }
 """key in a file -> range, in the order of `Sine`"""
 
@@ -123,8 +123,10 @@ def _sine(values: Any, where: str) -> Sine:
     if not isinstance(values, dict):
         raise ValueError(f"{where}: expected {', '.join(LIMITS)}")
     _keys(values, set(LIMITS), where)
-    for key, (low, high) in LIMITS.items():
+    for key, limit in LIMITS.items():
         value = values[key]
-        if not is_number(value) or not low <= value <= high:
-            raise ValueError(f"{where}: {key} is {value!r}, must be within {low:g} .. {high:g}")
+        if not isinstance(value, (int, float)) or isinstance(value, bool):
+            raise ValueError(f"{where}: {key} is {value!r}, must be a number")
+        if reason := limit.refusal(key, value):
+            raise ValueError(f"{where}: {reason}")
     return Sine(*(float(values[key]) for key in LIMITS))

@@ -6,11 +6,11 @@ from __future__ import annotations
 from geometry_msgs.msg import WrenchStamped
 from std_srvs.srv import SetBool, Trigger
 
-from flatplank_hw.bus.image import CHANNELS
 from flatplank_hw.hub import HubParameters, MeasurementHub
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import STREAM
 from flatplank_hw.nodes.support import BenchNode, run_node
+from flatplank_hw.samples import flagged
 from flatplank_msgs.msg import BusInputs, HubState
 from flatplank_msgs.srv import LoadParasiticFit
 
@@ -59,7 +59,7 @@ class MeasurementHubNode(BenchNode):
         self.publish_wheel(self.wheel)
         if saturated != self.reported:
             self.reported = saturated
-            names = [f"C{i + 1}" for i in range(CHANNELS) if saturated >> i & 1]
+            names = flagged(saturated)
             self.troubles.set_lasting(
                 {"saturated": ", ".join(names)} if names else {}, ("saturated",)
             )

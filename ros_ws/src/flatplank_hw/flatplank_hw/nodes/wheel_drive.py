@@ -48,7 +48,7 @@ class DriveNode(BenchNode):
         self.joints.name = [axis]
         self.join = CycleJoin(("inputs", "encoders", "hub", "reference"), self.on_cycle)
         self.published_mode = ""
-        self.reported: tuple[int, int, bool] | None = None
+        self.reported: tuple[int, int, bool, bool] | None = None
         self.publish = self.add_publisher(BusOutputs, "/bus/outputs", STREAM, needed=True)
         self.publish_status = self.add_publisher(DriveStatus, "~/status", STREAM)
         self.publish_joints = self.add_publisher(JointState, "~/joint_states", STREAM)
@@ -120,10 +120,13 @@ class DriveNode(BenchNode):
         self.publish_joints(joints)
         if self.drive.mode != self.published_mode:
             self.publish_mode_change(self.drive.mode)
-        seen = (sample.stop_reason, sample.error_code, self.drive.plank_drags_wheel)
+        drive = self.drive
+        seen = (
+            sample.stop_reason, sample.error_code, drive.plank_drags_wheel, drive.does_not_stop
+        )  # fmt: skip
         if seen != self.reported:
             self.reported = seen
-            self.troubles.set_lasting(self.drive.troubles, DRIVE)
+            self.troubles.set_lasting(drive.troubles, DRIVE)
 
     def publish_mode_change(self, mode: str) -> None:
         """Publish the mode, because each source works only in its own mode. Await references only

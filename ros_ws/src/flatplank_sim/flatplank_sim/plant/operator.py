@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from flatplank_data.limits import Limit
 from flatplank_sim.plant import layout
 from flatplank_sim.plant.config import PlantConfig, cleat_heights
 
@@ -160,5 +161,5 @@ class Operator:
 
 
 def _within(what: str, value: float, low: float, high: float, unit: str) -> None:
-    if not low <= value <= high:
-        raise ValueError(f"{what}: {value} {unit} is outside {low:g} .. {high:g} {unit}")
+    if reason := Limit(low, high, unit).refusal(what, value):
+        raise ValueError(reason)

@@ -14,6 +14,7 @@ from flatplank_control.runner import steps as S
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.moves import QUICK, Plan
 from flatplank_control.runner.plans import plan_of
+from flatplank_hw.samples import flagged
 
 LOOKS = 20
 """number of samples of a check at rest"""
@@ -33,10 +34,8 @@ class Standstill:
 
     def __call__(self, s: S.Snapshot) -> bool:
         if s.hub.saturated:
-            channels = [f"C{i + 1}" for i in range(6) if s.hub.saturated >> i & 1]
-            raise S.PlanFailed(
-                f"{', '.join(channels)} at the limit {self.when}: check amplifier and cables"
-            )
+            channels = ", ".join(flagged(s.hub.saturated))
+            raise S.PlanFailed(f"{channels} at the limit {self.when}: check amplifier and cables")
         self.filter_on = s.hub.filter_on
         self.fx.append(s.hub.contact.fx)
         self.fz.append(s.hub.contact.fz)

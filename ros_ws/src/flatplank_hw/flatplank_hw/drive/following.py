@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Following error of a drive: how far the motor is from where its commands should have brought it.
+
+As in LinuxCNC the allowed error grows with the speed:
+
+    allowed = (standstill_speed + v) following_time + v^2 / (2 acceleration)
+
+v is the largest of commanded speed, measured speed and their difference since the drive obeyed
+last. The first term is the travel during the reaction of the drive, the second is that of speeding
+up, braking or reversing. The play of the gears does not count: the motor's encoder sits in front of
+it.
+"""
+
+from __future__ import annotations
+
+from flatplank_hw.drive.modes import SetPoint
+from flatplank_hw.drive.params import DriveParameters
+from flatplank_hw.drive.safety import Situation
+from flatplank_hw.drive.shaft import Shaft
+
+OBEYS = 0.1
+"""a drive obeys when its speed differs by less than this share from the commanded one; a larger
+share hides a drive that slips, a smaller one counts the ripple of its speed"""
+
+
+class Following:
+    """Compares the set-point of the last cycle with the motion since then; `update` once per cycle
+    of an enabled drive."""
+
+    __slots__ = ("_p", "_peak", "_play", "_position", "_rest")
+
+    def __init__(self, p: DriveParameters) -> None:
+        self._p = p
+        self._rest = p.standstill_speed * p.following_time
+        self._play = p.torque_trip - p.torque_limit
+        self._peak = 0.0
+        self._position: float | None = None
+
+    def reset(self, s: Situation) -> None:
+        """Forget the past: the drive is not in operation, or it is homing."""
+        self._position, self._peak = None, 0.0
+        s.following_error, s.following_limit, s.torque_off_ns = 0.0, self._rest, 0
+
+    def update(self, s: Situation, point: SetPoint, shaft: Shaft, dt_ns: int) -> None:
+        """Update the following error and its limit in `s`; `dt_ns`: time since the last cycle."""
+        position = shaft.position
+        before, self._position = self._position, position
+        if before is None:
+            return
+        velocity, torque = point.velocity, point.torque
+        if torque == torque:
+            off = not -self._play <= torque - shaft.torque <= self._play
+            s.torque_off_ns = s.torque_off_ns + dt_ns if off else 0
+            s.following_error, self._peak = 0.0, 0.0
+            return
+        s.torque_off_ns = 0
+        p = self._p
+        if point.position == point.position:
+            error = point.position - position
+            obeys = -self._rest <= error <= self._rest
+        else:
+            dt = dt_ns * 1e-9
+            missing = velocity * dt - (position - before)
+            obeys = abs(missing) <= OBEYS * max(abs(velocity), p.standstill_speed) * dt
+            error = 0.0 if obeys else s.following_error + missing
+        peak = 0.0 if obeys else self._peak
+        turns = shaft.velocity
+        self._peak = peak = max(peak, abs(velocity), abs(turns), abs(velocity - turns))
+        s.following_error = error
+        s.following_limit = (
+            self._rest + peak * p.following_time + 0.5 * peak * peak / p.acceleration
+        )

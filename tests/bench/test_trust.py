@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Faults on the twin: none leaves the wheel turning uncommanded; and the table that counts them."""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+
+from flatplank_hw.drive import AxisDrive
+from flatplank_hw.drive.following import Following
+from flatplank_validation.trust import registry, scenario
+from flatplank_validation.trust.faults import FAULTS
+from flatplank_validation.trust.page import table
+from flatplank_validation.trust.registry import Options, Tally, rows
+from flatplank_validation.trust.rows.twin import APART, pairs, triples
+from flatplank_validation.trust.scenario import MOTIONS, Scenario, failure
+from flatplank_validation.verbs.bench_trust import main
+
+WORST = ("reference Inf", "reference 1e308", "drive deaf to set-points", "drive deaf")
+"""faults that once left the wheel turning"""
+TWOS = list(itertools.combinations(WORST, 2))
+
+
+@pytest.mark.parametrize(("first", "second"), TWOS)
+def test_two_of_the_worst_faults_do_not_leave_the_wheel_turning(first, second):
+    assert not failure(Scenario("slip", ((first, 5), (second, APART))))
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("fault", ["reference Inf", "drive deaf to set-points", "bridge NaN"])
+def test_a_fault_in_every_motion(motion, fault):
+    assert not failure(Scenario(motion, ((fault, 5), ("plank stops", 5))))
+
+
+def test_drawn_scenarios():
+    for case in triples(10, seed=20261128):
+        assert not failure(case)
+
+
+def test_without_its_guards_the_wheel_turns_on(monkeypatch):
+    """The judge sees what it is made for: with the gate and the following error taken out, an
+    infinite reference and a deaf drive are failures."""
+    monkeypatch.setattr(AxisDrive, "_take", _take_all)
+    monkeypatch.setattr(Following, "update", lambda *_: None)
+    assert "stop reason 0" in failure(Scenario("slip", (("reference 1e308", 5),)))
+    deaf = Scenario("hanging", (("drive deaf to set-points", 5), ("disabled", 5)))
+    assert not failure(deaf)  # the state machine of the drive still obeys
+    held = Scenario("slip", (("drive deaf to set-points", 5), ("plank reverses", 5)))
+    assert "rad/s" in failure(held)
+
+
+def _take_all(drive, reference):
+    """The gate as it once was: a reference is cut to the limit."""
+    most = drive._mode.limit.high
+    drive._reference = reference._replace(value=min(max(reference.value, -most), most))
+
+
+def test_every_pair_and_every_fault_is_asked():
+    cases = pairs("slip")
+    assert len(FAULTS) >= 22
+    assert len(cases) == len(FAULTS) * (len(FAULTS) - 1) // 2
+    assert {name for case in cases for name, _ in case.faults} == set(FAULTS)
+    assert triples(5, 1) == triples(5, 1) != triples(5, 2)
+
+
+def test_the_table_has_every_row_and_counts(monkeypatch, capsys):
+    found = {name: (Tally(10, ["a", "b"]), 1.5) for name in rows()}
+    lines = table(found)
+    assert len(lines) == 2 + len(rows())
+    assert all("| 10 | 2 | 2 s |" in line for line in lines[2:])
+    monkeypatch.setattr(scenario, "failure", lambda case: "" if case.motion != "hanging" else "bad")
+    assert main(["--only", "single", "--jobs", "1"]) == 1
+    out = capsys.readouterr()
+    assert f"| {3 * len(FAULTS)} | {len(FAULTS)} |" in out.out
+    assert out.err.count("single: bad") == len(FAULTS)
+
+
+def test_two_rows_of_one_name_and_an_unknown_row_are_refused():
+    rows()
+    with pytest.raises(ValueError, match="two rows are named 'pairs'"):
+        registry.row("pairs", "", "")(lambda o: Tally())
+    with pytest.raises(SystemExit, match="no row 'pair'; the nearest is 'pairs'"):
+        main(["--only", "pair"])
+
+
+@pytest.mark.long
+@pytest.mark.timeout(3600)
+@pytest.mark.parametrize("name", ["pairs", "triples"])
+def test_a_tenth_of_a_night(name):
+    found = rows()[name].run(Options(share=0.1, seed=7, jobs=2))
+    assert found.many > 100
+    assert not found.failures

@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The following error: a drive that no longer obeys is stopped, one that only reacts late or speeds
+up slowly is not.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import pytest
+from drive_rig import PERIOD, Rig, up
+
+from flatplank_hw.cia402 import State
+from flatplank_hw.drive.safety import RULES
+
+CODE = RULES["following_error"].code
+SPEED = 0.1
+
+
+class Slow(Rig):
+    """A motor that reacts late and speeds up or brakes slowly, at rest still later."""
+
+    late = 0
+    """cycles until a set-point acts"""
+    slowest = math.inf
+    """acceleration [unit/s^2]"""
+    deaf_to: Callable[[int], bool] = staticmethod(lambda mode: False)
+    """modes whose set-points no longer act: the last one stays"""
+
+    def obey(self, c) -> None:
+        if self.deaf_to(c.mode):
+            c = self.kept._replace(control_word=c.control_word)
+        self.kept = c
+        before = self.velocity
+        if self.state is State.OPERATION_ENABLED and self.late:
+            self.late -= 1
+            c = c._replace(target_velocity=0, target_torque=0, mode=9)
+        start = self.counts
+        super().obey(c)
+        most = self.slowest * PERIOD * 1e-9
+        self.velocity = before + min(max(self.velocity - before, -most), most)
+        self.counts = start + self.velocity * self.scale * PERIOD * 1e-9
+
+
+def rolling(mode: str = "slip", value: float = SPEED, **parameters) -> Slow:
+    """A motor that follows."""
+    rig = Slow(**parameters)
+    rig.run(2)
+    assert rig.drive.set_operation_mode(mode, value).accepted
+    assert rig.drive.enable().accepted
+    rig.run(20, until=lambda s: s.state == State.OPERATION_ENABLED)
+    if mode in ("slip", "free_rolling"):
+        rig.load()
+        rig.source, rig.reference = mode, value
+        rig.plank(True)
+    return rig
+
+
+def seconds_to(rig: Rig, code: int, most: float = 2.0) -> float:
+    """Time until the axis stops for a reason [s]."""
+    first = rig.n
+    rig.run(round(most / (PERIOD * 1e-9)), until=lambda s: s.stop_reason == code)
+    return (rig.n - first) * PERIOD * 1e-9
+
+
+@pytest.mark.parametrize("speed", [0.005, 0.1, 0.3, -0.1])
+def test_a_blocked_motor_is_noticed_at_every_speed(speed):
+    rig = rolling(value=speed)
+    rig.run(50)
+    assert rig.samples[-1].stop_reason == 0
+    rig.dead_motor = True
+    v = abs(speed)
+    # by hand: v t = (0.005 + v) 0.25 + v^2 / 2 0.5
+    assert seconds_to(rig, CODE) == pytest.approx(((0.005 + v) * 0.25 + v * v) / v, abs=0.025)
+    assert "rad, limit" in rig.drive.troubles["following_error"]
+
+
+def test_a_motor_that_goes_on_when_it_is_to_stand_is_stopped():
+    """Its set-points no longer act, the state machine of the drive still does."""
+    rig = rolling()
+    rig.run(100)
+    rig.deaf_to = lambda mode: True
+    rig.plank_velocity = -0.03  # the axis is held: zero speed is commanded
+    assert seconds_to(rig, CODE) < 0.5
+    rig.run(10)
+    assert rig.velocity == 0.0
+
+
+def test_a_motor_of_the_wrong_speed_is_noticed():
+    rig = rolling()
+    rig.run(100)
+    kept = rig.obey
+
+    def slower(c):
+        kept(c)
+        rig.counts -= 0.2 * rig.velocity * rig.scale * PERIOD * 1e-9
+
+    rig.obey = slower
+    assert seconds_to(rig, CODE, 5.0) < 4.0
+
+
+@pytest.mark.parametrize("late_s", [0.0, 0.15, 0.2])
+@pytest.mark.parametrize("slowest", [math.inf, 0.5])
+def test_a_late_start_and_a_slow_motor_are_no_error(late_s, slowest):
+    rig = rolling()
+    rig.late, rig.slowest = round(late_s / (PERIOD * 1e-9)), slowest
+    for speed in (SPEED, 0.0, 0.3, -0.3, 0.005):
+        rig.reference = speed
+        rig.run(500)
+        assert rig.samples[-1].stop_reason == 0
+    assert rig.velocity == pytest.approx(0.005, rel=1e-3)
+
+
+def test_braking_on_a_hold_is_no_error():
+    rig = rolling(value=0.3)
+    rig.slowest = 0.5
+    rig.run(400)
+    rig.plank_velocity = -0.03
+    rig.run(500)
+    rig.plank_velocity = 0.03
+    rig.run(500)
+    assert rig.velocity == pytest.approx(0.3, rel=1e-6)
+
+
+def test_a_move_is_followed_and_a_blocked_one_is_noticed():
+    rig = rolling("position")
+    rig.drive.move_to(0.3)
+    rig.run(2000, until=lambda s: rig.drive.at_target)
+    rig.drive.move_to(-0.3)
+    rig.run(200)
+    rig.dead_motor = True
+    assert seconds_to(rig, CODE) < 0.5
+
+
+def test_a_motor_that_leaves_its_place_is_noticed():
+    rig = rolling("position")
+    rig.run(50)
+    rig.dead_motor = True
+    for _ in range(100):
+        rig.counts += 1e-4 * rig.scale  # 0.025 rad/s
+        rig.cycle()
+    assert rig.samples[-1].stop_reason == CODE
+
+
+@pytest.mark.parametrize(("torque", "stops"), [(3.0 - 0.1, False), (3.0 + 0.1, True)])
+def test_a_torque_that_is_not_the_commanded_one_is_noticed(torque, stops):
+    """The margin is torque_trip - torque_limit, 3 N m."""
+    rig = rolling("torque", 4.0)
+    rig.run(100)
+    assert rig.samples[-1].stop_reason == 0
+    kept = rig.obey
+
+    def weak(c):
+        kept(c)
+        rig.torque -= torque if rig.torque else 0.0
+
+    rig.obey = weak
+    rig.run(60)
+    assert rig.samples[-1].stop_reason == 0
+    rig.run(40)
+    assert (rig.samples[-1].stop_reason == CODE) is stops
+
+
+def test_homing_and_a_disabled_axis_have_no_following_error():
+    rig = rolling("position")
+    rig.drive.move_to(0.5)
+    rig.run(5000, until=lambda s: rig.drive.at_target)
+    assert rig.drive.home().accepted
+    rig.run(50)
+    assert rig.samples[-1].stop_reason == 0 and rig.drive.mode == "position"
+    rig.drive.disable()
+    rig.run(50)
+    rig.counts += rig.scale  # turned by hand
+    rig.run(10)
+    assert rig.drive.enable().accepted
+    rig.run(200)
+    assert rig.samples[-1].stop_reason == 0
+
+
+def test_a_drive_that_does_not_stop_gets_no_commands_any_more():
+    """The commands keep the number of an old cycle: the plant's watchdog and the guard act."""
+    rig = rolling()
+    rig.run(100)
+    rig.deaf = True
+    rig.drive.quick_stop()
+    rig.run(100)
+    assert not rig.drive.does_not_stop
+    assert rig.commands[-1].cycle == rig.n - 1
+    rig.run(100)
+    assert rig.drive.does_not_stop
+    assert rig.commands[-1].cycle == rig.commands[-20].cycle
+    assert "does_not_stop" in rig.drive.troubles
+    rig.deaf = False
+    rig.state = State.FAULT
+    rig.run(5)
+    assert not rig.drive.does_not_stop
+    assert rig.commands[-1].cycle == rig.n - 1

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The table of `bench-trust`, and docs/trust.md around it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from flatplank_validation.trust.faults import FAULTS
+from flatplank_validation.trust.registry import Tally, rows
+
+Found = Mapping[str, tuple[Tally, float]]
+"""row -> tally and time [s]"""
+
+HEAD = """\
+# What the bench can be trusted with
+
+Faults, damage and wrong numbers, tried by the thousand. Each row is a function in
+`validation/flatplank_validation/trust/rows`; a new one needs the decorator `row` and nothing else.
+`./flatplank bench-trust` tries a hundredth of it in minutes, `--long` the whole. Failed cases are
+printed one by one.
+"""
+TAIL = """\
+## The faults on the twin
+
+The wheel slips under load on the moving plank, rolls freely there, or turns in the air. The faults
+begin within half a second of each other. 1.5 s after the last one the shaft of the simulated machine
+must rest, or turn as its good source wants it to. A drive that is deaf keeps its last set-point; its
+bus chip has a watchdog of its own, as every EtherCAT drive has. What stops what:
+[decisions/stop-authorities.md](decisions/stop-authorities.md).
+
+"""
+
+
+def table(found: Found) -> list[str]:
+    """Markdown table: what, how many, how many failed."""
+    known = rows()
+    lines = ["| what is tried | failed means | how many | failed | time |", "|---|---|---|---|---|"]
+    for name, (tally, seconds) in found.items():
+        row = known[name]
+        lines.append(
+            f"| {row.what} (`{name}`) | {row.bar} | {tally.many} | {len(tally.failures)} "
+            f"| {seconds:.0f} s |"
+        )
+    return lines
+
+
+def page(found: Found, command: str) -> str:
+    """The whole page."""
+    names = ", ".join(FAULTS)
+    return "\n".join([HEAD, f"Written by `{command}`.", "", *table(found), "", f"{TAIL}{names}.", ""])

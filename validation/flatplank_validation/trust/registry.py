@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The rows of the table: what is tried, how many, how many failed."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class Options:
+    """How much is tried."""
+
+    share: float = 1.0
+    """of the cases of a night; a row tries at least one"""
+    seed: int = 1
+    jobs: int = 1
+    """processes"""
+    progress: Progress = lambda _done, _all: None
+
+    def count(self, night: int) -> int:
+        """Number of cases of which a night has so many."""
+        return max(round(self.share * night), 1)
+
+
+@dataclass
+class Tally:
+    """Result of a row."""
+
+    many: int = 0
+    failures: list[str] = field(default_factory=list)
+    """one line for each failed case: what was done and what came out"""
+
+    def add(self, failure: str) -> None:
+        """Count a case; `failure` is empty when it passed."""
+        self.many += 1
+        if failure:
+            self.failures.append(failure)
+
+
+Run = Callable[[Options], Tally]
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of the table."""
+
+    what: str
+    bar: str
+    """what counts as failed"""
+    run: Run
+
+
+ROWS: dict[str, Row] = {}
+"""name -> row, in the order of the table"""
+
+
+def row(name: str, what: str, bar: str) -> Callable[[Run], Run]:
+    """Register a function as a row: `what` is tried, `bar` says which case has failed."""
+
+    def register(run: Run) -> Run:
+        if name in ROWS:
+            raise ValueError(f"two rows are named '{name}'")
+        ROWS[name] = Row(what, bar, run)
+        return run
+
+    return register
+
+
+def rows() -> dict[str, Row]:
+    """All rows of the modules in `rows/`."""
+    from flatplank_validation.trust import rows as folder
+
+    for name in _modules(folder.__path__):
+        importlib.import_module(f"{folder.__name__}.{name}")
+    return ROWS
+
+
+def _modules(path: Iterable[str]) -> list[str]:
+    return sorted(module.name for module in pkgutil.iter_modules(path))

@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Scenarios on the twin: a rolling wheel, faults, and whether the wheel turns uncommanded at the
+end.
+
+At the end the shaft must rest, or turn as the good source of its mode wants it to while the drive
+is in operation. A fault in the drive itself must be noticed within the following error, its stop
+within the braking time of the node: 1.5 s after the last fault are enough for both.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+
+from flatplank_control.bench.setup import BenchSetup
+from flatplank_data.machine import FAST
+from flatplank_hw.cia402 import State
+from flatplank_sim.twin.twin import Twin
+from flatplank_validation.trust.faults import FAULTS
+from flatplank_validation.trust.faulty import FaultyTwin
+
+SETTLED_S, JUDGED_S = 1.5, 0.4
+"""time from the last fault until the wheel is judged, and for how long [s]"""
+KAPPA, RADIUS, SPEED, LOAD = 0.05, 0.31, 0.1, 3700.0
+"""slip [-], effective rolling radius [m], wheel speed when it hangs free [rad/s], load [N]"""
+OFF = 0.2
+"""largest difference from the wanted speed, as a share of that on the fast plank: covers the
+transients of the tire, and is far below a wheel that turns at a limit of its drive"""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A way of turning."""
+
+    prepare: Callable[[Twin], None]
+    wanted: Callable[[Twin], float]
+    """speed of the wheel when all is well [rad/s]; 0 when it has no reason to turn"""
+
+
+def _need(answer) -> None:
+    if not answer.accepted:
+        raise RuntimeError(answer.reason)
+
+
+def _cycles(twin: Twin, seconds: float) -> None:
+    for _ in range(round(seconds * twin.rate_hz)):
+        twin.cycle()
+
+
+def _load(twin: Twin) -> None:
+    operator = twin.plant.operator
+    operator.load_to(LOAD)
+    while not operator.view.at_target:
+        twin.cycle()
+
+
+def _start(twin: Twin, mode: str, value: float = 0.0) -> None:
+    _need(twin.set_mode(mode, value))
+    _need(twin.drive.enable())
+    _cycles(twin, 0.2)
+
+
+def _roll(twin: Twin, mode: str) -> None:
+    _load(twin)
+    _need(twin.sequencer.set_waveform("constant", {"kappa": KAPPA}, 0.0, RADIUS))
+    _start(twin, mode)
+    twin.plant.operator.plank(1, fast=True)
+    _cycles(twin, 3.0)
+
+
+def _hang(twin: Twin) -> None:
+    _cycles(twin, 0.1)
+    _start(twin, "velocity", SPEED)
+    _cycles(twin, 0.5)
+
+
+def _slipping(twin: Twin) -> float:
+    """The sequencer gives no valid reference at the slow speed of the plank."""
+    speed = twin.plant.truth.road_velocity
+    return speed * (1.0 + KAPPA) / RADIUS if speed > 0.5 * FAST else 0.0
+
+
+MOTIONS: dict[str, Motion] = {
+    "slip": Motion(lambda twin: _roll(twin, "slip"), _slipping),
+    "free rolling": Motion(
+        lambda twin: _roll(twin, "free_rolling"),
+        lambda twin: twin.plant.truth.road_velocity / RADIUS,
+    ),
+    "hanging": Motion(_hang, lambda _: SPEED),
+}
+"""name -> motion"""
+
+
+@cache
+def _prepared(motion: str) -> Twin:
+    twin = Twin(BenchSetup())
+    MOTIONS[motion].prepare(twin)
+    return twin
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """Faults in the order in which they begin, each so many cycles after the last."""
+
+    motion: str
+    faults: tuple[tuple[str, int], ...]
+
+    @property
+    def text(self) -> str:
+        """One line."""
+        words = ", ".join(f"{name} +{4 * wait} ms" for name, wait in self.faults)
+        return f"{self.motion}: {words}"
+
+
+def failure(scenario: Scenario) -> str:
+    """Empty, or how the wheel turned at the end."""
+    twin = copy.deepcopy(_prepared(scenario.motion))
+    bench = FaultyTwin(twin)
+    bench.drive.client = "operator"
+    _need(twin.drive.claim("operator"))
+    twin.cycle()
+    for name, wait in scenario.faults:
+        for _ in range(wait):
+            twin.cycle()
+        bench.begin(FAULTS[name]())
+    _cycles(twin, SETTLED_S)
+    rest = twin.drive.parameters.standstill_speed
+    for _ in range(round(JUDGED_S * twin.rate_hz)):
+        twin.cycle()
+        speed = twin.plant.truth.wheel_velocity
+        if abs(speed) > rest and not _as_wanted(twin, scenario.motion, speed):
+            sample = twin.latest.drive
+            return f"{scenario.text}: {speed:.3f} rad/s, stop reason {sample.stop_reason}"
+    return ""
+
+
+def _as_wanted(twin: Twin, motion: str, speed: float) -> bool:
+    wanted = MOTIONS[motion].wanted(twin)
+    sample = twin.latest.drive
+    runs = sample.state == State.OPERATION_ENABLED and not sample.stop_reason
+    return runs and wanted > 0.0 and abs(speed - wanted) <= OFF * FAST / RADIUS
+
+
+def judge(scenarios: Sequence[Scenario]) -> list[str]:
+    """Failures of several scenarios, for a process of a pool."""
+    return [failure(s) for s in scenarios]

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Faults, damage and wrong numbers: what is tried, how many, how many failed."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import time
+from pathlib import Path
+
+from flatplank_data.arguments import Parser
+from flatplank_data.files import write_atomic
+from flatplank_data.params import nearest_hint
+from flatplank_validation.trust.page import page, table
+from flatplank_validation.trust.registry import Options, Tally, rows
+
+SHARE = 0.01
+"""share of a night's cases without --long"""
+
+
+def parser() -> argparse.ArgumentParser:
+    """Command line."""
+    p = Parser(prog="flatplank bench-trust", description=__doc__)
+    p.add_argument("--long", action="store_true", help="as many as in a night; else a hundredth")
+    p.add_argument("--share", type=float, help="another share of the cases of a night, 0 to 1")
+    p.add_argument("--seed", type=int, default=1, help="of the drawn cases")
+    p.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes")
+    p.add_argument("--only", default="", metavar="ROW", help="one row of the table")
+    p.add_argument("--write", type=Path, metavar="FILE", help="write the page of the docs")
+    p.add_argument("--json", action="store_true", help="print JSON for programs")
+    return p
+
+
+def say(name: str, done: int, count: int) -> None:
+    """Progress of a row."""
+    end = "\n" if done == count or not sys.stderr.isatty() else "\r"
+    print(f"{name}: {done} of {count}", end=end, file=sys.stderr, flush=True)
+
+
+def measure(o: argparse.Namespace, share: float) -> dict[str, tuple[Tally, float]]:
+    """Tally and time [s] of the rows that are asked for."""
+    known = rows()
+    if o.only and o.only not in known:
+        raise SystemExit(f"bench-trust: no row '{o.only}'{nearest_hint(o.only, known)}")
+    found = {}
+    for name in [o.only] if o.only else known:
+        began = time.monotonic()
+        options = Options(share, o.seed, o.jobs, lambda d, n, name=name: say(name, d, n))
+        found[name] = known[name].run(options), time.monotonic() - began
+    return found
+
+
+def main(argv: list[str]) -> int:
+    """Print the table; exit code 0: no case has failed, 1: some have."""
+    o = parser().parse_args(argv)
+    share = o.share if o.share is not None else 1.0 if o.long else SHARE
+    if not 0.0 < share <= 1.0:
+        raise SystemExit(f"bench-trust: --share is {share:g}, must be above 0 and at most 1")
+    found = measure(o, share)
+    if o.json:
+        plain = {
+            name: {"many": t.many, "failed": len(t.failures), "failures": t.failures, "seconds": s}
+            for name, (t, s) in found.items()
+        }
+        print(json.dumps({"format": "flatplank-bench-trust/1", "rows": plain}, indent=1))
+    elif o.write:
+        write_atomic(o.write, page(found, " ".join(["./flatplank bench-trust", *argv])))
+        print(f"written: {o.write}")
+    else:
+        print("\n".join(table(found)))
+    for name, (tally, _) in found.items():
+        for text in tally.failures:
+            print(f"{name}: {text}", file=sys.stderr)
+    return 1 if any(tally.failures for tally, _ in found.values()) else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main(sys.argv[1:]))
