@@ -27,6 +27,11 @@ def test_two_of_the_worst_faults_do_not_leave_the_wheel_turning(first, second):
     assert not failure(Scenario("slip", ((first, 5), (second, APART))))
 
 
+def test_a_deaf_drive_that_is_told_to_stand_is_stopped():
+    for fault in ("drive deaf to set-points", "drive deaf"):
+        assert not failure(Scenario("hanging", ((fault, 5), ("told to stand", 5))))
+
+
 @pytest.mark.parametrize("motion", MOTIONS)
 @pytest.mark.parametrize("fault", ["reference Inf", "drive deaf to set-points", "bridge NaN"])
 def test_a_fault_in_every_motion(motion, fault):
@@ -44,10 +49,9 @@ def test_without_its_guards_the_wheel_turns_on(monkeypatch):
     monkeypatch.setattr(AxisDrive, "_take", _take_all)
     monkeypatch.setattr(Following, "update", lambda *_: None)
     assert "stop reason 0" in failure(Scenario("slip", (("reference 1e308", 5),)))
-    deaf = Scenario("hanging", (("drive deaf to set-points", 5), ("disabled", 5)))
-    assert not failure(deaf)  # the state machine of the drive still obeys
-    held = Scenario("slip", (("drive deaf to set-points", 5), ("plank reverses", 5)))
-    assert "rad/s" in failure(held)
+    deaf = ("drive deaf to set-points", 5)
+    assert not failure(Scenario("hanging", (deaf, ("disabled", 5))))  # its state machine obeys
+    assert "0.100 rad/s" in failure(Scenario("hanging", (deaf, ("told to stand", 5))))
 
 
 def _take_all(drive, reference):

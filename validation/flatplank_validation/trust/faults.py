@@ -183,6 +183,7 @@ FAULTS: dict[str, Callable[[], Fault]] = {
     "emergency stop": lambda: Once(lambda t: t.plant.operator.emergency_stop()),
     "heartbeat gone": NoHeartbeat,
     "quick stop": lambda: Once(lambda t: t.drive.quick_stop()),
+    "told to stand": lambda: Once(lambda t: t.drive.set_operation_mode("velocity", 0.0)),
     "disabled": lambda: Once(lambda t: t.drive.disable()),
     "reset and enabled": lambda: Once(lambda t: (t.drive.reset_fault(), t.drive.enable())),
 }

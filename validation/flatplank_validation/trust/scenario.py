@@ -88,7 +88,7 @@ MOTIONS: dict[str, Motion] = {
         lambda twin: _roll(twin, "free_rolling"),
         lambda twin: twin.plant.truth.road_velocity / RADIUS,
     ),
-    "hanging": Motion(_hang, lambda _: SPEED),
+    "hanging": Motion(_hang, lambda twin: twin.latest.drive.reference_velocity),
 }
 """name -> motion"""
 

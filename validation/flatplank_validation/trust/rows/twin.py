@@ -6,8 +6,9 @@ from __future__ import annotations
 import itertools
 import random
 from collections.abc import Iterable
+from contextlib import nullcontext
 
-from flatplank_analysis.parallel import worker_pool
+from flatplank_analysis.parallel import Serial, worker_pool
 from flatplank_validation.trust.faults import FAULTS
 from flatplank_validation.trust.registry import Options, Tally, row
 from flatplank_validation.trust.scenario import MOTIONS, Scenario, judge
@@ -45,8 +46,9 @@ def tally(scenarios: Iterable[Scenario], o: Options) -> Tally:
     todo = list(scenarios)
     parts = [todo[i : i + CHUNK] for i in range(0, len(todo), CHUNK)]
     out = Tally()
-    with worker_pool(min(o.jobs, len(parts))) as pool:
-        for found in pool.map(judge, parts):
+    pool = worker_pool(min(o.jobs, len(parts))) if o.jobs > 1 else nullcontext(Serial())
+    with pool as workers:
+        for found in workers.map(judge, parts):
             for text in found:
                 out.add(text)
             o.progress(out.many, len(todo))
