@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Faults on the twin: none leaves the wheel turning uncommanded; and the table that counts them."""
+"""Faults on the twin: none leaves the wheel turning uncommanded. The table that counts them."""
 
 from __future__ import annotations
 
@@ -73,7 +73,9 @@ def test_the_table_has_every_row_and_counts(monkeypatch, capsys):
     lines = table(found)
     assert len(lines) == 2 + len(rows())
     assert all("| 10 | 2 | 2 s |" in line for line in lines[2:])
-    monkeypatch.setattr(scenario, "failure", lambda case: "" if case.motion != "hanging" else "bad")
+    monkeypatch.setattr(
+        scenario, "failure", lambda case: "" if case.motion != "hanging" else "bad"
+    )
     assert main(["--only", "single", "--jobs", "1"]) == 1
     out = capsys.readouterr()
     assert f"| {3 * len(FAULTS)} | {len(FAULTS)} |" in out.out

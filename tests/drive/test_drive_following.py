@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The following error: a drive that no longer obeys is stopped, one that only reacts late or speeds
-up slowly is not.
+"""The following error: a drive that no longer obeys is stopped, one that only reacts late or
+speeds up slowly is not.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable
 
 import pytest
-from drive_rig import PERIOD, Rig, up
+from drive_rig import PERIOD, Rig
 
 from flatplank_hw.cia402 import State
 from flatplank_hw.drive.safety import RULES

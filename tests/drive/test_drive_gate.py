@@ -94,7 +94,12 @@ def stepped(rig: Rig, stamps: dict[str, int]) -> int:
 
 @pytest.mark.parametrize(
     ("what", "rule"),
-    [("inputs", "inputs"), ("encoders", "samples"), ("hub", "samples"), ("reference", "reference")],
+    [
+        ("inputs", "inputs"),
+        ("encoders", "samples"),
+        ("hub", "samples"),
+        ("reference", "reference"),
+    ],
 )
 @pytest.mark.parametrize("seconds", [-10, 10])
 def test_a_stamp_of_another_time_counts_as_lost(what, rule, seconds):

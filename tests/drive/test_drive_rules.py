@@ -32,7 +32,9 @@ CALM = Situation(
 """a loaded wheel that follows the plank: everything just within its limit"""
 
 STOPS: dict[str, list[dict]] = {
-    "inputs": [{"health": Health.STALE}, {"health": Health.LOST}, {"gap_ns": 43 * MS}, {"gap_ns": -1}],
+    "inputs": [
+        {"health": Health.STALE}, {"health": Health.LOST}, {"gap_ns": 43 * MS}, {"gap_ns": -1}
+    ],
     "samples": [{"sample_age_ns": 43 * MS}],
     "drive_fault": [{"state": State.FAULT}, {"state": State.FAULT_REACTION_ACTIVE}],
     "emergency_stop": [{"digital": 0}],

@@ -38,7 +38,9 @@ def test_a_bad_voltage_leaves_no_trace(channel, value):
                 "bridge_volts": with_bad(channel, value)
             }  # fmt: skip
             sample = hit.step(bus(n, **{**fields, **bad}))
-            assert flagged(sample.saturated) == [("C1", "C2", "C3", "C4", "C5", "C6", "LVDT")[channel]]
+            assert flagged(sample.saturated) == [
+                ("C1", "C2", "C3", "C4", "C5", "C6", "LVDT")[channel]
+            ]
             assert not any(math.isinf(x) for x in numbers(sample))
             assert math.isnan(sample.contact.fz) == (channel in (0, 4, 5))
             assert math.isnan(sample.loaded_radius) == (channel == 6)

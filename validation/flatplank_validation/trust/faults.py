@@ -26,8 +26,8 @@ class Volts(Fault):
         if self.value is None:
             self.value = analogue[self.channel]
         analogue[self.channel] = self.value
-        *bridges, lvdt = analogue
-        return inputs._replace(bridge_volts=tuple(bridges), lvdt_volts=lvdt)
+        c1, c2, c3, c4, c5, c6, lvdt = analogue
+        return inputs._replace(bridge_volts=(c1, c2, c3, c4, c5, c6), lvdt_volts=lvdt)
 
 
 @dataclass

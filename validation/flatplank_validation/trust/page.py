@@ -15,18 +15,18 @@ HEAD = """\
 # What the bench can be trusted with
 
 Faults, damage and wrong numbers, tried by the thousand. Each row is a function in
-`validation/flatplank_validation/trust/rows`; a new one needs the decorator `row` and nothing else.
-`./flatplank bench-trust` tries a hundredth of it in minutes, `--long` the whole. Failed cases are
-printed one by one.
+`validation/flatplank_validation/trust/rows`; a new one needs the decorator `row` and nothing
+else. `./flatplank bench-trust` tries a hundredth of it in minutes, `--long` the whole. Failed
+cases are printed one by one.
 """
 TAIL = """\
 ## The faults on the twin
 
-The wheel slips under load on the moving plank, rolls freely there, or turns in the air. The faults
-begin within half a second of each other. 1.5 s after the last one the shaft of the simulated machine
-must rest, or turn as its good source wants it to. A drive that is deaf keeps its last set-point; its
-bus chip has a watchdog of its own, as every EtherCAT drive has. What stops what:
-[decisions/stop-authorities.md](decisions/stop-authorities.md).
+The wheel slips under load on the moving plank, rolls freely there, or turns in the air. The
+faults begin within half a second of each other. 1.5 s after the last one the shaft of the
+simulated machine must rest, or turn as its good source wants it to. A drive that is deaf keeps
+its last set-point; its bus chip has a watchdog of its own, as every EtherCAT drive has. What stops
+what: [decisions/stop-authorities.md](decisions/stop-authorities.md).
 
 """
 
@@ -34,7 +34,10 @@ bus chip has a watchdog of its own, as every EtherCAT drive has. What stops what
 def table(found: Found) -> list[str]:
     """Markdown table: what, how many, how many failed."""
     known = rows()
-    lines = ["| what is tried | failed means | how many | failed | time |", "|---|---|---|---|---|"]
+    lines = [
+        "| what is tried | failed means | how many | failed | time |",
+        "|---|---|---|---|---|",
+    ]
     for name, (tally, seconds) in found.items():
         row = known[name]
         lines.append(
@@ -47,4 +50,6 @@ def table(found: Found) -> list[str]:
 def page(found: Found, command: str) -> str:
     """The whole page."""
     names = ", ".join(FAULTS)
-    return "\n".join([HEAD, f"Written by `{command}`.", "", *table(found), "", f"{TAIL}{names}.", ""])
+    return "\n".join(
+        [HEAD, f"Written by `{command}`.", "", *table(found), "", f"{TAIL}{names}.", ""]
+    )

@@ -16,7 +16,9 @@ from functools import cache
 
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_data.machine import FAST
+from flatplank_hw.answers import Answer
 from flatplank_hw.cia402 import State
+from flatplank_hw.samples import DriveSample
 from flatplank_sim.twin.twin import Twin
 from flatplank_validation.trust.faults import FAULTS
 from flatplank_validation.trust.faulty import FaultyTwin
@@ -35,11 +37,11 @@ class Motion:
     """A way of turning."""
 
     prepare: Callable[[Twin], None]
-    wanted: Callable[[Twin], float]
+    wanted: Callable[[Twin, DriveSample], float]
     """speed of the wheel when all is well [rad/s]; 0 when it has no reason to turn"""
 
 
-def _need(answer) -> None:
+def _need(answer: Answer) -> None:
     if not answer.accepted:
         raise RuntimeError(answer.reason)
 
@@ -76,7 +78,7 @@ def _hang(twin: Twin) -> None:
     _cycles(twin, 0.5)
 
 
-def _slipping(twin: Twin) -> float:
+def _slipping(twin: Twin, _sample: DriveSample) -> float:
     """The sequencer gives no valid reference at the slow speed of the plank."""
     speed = twin.plant.truth.road_velocity
     return speed * (1.0 + KAPPA) / RADIUS if speed > 0.5 * FAST else 0.0
@@ -86,9 +88,9 @@ MOTIONS: dict[str, Motion] = {
     "slip": Motion(lambda twin: _roll(twin, "slip"), _slipping),
     "free rolling": Motion(
         lambda twin: _roll(twin, "free_rolling"),
-        lambda twin: twin.plant.truth.road_velocity / RADIUS,
+        lambda twin, _sample: twin.plant.truth.road_velocity / RADIUS,
     ),
-    "hanging": Motion(_hang, lambda twin: twin.latest.drive.reference_velocity),
+    "hanging": Motion(_hang, lambda twin, sample: sample.reference_velocity),
 }
 """name -> motion"""
 
@@ -128,17 +130,15 @@ def failure(scenario: Scenario) -> str:
     _cycles(twin, SETTLED_S)
     rest = twin.drive.parameters.standstill_speed
     for _ in range(round(JUDGED_S * twin.rate_hz)):
-        twin.cycle()
+        sample = twin.cycle().drive
         speed = twin.plant.truth.wheel_velocity
-        if abs(speed) > rest and not _as_wanted(twin, scenario.motion, speed):
-            sample = twin.latest.drive
+        if abs(speed) > rest and not _as_wanted(twin, sample, scenario.motion, speed):
             return f"{scenario.text}: {speed:.3f} rad/s, stop reason {sample.stop_reason}"
     return ""
 
 
-def _as_wanted(twin: Twin, motion: str, speed: float) -> bool:
-    wanted = MOTIONS[motion].wanted(twin)
-    sample = twin.latest.drive
+def _as_wanted(twin: Twin, sample: DriveSample, motion: str, speed: float) -> bool:
+    wanted = MOTIONS[motion].wanted(twin, sample)
     runs = sample.state == State.OPERATION_ENABLED and not sample.stop_reason
     return runs and wanted > 0.0 and abs(speed - wanted) <= OFF * FAST / RADIUS
 

@@ -8,6 +8,7 @@ import json
 import os
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 from flatplank_data.arguments import Parser
@@ -47,7 +48,7 @@ def measure(o: argparse.Namespace, share: float) -> dict[str, tuple[Tally, float
     found = {}
     for name in [o.only] if o.only else known:
         began = time.monotonic()
-        options = Options(share, o.seed, o.jobs, lambda d, n, name=name: say(name, d, n))
+        options = Options(share, o.seed, o.jobs, partial(say, name))
         found[name] = known[name].run(options), time.monotonic() - began
     return found
 

@@ -178,8 +178,7 @@ def validate(values: Any, where: str) -> None:
             raise ParameterError(f"{where}: {reason}")
         object.__setattr__(values, f.name, value)
     check = getattr(values, "check", None)
-    reason = check() if check else None
-    if reason:
+    if check and (reason := check()):
         raise ParameterError(f"{where}: {reason}")
 
 

@@ -120,8 +120,8 @@ DRIVE = table_of_troubles(
     ),
     Trouble(
         "reference", _ERROR, "the reference is too old or not valid",
-        "slip_sequencer or free_rolling_controller has ended, hangs, has no valid set-point, or its "
-        "set-point is not finite or beyond speed_limit or torque_limit",
+        "slip_sequencer or free_rolling_controller has ended, hangs, has no valid set-point, or "
+        "its set-point is not finite or beyond speed_limit or torque_limit",
         f"see that the source of this mode runs and has a set-point within the limits, {AGAIN}",
     ),
     Trouble(
@@ -139,9 +139,9 @@ DRIVE = table_of_troubles(
     Trouble(
         "following_error", _ERROR, "the drive does not follow its commands",
         "the motor is further from its commands than (standstill_speed + v) following_time + "
-        "v^2 / (2 acceleration) allows, v the largest of commanded speed, measured speed and their "
-        "difference; under torque control: the torque is off by more than torque_trip - torque_limit for longer than "
-        "following_time",
+        "v^2 / (2 acceleration) allows, v the largest of commanded speed, measured speed and "
+        "their difference; under torque control: the torque is off by more than torque_trip - "
+        "torque_limit for longer than following_time",
         f"look for what blocks the axis, and at mode and display of the drive, {AGAIN}",
     ),
     Trouble(

@@ -17,8 +17,7 @@ BAR = "the wheel turns uncommanded 1.5 s after the last fault"
 NIGHT = 20_000
 """scenarios with three faults of a night"""
 APART = 25
-"""cycles from one fault of a pair to the next: 0.1 s, before the first has been noticed by the slower
-rules"""
+"""cycles from one fault of a pair to the next: 0.1 s, before the slower rules notice the first"""
 CHUNK = 20
 
 

@@ -7,8 +7,8 @@ As in LinuxCNC the allowed error grows with the speed:
 
 v is the largest of commanded speed, measured speed and their difference since the drive obeyed
 last. The first term is the travel during the reaction of the drive, the second is that of speeding
-up, braking or reversing. The play of the gears does not count: the motor's encoder sits in front of
-it.
+up, braking or reversing. The play of the gears does not count: the motor's encoder sits in front
+of it.
 """
 
 from __future__ import annotations

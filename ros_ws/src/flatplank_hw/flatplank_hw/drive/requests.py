@@ -144,7 +144,7 @@ class DriveRequests:
         reason = self._not_ready() or mode.refusal(position)
         reason = reason or Limit(0.0, p.speed_limit, f"{p.unit}/s").refusal("speed", speed)
         if not reason and mode is not self._mode:
-            reason = self._turning()
+            reason = self._turning() or ""
         if not reason and "plank_stands" in p.rules and not self._free():
             reason = "the tire stands on the road: unload it before turning the wheel"
         if reason:
