@@ -9,6 +9,8 @@ import numpy as np
 from mcap.writer import CompressionType, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from flatplank_hw.drive import REASONS
+
 SEQUENCER = "flatplank_msgs/msg/SequencerState"
 CONTROLLER = "flatplank_msgs/msg/ControllerState"
 MSG = Path(__file__).resolve().parents[2] / "ros_ws/src/flatplank_msgs/msg"
@@ -72,7 +74,7 @@ def write_run(
     """A bench bag with the topics that the analysis reads; time in s.
 
     The slip control speaks in runs with a column slip_reference, free rolling in those with
-    controller_error.
+    controller_error; the drive is enabled unless drive_state and stop_reason say otherwise.
     """
     bag = Bag(folder, **options)
     types = bag.types.types
@@ -116,7 +118,7 @@ def write_run(
         message = drive(
             bag.header(stamp, "wheel"),
             i,
-            4,
+            int(c.get("drive_state", 4)),
             0,
             0.0,
             0.0,
@@ -124,9 +126,9 @@ def write_run(
             0.0,
             0.0,
             0.0,
+            int(c.get("stop_reason", 0)),
             0,
-            0,
-            "",
+            REASONS[int(c.get("stop_reason", 0))],
         )
         bag.write("/wheel_drive/status", "flatplank_msgs/msg/DriveStatus", stamp, message)
         if "slip_reference" in c:

@@ -8,11 +8,15 @@ from pathlib import Path
 
 import pytest
 
+from flatplank_analysis.report.analysis import analyse
 from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.recording.filled import in_words, requested_record
 from flatplank_control.runner import steps as S
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of
 from flatplank_control.runner.steps import StopDetector
+from flatplank_data.campaign import Campaign
+from flatplank_data.errors import NothingUsableError
 from flatplank_data.run_record import load_record
 from flatplank_hw.drive.safety import LEFT_OPERATION, QUICK_STOP, RULES
 from flatplank_hw.samples import DriveSample
@@ -104,3 +108,39 @@ def test_the_driven_plank_stops_by_itself_before_anybody_looks(tmp_path: Path):
     assert twin.latest.encoders.plank_position - before < 0.01
     assert not twin.drive.troubles.get("drag")
     bench._stop_record(S.StopRecord("stopped"))
+
+
+def test_a_wheel_that_stops_in_a_run_by_hand_is_told_by_its_record(tmp_path: Path):
+    """Nobody describes the run, watches it, or says how it ended; the plank goes on."""
+    twin = Twin(BenchSetup(pace="hold"))
+    log = BagLog(tmp_path)
+    bench = TwinBench(twin, log)
+    plan = plan_of(RUN)
+    going = itertools.takewhile(
+        lambda s: not (isinstance(s, S.Wait) and s.what.startswith("the plank is at 2")), plan
+    )
+    for step in going:
+        bench._do[type(step)](step)
+    bench.advance(5000)
+    stopped = twin.latest.encoders.plank_position
+    twin.drive.quick_stop()
+    bench.advance(2500)
+    assert twin.latest.encoders.plank_position > stopped + 0.2
+    log._flush()
+    record = log._session.stop("complete", fill=requested_record("").filled_in)
+    assert record.status == "stopped"
+    told = record.stop_reason
+    assert told.startswith(f"the wheel was stopped at {stopped:.2f} m: ") and "quick stop" in told
+    assert (record.kappa, record.step_position) == (0.05, 0.3)
+    assert record.effective_rolling_radius == pytest.approx(0.3108)
+    assert "slip +5 %, from 0.3 m" in in_words(record)
+    with pytest.raises(NothingUsableError, match="left out: it ended as 'stopped'.*quick stop"):
+        Campaign.load(tmp_path)
+    # the bag by its own path is evaluated up to the stop
+    assert log._session.path is not None
+    campaign = Campaign.load(log._session.path)
+    (table,) = campaign.tables()
+    assert stopped - 0.01 < table["plank_position"][-1] < stopped + 0.01
+    result = analyse(campaign, nonlinear=False, magic=False)
+    assert [r.radius for r in result.radii] == pytest.approx([0.3108], rel=5e-3)
+    assert any("quick stop" in str(p) for p in result.problems)

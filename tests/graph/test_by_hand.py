@@ -6,11 +6,12 @@ from pathlib import Path
 import pytest
 import yaml
 from bench_graph import graph
-from std_srvs.srv import SetBool
+from std_srvs.srv import SetBool, Trigger
 
 from flatplank_analysis.report.analysis import analyse
 from flatplank_control.recording.topics import RECORDED
 from flatplank_data.campaign import Campaign
+from flatplank_data.errors import NothingUsableError
 from flatplank_data.run_record import load_record
 from flatplank_msgs.srv import (
     PlankSwitch,
@@ -54,8 +55,11 @@ def stored(bag: Path) -> dict[str, dict[str, object]]:
     }
 
 
-def roll_by_hand(bench) -> StopRecording.Response:
-    """What README has people type; four cycles a message make it short."""
+def roll_by_hand(bench, stop_after: int = 0) -> StopRecording.Response:
+    """What README has people type; four cycles a message make it short.
+
+    stop_after: cycles of the rolling wheel after which its drive is stopped; 0: it is not.
+    """
     bench.call(SetPace, "/simulated_plant/set_pace", pace="hold", batch=10)
     bench.advance(100)
     bench.call(SetValue, "/simulated_plant/load_to", value=3700.0)
@@ -67,7 +71,10 @@ def roll_by_hand(bench) -> StopRecording.Response:
     assert path == str(bench.data.absolute() / "by_hand")
     bench.call(SetPace, "/simulated_plant/set_pace", pace="hold", batch=4)
     bench.call(PlankSwitch, "/simulated_plant/plank", direction=1, fast=True, stop_at=0.5)
-    bench.advance(3600)
+    if stop_after:
+        bench.advance(stop_after)
+        bench.call(Trigger, "/wheel_drive/quick_stop")
+    bench.advance(3600 - stop_after)
     return bench.call(StopRecording, "/recorder/stop")
 
 
@@ -94,3 +101,19 @@ def test_a_run_by_services_is_recorded_and_evaluated_as_what_it_was(tmp_path, mo
     assert {"/wheel_drive/mode", "/wheel_drive/reference", "/diagnostics"} <= kept.keys()
     for topic in kept.keys() & wanted.keys():
         assert kept[topic].items() >= wanted[topic].items(), topic
+
+
+def test_a_run_by_services_with_a_stop_in_it_says_so(tmp_path, monkeypatch):
+    """The plank drags the stopped wheel on: the record, its answer, and every analysis know."""
+    with graph(tmp_path, monkeypatch) as bench:
+        said = roll_by_hand(bench, 2800)
+    assert said.reason.startswith("the wheel was stopped at 0.3")
+    assert "quick stop was asked for; slip +5 %, from 0.12 m" in said.reason
+    record = load_record(Path(said.path))
+    assert record.status == "stopped" and "quick stop was asked for" in record.stop_reason
+    with pytest.raises(NothingUsableError, match="left out: it ended as 'stopped'.*quick stop"):
+        Campaign.load(bench.data)
+    campaign = Campaign.load(said.path)
+    (table,) = campaign.tables()
+    assert 0.3 < table["plank_position"][-1] < 0.4
+    assert any("the wheel was stopped" in str(problem) for problem in campaign.problems)

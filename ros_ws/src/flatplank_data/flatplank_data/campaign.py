@@ -14,8 +14,10 @@ from flatplank_data.condition import Condition, is_nan
 from flatplank_data.errors import FlatplankError, NothingUsableError
 from flatplank_data.identity import copy_of, identifying_columns, identity_of
 from flatplank_data.measured import (
+    UNKNOWN,
     is_rolling_run_without_load,
     missing_keys,
+    stop_text,
     with_measured_values,
     with_values_in_use,
 )
@@ -27,11 +29,15 @@ from flatplank_data.readers.base import turned_columns, turned_facts, turned_inf
 from flatplank_data.record_checks import default_of
 from flatplank_data.run_record import FILE_NAME, RunRecord, read_run, stem_of
 from flatplank_data.stamps import in_order
+from flatplank_data.stops import COLUMNS as STOP_COLUMNS
+from flatplank_data.stops import wheel_stop
 from flatplank_data.store import Store, open_store
 from flatplank_data.table import COLUMN_UNITS, MeasurementTable
 from flatplank_data.turns import whole_turns
 from flatplank_data.yaml_text import load_yaml
 
+STOPPABLE = ("slip", "free_rolling", UNKNOWN, "cleat", "camber_sweep")
+"""kinds of measurement in which the wheel rolls from the beginning to the end"""
 FORMAT = "flatplank-measurement-table/1"
 CAMPAIGN_FILE = "campaign.yaml"
 USED = ("", "complete")
@@ -76,7 +82,7 @@ class Run:
         wanted = columns
         needed = checks.REQUIRED.get(self.info.measurement, ()) if check else ()
         if columns is not None:
-            wanted = [*dict.fromkeys([*columns, *needed])]
+            wanted = [*dict.fromkeys([*columns, *needed, *STOP_COLUMNS])]
         request = Request(self.store, self.info.file, wanted, self.mapping, further, needed)
         loaded = reader_for(self.store, self.info.file)(request)
         facts = dict(loaded.facts)
@@ -92,8 +98,10 @@ class Run:
             Problem(self.info.file, text, fatal=False) for text in (*loaded.remarks, *told)
         ]
         whole = table
+        table, stopped = up_to_stop(whole, measured)
+        remarks += stopped
         if check:
-            table, found = checks.run_checks(whole)
+            table, found = checks.run_checks(table)
             remarks += found
         for problem in remarks:
             if check and problem.fatal:
@@ -119,6 +127,21 @@ def _described(store: Store, info: RunRecord, mapping: Mapping | None) -> RunRec
         return found
     loaded = reader_for(store, info.file)(Request(store, info.file, (), mapping))
     return read_run(with_measured_values(given, loaded.facts.get(MEASURED, {})), info.file)[0]
+
+
+def up_to_stop(
+    table: MeasurementTable, measured: Mapping[str, Any]
+) -> tuple[MeasurementTable, list[Problem]]:
+    """The run up to the first stop of its wheel, and a remark on it; unchanged without one."""
+    if table.info.measurement not in STOPPABLE:
+        return table, []
+    stop = wheel_stop(table.columns)
+    if stop is None:
+        return table, []
+    text = str(measured.get("stop_reason") or stop_text(stop))
+    remedy = "what follows is left out; make the run again if it is missed"
+    place = f"row {stop.row + 1}"
+    return table.rows(slice(0, stop.row)), [Problem(table.info.file, text, place, remedy, False)]
 
 
 def _merged(info: RunRecord, facts: Mapping[str, Any], given: Collection[str]) -> RunRecord:

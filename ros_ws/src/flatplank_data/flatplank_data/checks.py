@@ -11,6 +11,7 @@ from flatplank_data.lost import lost_samples
 from flatplank_data.problem import Problem
 from flatplank_data.spikes import bad_samples
 from flatplank_data.stamps import order_of
+from flatplank_data.stops import LOCKED
 from flatplank_data.table import STANDARD_COLUMNS, MeasurementTable
 from flatplank_data.unit_checks import wrong_units
 
@@ -32,8 +33,6 @@ FITTED = ("slip", "cleat")
 """kinds whose samples along the road are fitted, not only their mean"""
 UNSTATED_STEP = 0.01
 """largest relative change of wheel speed over road speed in a run without a step [-]"""
-LOCKED = 0.05
-"""a wheel is locked when its rim is slower than this share of the road speed [-]"""
 BACKWARD_LIMIT = 2e-3
 """backward travel of the plank above this is an error [m]"""
 

@@ -2,7 +2,7 @@
 """Derives values of the run record from the samples of a run, and compares them with its record.
 
 Slip, start of the step and rolling radius are those that slip control used; load, angles and speed
-are measured.
+are measured. What follows a stop of the wheel counts for nothing.
 """
 
 from __future__ import annotations
@@ -17,14 +17,13 @@ import numpy as np
 from flatplank_data.problem import Problem
 from flatplank_data.record_checks import default_of
 from flatplank_data.run_record import RunRecord
+from flatplank_data.stops import WheelStop, road_moves, speed_of, wheel_stop
 
 UNKNOWN = "unknown"
 """name of an unnamed tire or measurement"""
 SLIP, FREE_ROLLING = "slip", "free_rolling"
 VARYING = "varying"
 """name of an unknown waveform, whose slip varies after its start"""
-MOVING = 0.2
-"""the plank moves above this share of its usual speed [-]"""
 LOAD_STEP = 50.0
 """rounding of a measured load, so that repeats get one condition [N]"""
 ANGLE_STEP = 0.1
@@ -38,28 +37,53 @@ SAME_RADIUS = 1e-5
 SAME_PLACE = 1e-3
 """step positions that differ by less are equal [m]"""
 
+PARTS = 20
+"""parts in which a signal is looked at to see where it has settled"""
+ROUNDED = {
+    "fz": ("fz", 1.0, LOAD_STEP, "N"),
+    "alpha_deg": ("steer_angle", 180.0 / math.pi, ANGLE_STEP, "deg"),
+    "gamma_deg": ("total_camber", 180.0 / math.pi, ANGLE_STEP, "deg"),
+}
+"""key -> column, factor from SI, rounding and unit"""
+STOPPED = "stopped"
+"""status of a run whose wheel was stopped on the way"""
+NO_TEXTS: Mapping[int, str] = {}
+
 Columns = Mapping[str, np.ndarray]
 Facts = dict[str, Any]
 
 
-def measured_facts(columns: Columns) -> Facts:
-    """Values for keys of the run record, as far as the samples determine them."""
+def measured_facts(columns: Columns, stop_texts: Mapping[int, str] = NO_TEXTS) -> Facts:
+    """Values for keys of the run record, as far as the samples determine them.
+
+    stop_texts: reason of a stop of the wheel -> its text. `notes` says what was not constant.
+    """
     if "plank_position" not in columns or "time" not in columns:
         return {}
     position, time = columns["plank_position"], columns["time"]
     if len(time) < 10 or np.ptp(position) < 0.01:
         return {"measurement": UNKNOWN}
-    rate = np.gradient(position, time)
-    usual = float(np.percentile(np.abs(rate), 90))
-    moving = np.abs(rate) > MOVING * usual
-    speed = float(np.median(rate[moving]))
-    facts: Facts = {"direction": "forward" if speed >= 0.0 else "reverse"}
+    moving = road_moves(columns)
+    facts: Facts = {}
+    if stop := wheel_stop(columns):
+        facts |= {"status": STOPPED, "stop_reason": stop_text(stop, stop_texts)}
+        moving = moving & (np.arange(len(time)) < stop.row)
+    if moving.sum() < 10:
+        return facts | {"measurement": UNKNOWN}
+    speed = float(np.median(speed_of(time, position)[moving]))
+    facts["direction"] = "forward" if speed >= 0.0 else "reverse"
     facts["speed"] = round(abs(speed), 4)
     facts |= _control(columns, moving)
     before = moving & (position < facts.get("step_position", math.inf))
     rolled = before if before.sum() >= 10 else moving
     facts |= _load_and_angles(columns, rolled)
     return facts | _start(columns)
+
+
+def stop_text(stop: WheelStop, texts: Mapping[int, str] = NO_TEXTS) -> str:
+    """A stop of the wheel in words."""
+    why = texts.get(stop.code, "")
+    return f"the wheel was stopped at {stop.position:.2f} m" + (f": {why}" if why else "")
 
 
 def _control(columns: Columns, moving: np.ndarray) -> Facts:
@@ -69,7 +93,8 @@ def _control(columns: Columns, moving: np.ndarray) -> Facts:
     if not _was_active(columns, "slip_reference", moving):
         return {"measurement": UNKNOWN}
     facts: Facts = {"measurement": SLIP}
-    start, radius = (_last(columns, name) for name in ("slip_start", "slip_radius"))
+    start = _settled(columns, "slip_start", moving, SAME_PLACE)
+    radius = _settled(columns, "slip_radius", moving, SAME_RADIUS)
     if math.isfinite(radius):
         facts["effective_rolling_radius"] = radius
     if not math.isfinite(start):
@@ -89,25 +114,44 @@ def _was_active(columns: Columns, name: str, moving: np.ndarray) -> bool:
     return name in columns and bool(np.isfinite(columns[name][moving]).mean() > 0.5)
 
 
-def _last(columns: Columns, name: str) -> float:
-    known = columns[name][np.isfinite(columns[name])] if name in columns else []
-    return float(known[-1]) if len(known) else math.nan
+def _settled(columns: Columns, name: str, rolled: np.ndarray, step: float) -> float:
+    """The settled value of a column; NaN without one."""
+    values = columns[name][rolled] if name in columns else np.zeros(0)
+    values = values[np.isfinite(values)]
+    return settled(values, step)[0] if values.size else math.nan
+
+
+def settled(values: np.ndarray, step: float) -> tuple[float, float]:
+    """Median of the settled part of a signal (n,), and by how much its two halves differ.
+
+    The settled part is the end of the signal, from where it stays within a rounding step of what
+    its last quarter has, or within the width of that quarter.
+    """
+    parts = np.array([np.median(p) for p in np.array_split(values, min(PARTS, len(values)))])
+    late = parts[-max(len(parts) // 4, 1) :]
+    reach = max(step, float(np.ptp(late)))
+    away = np.flatnonzero(np.abs(parts - np.median(late)) > reach)
+    first = int(away[-1]) + 1 if away.size else 0
+    kept = values[first * len(values) // len(parts) :]
+    early, end = kept[: (len(kept) + 1) // 2], kept[len(kept) // 2 :]
+    return float(np.median(kept)), float(np.median(end) - np.median(early))
 
 
 def _load_and_angles(columns: Columns, rolled: np.ndarray) -> Facts:
     facts: Facts = {}
-    sources = {
-        "fz": ("fz", 1.0, LOAD_STEP),
-        "alpha_deg": ("steer_angle", 180.0 / math.pi, ANGLE_STEP),
-        "gamma_deg": ("total_camber", 180.0 / math.pi, ANGLE_STEP),
-    }
-    for key, (name, factor, step) in sources.items():
-        if name in columns and np.isfinite(columns[name][rolled]).any():
-            value = factor * float(np.nanmean(columns[name][rolled]))
-            facts[key] = round(round(value / step) * step, 6) + 0.0
+    notes = []
+    for key, (name, factor, step, unit) in ROUNDED.items():
+        values = columns[name][rolled] if name in columns else np.zeros(0)
+        values = factor * values[np.isfinite(values)]
+        if not values.size:
+            continue
+        value, change = settled(values, step)
+        facts[key] = round(round(value / step) * step, 6) + 0.0
+        if abs(change) > step:
+            notes.append(f"{key} is not constant: it changes by {change:+.3g} {unit}")
     if facts.get("fz", 1.0) <= 0.0:
         del facts["fz"]  # not loaded
-    return facts
+    return facts | ({"notes": "; ".join(notes)} if notes else {})
 
 
 def _start(columns: Columns) -> Facts:

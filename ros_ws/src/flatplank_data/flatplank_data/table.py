@@ -53,6 +53,8 @@ OPTIONAL_COLUMNS: Mapping[str, str] = MappingProxyType(
         "half_length": "m",
         "half_width": "m",
         "cycle": "1",
+        "drive_state": "1",
+        "stop_reason": "1",
     }
 )
 

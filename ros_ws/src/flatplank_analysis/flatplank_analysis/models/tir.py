@@ -12,13 +12,13 @@ from __future__ import annotations
 
 import math
 import re
-from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from importlib import resources
 from pathlib import Path
 
 from flatplank_data.errors import FlatplankError
+from flatplank_data.text import decode_text, lines_of
 
 from .base import SPEED
 from .magic_formula import (
@@ -142,7 +142,7 @@ class TirFile:
 def read_tir(path: str | Path) -> TirFile:
     """Read and check a file; errors name the line."""
     try:
-        text = _decoded(Path(path).read_bytes())
+        text = decode_text(Path(path).read_bytes(), str(path))
     except OSError as error:
         what = error.strerror or "cannot be read"
         raise FlatplankError(what, str(path), "give a .tir") from None
@@ -151,18 +151,12 @@ def read_tir(path: str | Path) -> TirFile:
     return tir
 
 
-def _decoded(content: bytes) -> str:
-    """Text with or without a byte order mark; a comment may have any other letters."""
-    wide = content.startswith((BOM_UTF16_LE, BOM_UTF16_BE))
-    return content.decode("utf-16" if wide else "utf-8-sig", errors="replace")
-
-
 def parse_tir(text: str, path: str = "") -> TirFile:
     """Parse the text of a file; a key with two values in one section is an error."""
     sections: dict[str, dict[str, Entry]] = {}
     kept: dict[str, list[str]] = {}
     name = ""
-    for number, line in enumerate(text.splitlines(), start=1):
+    for number, line in enumerate(lines_of(text), start=1):
         stripped = line.strip()
         if not stripped or stripped[0] in "!$":
             continue

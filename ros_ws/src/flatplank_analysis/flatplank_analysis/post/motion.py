@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flatplank_data.stops import WINDOW, speed_of
 from flatplank_data.table import MeasurementTable
 
 WINDOW_BEFORE = 0.5
@@ -83,8 +84,6 @@ def _mean(values: np.ndarray, mask: np.ndarray) -> float:
     return float(chosen.mean()) if chosen.size else math.nan
 
 
-WINDOW = 0.1
-"""half of the time window for the plank's speed [s]"""
 FULL = 0.97
 """share of the usual speed below which the plank is stopping [-]"""
 
@@ -94,9 +93,7 @@ def until_stop(table: MeasurementTable) -> MeasurementTable:
     time, position = table["time"], table["plank_position"]
     if len(time) < 3 or time[-1] - time[0] < 10.0 * WINDOW:
         return table
-    before, after = (np.clip(time + d, time[0], time[-1]) for d in (-WINDOW, WINDOW))
-    way = np.abs(np.interp(after, time, position) - np.interp(before, time, position))
-    speed = way / (after - before)
+    speed = np.abs(speed_of(time, position))
     usual = float(np.median(speed[speed > 0.5 * speed.max()]))
     full = np.flatnonzero(speed >= FULL * usual)
     return table if full[-1] == len(time) - 1 else table.rows(slice(0, int(full[-1]) + 1))

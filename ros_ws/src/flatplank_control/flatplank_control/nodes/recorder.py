@@ -202,7 +202,9 @@ class RecorderNode(BenchNode):
             reason = f"{reason}; not heard to the end: {', '.join(silent)}".lstrip("; ")
         recording = self.session.state is State.RECORDING
         status = request.status or ("complete" if recording else "stopped")
-        fill = None if self.requested.has_essential_keys else self.requested.filled_in
+        # a client that says how the run ended and what it was has watched it
+        watched = request.status and self.requested.has_essential_keys
+        fill = None if watched else self.requested.filled_in
         try:
             record = self.session.stop(status, reason=reason, ended=utc_now(), fill=fill)
         except RecordingError as error:
@@ -214,7 +216,7 @@ class RecorderNode(BenchNode):
         return fill_response(
             response,
             record.status != "failed",
-            "; ".join(filter(None, (record.stop_reason, in_words(record)))),
+            "; ".join(filter(None, (record.stop_reason, in_words(record), record.notes))),
             path=str(self.session.path),
             cycles_received=record.cycles_received,
             cycles_lost=record.cycles_lost,

@@ -20,6 +20,8 @@ from flatplank_data.yaml_text import parse_yaml
 
 ESSENTIAL = frozenset({"measurement", "kappa", "fz"})
 """keys that a record must state; otherwise it is filled in"""
+HOW_IT_ENDED = ("status", "stop_reason")
+"""keys that the samples decide: the wheel was stopped on the way"""
 BY_HAND = "by_hand"
 """name of a bag when neither request nor record gives one"""
 
@@ -33,7 +35,7 @@ class RequestedRecord:
 
     @property
     def has_essential_keys(self) -> bool:
-        """True when nothing has to be read from the bag."""
+        """True when the record needs no more from the bag than how the run ended."""
         return set(self.given_keys) >= ESSENTIAL
 
     def filled_in(self, record: RunRecord, bag: Path) -> RunRecord:
@@ -42,9 +44,11 @@ class RequestedRecord:
         Keys of the request stay; where the messages differ, the notes say so.
         """
         try:
-            measured = import_bag(bag, OWN).facts[MEASURED]
+            measured = dict(import_bag(bag, OWN).facts[MEASURED])
+            end = {key: measured.pop(key) for key in HOW_IT_ENDED if key in measured}
             own = {key: value for key, value in measured.items() if key not in self.given_keys}
-            filled = record.with_changes(**own, filled_in=sorted(own))
+            own = {} if self.has_essential_keys else own
+            filled = record.with_changes(**own, **end, filled_in=sorted(own))
         except (FlatplankError, RecordingError) as error:
             return _noted(record, f"not filled in: {error}")
         for problem in with_values_in_use(filled, measured)[1]:

@@ -18,6 +18,7 @@ from flatplank_control.recording.bus_cycles import TOPIC as BUS_TOPIC
 from flatplank_control.recording.bus_cycles import BusImage, CycleCount, read_bus_image
 from flatplank_control.recording.topics import RUN_TOPIC, TopicSpec, run_message
 from flatplank_data.errors import RecordingError
+from flatplank_data.measured import STOPPED
 from flatplank_data.naming import free_name
 from flatplank_data.run_record import RunRecord
 
@@ -179,7 +180,8 @@ class RecordingSession:
     ) -> RunRecord:
         """Close the bag; `ended` is the time of day, ISO 8601. Returns the closed record.
 
-        `fill` completes the record; it may read the messages in the bag's folder.
+        `fill` completes the record; it may read the messages in the bag's folder. A stop that it
+        finds in them is the status.
         """
         bag = self._bag
         if bag is None or self.record is None:
@@ -188,6 +190,9 @@ class RecordingSession:
         if fill is not None and self.state is State.RECORDING:
             self._guarded(bag.flush)
             self.record = fill(self.record, bag.path)
+            if self.record.status == STOPPED:
+                status = STOPPED
+                reason = "; ".join(filter(None, (self.record.stop_reason, reason)))
         return self._finish(status, reason, ended)
 
     def discard(self) -> Path:

@@ -24,6 +24,7 @@ from flatplank_data.table import COLUMN_UNITS
 from flatplank_data.units import factor_offset
 
 RUN_TOPIC = "/run"
+DRIVE_TOPIC = "/wheel_drive/status"
 STAMP = "header.stamp"
 """usual path of a stamp"""
 
@@ -74,7 +75,11 @@ OWN = TopicMap(
             Source("loaded_radius", "loaded_radius"),
             Source("total_camber", "total_camber"),
         ),
-        "/wheel_drive/status": (Source("motor_torque", "torque"),),
+        DRIVE_TOPIC: (
+            Source("motor_torque", "torque"),
+            Source("drive_state", "state"),
+            Source("stop_reason", "stop_reason"),
+        ),
         "/slip_sequencer/state": (
             Source("slip_reference", "reference_slip"),
             Source("slip_actual", "actual_slip"),

@@ -20,7 +20,7 @@ from flatplank_data.bags.mcap import COPY, McapFile
 from flatplank_data.bags.ros1 import Ros1File
 from flatplank_data.bags.series import Series
 from flatplank_data.bags.sqlite import SqliteFile
-from flatplank_data.bags.topics import OWN, RUN_TOPIC, TopicMap, topic_map
+from flatplank_data.bags.topics import DRIVE_TOPIC, OWN, RUN_TOPIC, TopicMap, topic_map
 from flatplank_data.errors import FlatplankError, YamlError
 from flatplank_data.guard import DamagedError
 from flatplank_data.measured import measured_facts
@@ -83,17 +83,19 @@ def import_bag(path: Path, topics: TopicMap) -> Loaded:
         for topic, sources in topics.sources.items()
     }
     facts: dict[str, Any] = {}
+    texts: dict[int, str] = {}
     remarks: list[str] = []
     for file in _files(path):
         for block in _blocks(file, {*topics.sources, RUN_TOPIC}):
             if block.channel.topic in series:
                 series[block.channel.topic].add(block)
+                texts |= _stop_texts(block) if block.channel.topic == DRIVE_TOPIC else {}
             else:
                 facts |= _run_message(block)
         remarks += file.remarks
     columns, more = joined(path.name, topics, series, remarks)
     if topics is OWN:
-        facts[MEASURED] = measured_facts(columns)
+        facts[MEASURED] = measured_facts(columns, texts)
     return Loaded(columns, facts, [*remarks, *_not_recorded(path, series), *more])
 
 
@@ -182,6 +184,18 @@ def _refuse_compression(folder: Path) -> None:
             f"unpack it: echo '{plain}' > plain.yaml; ros2 bag convert -i {folder.name} "
             "-o plain.yaml",
         )
+
+
+def _stop_texts(block: Block) -> dict[int, str]:
+    """Stop reason -> its text, of the messages of a drive."""
+    kind = message_type(block.channel)
+    first: dict[int, int] = {}
+    for group in decode_groups(kind, block.payloads, lambda _: ["stop_reason"]):
+        codes = group.columns.get("stop_reason", np.zeros(0))
+        held = np.flatnonzero(codes)[::-1]
+        first |= {int(codes[i]): int(group.rows[i]) for i in held}
+    found = {code: decode_one(kind, block.payloads[row].tobytes()) for code, row in first.items()}
+    return {code: str(message.get("stop_text", "")) for code, message in found.items()}
 
 
 def _record(message: dict[str, Any]) -> dict[str, Any]:

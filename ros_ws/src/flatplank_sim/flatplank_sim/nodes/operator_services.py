@@ -28,6 +28,11 @@ VALUES: dict[str, tuple[str, str, Callable[[float], float]]] = {
     "set_road_camber_deg": ("road_camber_deg", "road_camber", math.radians),
 }
 """service -> (setting that gives the limit, method, conversion of the value to SI)"""
+ON_THE_WAY = {
+    "load_to": "the axle is on its way to {value:g} N, which takes seconds: begin a run when fz "
+    "of /measurement_hub/state has settled",
+}
+"""service -> answer while its axis still moves"""
 
 Operate = Callable[..., Any]
 """calls a method of the plant's operator by name, with arguments; ValueError on refusal"""
@@ -45,12 +50,12 @@ class OperatorServices:
         for name in VALUES:
             node.add_service(SetValue, f"{PREFIX}/{name}", partial(self._on_value, name))
 
-    def _act(self, response: Any, name: str, *values: Any) -> Any:
+    def _act(self, response: Any, name: str, *values: Any, answer: str = "") -> Any:
         try:
             self._operate(name, *values)
         except ValueError as error:
             return fill_response(response, False, str(error), self._cycle())
-        return fill_response(response, True, "", self._cycle() + 1)
+        return fill_response(response, True, answer, self._cycle() + 1)
 
     def _on_plank(self, request: Any, response: Any) -> Any:
         return self._act(response, "plank", request.direction, request.fast, request.stop_at)
@@ -65,4 +70,5 @@ class OperatorServices:
         setting, method, to_si = VALUES[name]
         if setting and (reason := refusal(setting, request.value)):
             return fill_response(response, False, reason, self._cycle())
-        return self._act(response, method, to_si(request.value))
+        answer = ON_THE_WAY.get(name, "").format(value=request.value)
+        return self._act(response, method, to_si(request.value), answer=answer)

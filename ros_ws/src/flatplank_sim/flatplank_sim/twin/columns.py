@@ -174,6 +174,8 @@ def table_columns(cycles: Sequence[Cycle]) -> dict[str, np.ndarray]:
         out[name] = wrench[:, k]
     out["loaded_radius"] = _array([c.hub.loaded_radius for c in cycles])
     out["motion_trigger"] = _array([e.trigger for e in encoders])
+    out["drive_state"] = _array([c.drive.state for c in cycles])
+    out["stop_reason"] = _array([c.drive.stop_reason for c in cycles])
     put("steer_angle", "road_camber")
     out["total_camber"] = _array([c.hub.total_camber for c in cycles])
     return out
