@@ -40,7 +40,10 @@ def transmission(result: CampaignResult) -> Iterator[Figure]:
 
 def _over_slip(means: Sequence[DriveMeans], label: str, read) -> Series | None:
     known = [(100.0 * m.condition.kappa, read(m)) for m in means if math.isfinite(read(m))]
-    return Series(label, *np.array(known).T, "joined") if known else None
+    if not known:
+        return None
+    slip, values = np.array(known).T
+    return Series(label, slip, values, "joined")
 
 
 def rolling_radius(result: CampaignResult) -> Iterator[Figure]:
