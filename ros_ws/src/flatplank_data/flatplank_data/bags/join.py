@@ -40,7 +40,16 @@ def joined(
         if again:
             what = f"{again} messages of {topic} have the time of another one and are left out"
             remarks.append(what)
-    return _since_trigger(_on_rows(topics, sorted_), where), remarks
+    columns, more = _on_rows(topics, sorted_)
+    remarks += more
+    columns, more = _since_trigger(columns, where, _slack(sorted_))
+    return columns, remarks + more
+
+
+def _slack(tables: Mapping[str, tuple[np.ndarray, Mapping[str, np.ndarray]]]) -> float:
+    """Time at either end that topics need not cover: two periods of the slowest one [s]."""
+    periods = [1e-9 * float(np.median(np.diff(t))) for t, _ in tables.values() if t.size > 1]
+    return 2.0 * max(periods, default=0.0)
 
 
 def _check_topics(
@@ -98,15 +107,19 @@ def _sorted(
 
 def _on_rows(
     topics: TopicMap, tables: Mapping[str, tuple[np.ndarray, Mapping[str, np.ndarray]]]
-) -> dict[str, np.ndarray]:
+) -> tuple[dict[str, np.ndarray], list[str]]:
     base, _ = tables[topics.base]
-    columns = {"time": (base - base[0]) * 1e-9}
-    whole = np.ones(base.size, dtype=bool)
-    for stamp, values in tables.values():
+    columns = {"time": base}
+    whole, remarks = np.ones(base.size, dtype=bool), []
+    for topic, (stamp, values) in tables.items():
         if any(column in STANDARD_COLUMNS for column in values):
-            whole &= _received(base, stamp)
+            received = _received(base, stamp)
+            whole &= received
+            if not received.all():
+                lacking = f"{int((~received).sum())} of {base.size} messages on {topics.base}"
+                remarks.append(f"{lacking} are left out: {topic} has none with their stamp")
         columns |= {name: _on_base(base, stamp, column) for name, column in values.items()}
-    return {name: values[whole] for name, values in columns.items()}
+    return {name: values[whole] for name, values in columns.items()}, remarks
 
 
 def _received(base: np.ndarray, stamp: np.ndarray) -> np.ndarray:
@@ -136,10 +149,14 @@ def _on_base(base: np.ndarray, stamp: np.ndarray, column: np.ndarray) -> np.ndar
     )
 
 
-def _since_trigger(columns: dict[str, np.ndarray], where: str) -> dict[str, np.ndarray]:
-    """Samples from the motion trigger on: before it the plank position has another zero.
+def _since_trigger(
+    columns: dict[str, np.ndarray], where: str, slack: float
+) -> tuple[dict[str, np.ndarray], list[str]]:
+    """Samples from the motion trigger on, with time in s (given in ns): before the trigger the
+    plank position has another zero.
 
-    Cycles at the start and end that a topic does not cover are left out.
+    Cycles at the start and end that a topic does not cover are left out, with a remark when
+    they are longer than `slack` [s].
     """
     first = 0
     trigger = columns.get("motion_trigger")
@@ -148,10 +165,16 @@ def _since_trigger(columns: dict[str, np.ndarray], where: str) -> dict[str, np.n
     measured = [v for n, v in columns.items() if n in STANDARD_COLUMNS]
     whole = np.flatnonzero(np.all(np.isfinite(measured), axis=0))
     last = int(whole[-1]) + 1 if whole.size else len(columns["time"])
-    first = max(first, int(whole[0])) if whole.size else first
+    begin = max(first, int(whole[0])) if whole.size else first
+    remarks = [
+        f"the {name} {b - a} rows ({gap:.3g} s) are left out: not all topics cover them"
+        for name, a, b in (("first", first, begin), ("last", last - 1, len(columns["time"]) - 1))
+        if whole.size and (gap := 1e-9 * float(columns["time"][b] - columns["time"][a])) > slack
+    ]
+    first = begin
     if last <= first:
         what = "no cycle after the motion trigger has all channels"
         raise FlatplankError(what, where, "the run ended too early: measure it again")
     out = {name: values[first:last] for name, values in columns.items()}
-    out["time"] = out["time"] - out["time"][0]
-    return out
+    out["time"] = (out["time"] - out["time"][0]) * 1e-9
+    return out, remarks

@@ -25,14 +25,12 @@ from flatplank_data.bags.mcap_index import (
     scan,
 )
 from flatplank_data.bags.mcap_records import (
-    CHANNEL,
     CHUNK,
     DATA_END,
     HEAD,
     INDEX,
     MAGIC,
     MESSAGE,
-    SCHEMA,
     Record,
     Summary,
     read_summary,
@@ -108,7 +106,7 @@ class McapFile:
                 raise FlatplankError(what, self.path.name, "start the recorder again to repair it")
             with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
                 summary = read_summary(data)
-                self._channels, self._described = summary.channels, summary.right
+                self._channels = summary.channels
                 for messages in self._messages(data, summary):
                     yield from self._select(messages, wanted)
 
@@ -175,7 +173,7 @@ class McapFile:
             self._proven &= proven
             found = messages_of_chunk(buffer, np.concatenate(index)) if index else None
             if found is None:
-                found = scan(buffer, None if self._described else self._channels)
+                found = scan(buffer, self._channels)
         except DamagedError as error:
             self._lost.begin(str(error))
             return
@@ -194,12 +192,10 @@ class McapFile:
         yield found
 
     def _describe(self, opcode: int, content: bytes) -> None:
-        """Register a schema or channel outside of the chunks, if the summary does not."""
-        if self._described or opcode not in (SCHEMA, CHANNEL):
-            return
-        self._proven = False
+        """Register a schema or channel outside of the chunks."""
         try:
-            self._channels.add(opcode, content)
+            if self._channels.add(opcode, content):
+                self._proven = False
         except DamagedError as error:
             self._lost.begin(str(error))
 

@@ -70,7 +70,7 @@ def messages_of_chunk(buffer: np.ndarray, offsets: np.ndarray) -> Messages | Non
     return found if whole else None
 
 
-def scan(buffer: np.ndarray, channels: Channels | None, torn: bool = False) -> Messages:
+def scan(buffer: np.ndarray, channels: Channels, torn: bool = False) -> Messages:
     """The messages record by record; schemas and channels go to `channels`.
 
     torn: the last record may be cut short. Raises DamagedError.
@@ -80,7 +80,7 @@ def scan(buffer: np.ndarray, channels: Channels | None, torn: bool = False) -> M
         for record in records(data, 0, len(data)):
             if record.opcode == MESSAGE:
                 offsets.append(record.start - HEAD)
-            elif channels is not None:
+            else:
                 channels.add(record.opcode, data[record.start : record.end])
     except DamagedError:
         if not torn:

@@ -65,23 +65,26 @@ class Channels:
     by_number: dict[int, Channel] = field(default_factory=dict)
     _schemas: dict[int, tuple[str, str, str]] = field(default_factory=dict)
 
-    def add(self, opcode: int, record: bytes) -> None:
-        """Register the schema or channel of a record; ignore other records."""
+    def add(self, opcode: int, record: bytes) -> bool:
+        """Register the schema or channel of a record; true when it is new. The first one counts:
+        those of a summary with a right checksum come first."""
+        before = len(self._schemas) + len(self.by_number)
         try:
             if opcode == SCHEMA:
                 (number,) = struct.unpack_from("<H", record)
                 name, at = _text(record, 2)
                 language, at = _text(record, at)
-                self._schemas[number] = (name, _text(record, at)[0], language)
+                self._schemas.setdefault(number, (name, _text(record, at)[0], language))
             elif opcode == CHANNEL:
                 number, schema = struct.unpack_from("<HH", record)
                 topic, at = _text(record, 4)
                 name, definition, language = self._schemas.get(schema, ("", "", ""))
                 coding, _ = _text(record, at)
                 channel = Channel(topic, name, definition, language, coding)
-                self.by_number[number] = channel
+                self.by_number.setdefault(number, channel)
         except struct.error:
             raise DamagedError("a channel is cut short") from None
+        return len(self._schemas) + len(self.by_number) > before
 
 
 @dataclass

@@ -1,0 +1,336 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Bags as other recorders leave them: SQLite with logs, ROS 1, IDL, no definitions, no index."""
+
+from __future__ import annotations
+
+import shutil
+import sqlite3
+from contextlib import closing
+
+import numpy as np
+import pytest
+import yaml
+from mcap.writer import CompressionType, IndexType, Writer
+from rosbags.rosbag1 import Writer as Writer1
+from rosbags.typesys import Stores, get_types_from_idl, get_typestore
+
+from flatplank_data.bags.topics import topic_map
+from flatplank_data.errors import FlatplankError
+from flatplank_data.readers.bag import import_bag
+
+ROWS, PERIOD, START = 400, 10**8, 1_700_000_000 * 10**9
+JOINT, WRENCH = "sensor_msgs/msg/JointState", "geometry_msgs/msg/WrenchStamped"
+TOPICS = {
+    "/enc": {"plank_position": "position[0]", "wheel_angle": "position[1]"},
+    "/hub": {"fx": "wrench.force.x", "fz": "wrench.force.z"},
+}
+STORE = get_typestore(Stores.ROS2_JAZZY)
+
+
+def messages(store=STORE, **more):
+    """Topic, type, time [ns] and message; the values tell the number of the row."""
+    t = store.types
+    vector = t["geometry_msgs/msg/Vector3"]
+    for i in range(ROWS):
+        at = START + i * PERIOD
+        stamp = t["builtin_interfaces/msg/Time"](at // 10**9, at % 10**9)
+        header = t["std_msgs/msg/Header"](stamp=stamp, frame_id="", **more)
+        places = np.array([1e-3 * i, 2e-3 * i])
+        none = np.zeros(0)
+        yield "/enc", JOINT, at, t[JOINT](header, ["plank", "wheel"], places, none, none)
+        force = t["geometry_msgs/msg/Wrench"](vector(float(i), 0.0, 3700.0), vector(0.0, 0.0, 0.0))
+        yield "/hub", WRENCH, at, t[WRENCH](header, force)
+
+
+def read(path, topics=None):
+    return import_bag(path, topic_map({"topics": topics or TOPICS}))
+
+
+def assert_rows(loaded, numbers):
+    """Exactly these rows."""
+    np.testing.assert_array_equal(loaded.columns["fx"], numbers)
+    np.testing.assert_allclose(loaded.columns["wheel_angle"], 2e-3 * np.asarray(numbers))
+    np.testing.assert_allclose(np.diff(loaded.columns["time"]), 0.1 * np.diff(numbers))
+
+
+# SQLite
+
+
+def create(path, mode: str) -> sqlite3.Connection:
+    base = sqlite3.connect(path, isolation_level=None)
+    base.execute(f"PRAGMA journal_mode={mode}")
+    base.execute("CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT)")
+    base.execute(
+        "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, "
+        "data BLOB)"
+    )
+    for number, (topic, kind) in enumerate((("/enc", JOINT), ("/hub", WRENCH)), start=1):
+        base.execute("INSERT INTO topics VALUES(?,?,?)", (number, topic, kind))
+    return base
+
+
+def insert(base: sqlite3.Connection, first: int, last: int) -> None:
+    """The messages of rows first to last, without the last, in one transaction."""
+    base.execute("BEGIN")
+    rows = [
+        (1 + (topic == "/hub"), at, bytes(STORE.serialize_cdr(message, kind)))
+        for topic, kind, at, message in messages()
+    ]
+    base.executemany(
+        "INSERT INTO messages(topic_id, timestamp, data) VALUES(?,?,?)", rows[2 * first : 2 * last]
+    )
+
+
+def killed(tmp_path, base: sqlite3.Connection, leave=()):
+    """The files as a recorder that is killed now leaves them."""
+    folder = tmp_path / "killed"
+    folder.mkdir()
+    for file in (tmp_path / "live").iterdir():
+        if not file.name.endswith(tuple(leave)):
+            shutil.copy(file, folder)
+    base.close()
+    return folder
+
+
+def counted(folder, tmp_path) -> int:
+    """Rows that sqlite3 finds in a copy."""
+    copy = shutil.copytree(folder, tmp_path / "copy")
+    with closing(sqlite3.connect(next(copy.glob("*.db3")))) as base:
+        return base.execute("SELECT count(*) FROM messages").fetchone()[0] // 2
+
+
+def unchanged(folder):
+    return {p.name: (p.stat().st_mtime_ns, p.read_bytes()) for p in folder.iterdir()}
+
+
+@pytest.mark.parametrize("leave", [(), ("-shm",)], ids=["shm", "no shm"])
+@pytest.mark.parametrize("kept", [0, 200, 399])
+def test_a_write_ahead_log_is_read_and_nothing_is_written(tmp_path, leave, kept):
+    """`kept` rows are in the database itself, the others in the log."""
+    (tmp_path / "live").mkdir()
+    base = create(tmp_path / "live" / "r.db3", "WAL")
+    base.execute("PRAGMA wal_autocheckpoint=0")
+    for first in range(0, ROWS, 50):
+        insert(base, first, first + 50)
+        base.execute("COMMIT")
+        if first < kept <= first + 50:
+            base.execute("PRAGMA wal_checkpoint(PASSIVE)")
+    folder = killed(tmp_path, base, leave)
+    folder.chmod(0o555)
+    before = unchanged(folder)
+    loaded = read(folder)
+    assert unchanged(folder) == before
+    assert counted(folder, tmp_path) == ROWS and not loaded.remarks
+    assert_rows(loaded, np.arange(ROWS))
+
+
+def test_a_damaged_or_unfinished_log_is_told(tmp_path):
+    (tmp_path / "live").mkdir()
+    base = create(tmp_path / "live" / "r.db3", "WAL")
+    base.execute("PRAGMA wal_autocheckpoint=0")
+    for first in range(0, ROWS, 50):
+        insert(base, first, first + 50)
+        base.execute("COMMIT")
+    folder = killed(tmp_path, base)
+    log = folder / "r.db3-wal"
+    data = bytearray(log.read_bytes())
+    data[len(data) // 2] ^= 1
+    log.write_bytes(data)
+    loaded = read(folder)
+    rows = counted(folder, tmp_path)
+    assert 100 < rows < ROWS
+    assert_rows(loaded, np.arange(rows))
+    (remark,) = loaded.remarks
+    assert "pages of the log r.db3-wal are whole" in remark
+
+
+def test_a_rollback_journal_is_applied(tmp_path):
+    """A transaction that had begun to change the database is not half there."""
+    (tmp_path / "live").mkdir()
+    base = create(tmp_path / "live" / "r.db3", "DELETE")
+    insert(base, 0, 300)
+    base.execute("COMMIT")
+    base.execute("PRAGMA cache_size=2")
+    insert(base, 300, ROWS)
+    folder = killed(tmp_path, base)
+    assert (folder / "r.db3-journal").stat().st_size > 0
+    before = unchanged(folder)
+    loaded = read(folder)
+    assert unchanged(folder) == before
+    rows = counted(folder, tmp_path)
+    assert rows == 300
+    assert_rows(loaded, np.arange(rows))
+
+
+def test_messages_that_the_metadata_count_and_the_bag_has_not_are_told(tmp_path):
+    base = create(tmp_path / "r.db3", "DELETE")
+    insert(base, 0, 337)
+    base.execute("COMMIT")
+    base.close()
+    entry = {"topic_metadata": {"name": "/hub"}, "message_count": ROWS}
+    text = yaml.safe_dump({"rosbag2_bagfile_information": {"topics_with_message_count": [entry]}})
+    (tmp_path / "metadata.yaml").write_text(text)
+    loaded = read(tmp_path)
+    assert loaded.remarks == ["337 of the 400 messages on /hub that metadata.yaml counts"]
+
+
+@pytest.mark.parametrize(
+    "sql",
+    ["CREATE VIEW messages AS SELECT 1 AS topic_id, 2 AS timestamp, x'00' AS data",
+     "CREATE TABLE messages(topic_id INTEGER, timestamp INTEGER)", ""],
+)  # fmt: skip
+def test_another_database_is_refused(tmp_path, sql):
+    with closing(sqlite3.connect(tmp_path / "r.db3")) as base:
+        base.execute("CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT)")
+        base.execute(sql)
+        base.commit()
+    with pytest.raises(FlatplankError, match="no table 'messages' with data, timestamp, topic_id"):
+        read(tmp_path)
+
+
+# other definitions and serialisations
+
+
+def write_mcap(path, rows, language, text, coding="cdr", **options):
+    with open(path, "wb") as stream:
+        writer = Writer(stream, **options)
+        writer.start(profile="ros2")
+        channels: dict[str, int] = {}
+        for topic, kind, at, payload in rows:
+            if topic not in channels:
+                schema = writer.register_schema(kind, language, text(kind).encode())
+                channels[topic] = writer.register_channel(topic, coding, schema)
+            writer.add_message(channels[topic], at, payload, at)
+        writer.finish()
+    return path
+
+
+def plain(store=STORE):
+    for topic, kind, at, message in messages(store):
+        yield topic, kind, at, bytes(store.serialize_cdr(message, kind))
+
+
+def definition(kind: str) -> str:
+    return STORE.generate_msgdef(kind, ros_version=2)[0]
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"use_chunking": False},
+        {"index_types": IndexType.NONE},
+        {"use_statistics": False, "use_summary_offsets": False, "repeat_channels": False},
+        {"compression": CompressionType.LZ4, "chunk_size": 2000},
+        {"compression": CompressionType.ZSTD, "enable_crcs": False},
+        {"enable_data_crcs": True, "chunk_size": 3000, "compression": CompressionType.NONE},
+    ],
+    ids=lambda o: ", ".join(o),
+)
+def test_mcap_as_others_write_it(tmp_path, options):
+    path = write_mcap(tmp_path / "r.mcap", plain(), "ros2msg", definition, **options)
+    loaded = read(path)
+    assert not loaded.remarks
+    assert_rows(loaded, np.arange(ROWS))
+
+
+IDL = """module rig { module msg {
+  struct Place { double plank; double wheel; };
+  typedef float float__3[3];
+  struct Sample {
+    builtin_interfaces::msg::Time stamp; string note; rig::msg::Place place; float__3 force;
+  };
+}; };
+"""
+
+
+def test_definitions_in_idl(tmp_path):
+    store = get_typestore(Stores.ROS2_JAZZY)
+    store.register(get_types_from_idl(IDL))
+    t, kind = store.types, "rig/msg/Sample"
+
+    def rows():
+        for i in range(ROWS):
+            at = START + i * PERIOD
+            stamp = t["builtin_interfaces/msg/Time"](at // 10**9, at % 10**9)
+            place = t["rig/msg/Place"](1e-3 * i, 2e-3 * i)
+            force = np.array([i, 0.0, 3700.0], dtype=np.float32)
+            message = t[kind](stamp, "x" * (i % 5), place, force)
+            yield "/rig", kind, at, bytes(store.serialize_cdr(message, kind))
+
+    path = write_mcap(tmp_path / "r.mcap", rows(), "ros2idl", lambda kind: IDL)
+    columns = {"plank_position": "place.plank", "wheel_angle": "place.wheel", "fx": "force[0]"}
+    mapping = {"topics": {"/rig": columns}, "time": "stamp"}
+    assert_rows(import_bag(path, topic_map(mapping)), np.arange(ROWS))
+
+
+def test_standard_types_need_no_definition(tmp_path):
+    """`rosbags` has those of all packages of a distribution."""
+    t, kind = STORE.types, "geometry_msgs/msg/AccelStamped"
+    vector = t["geometry_msgs/msg/Vector3"]
+    base = create(tmp_path / "r.db3", "DELETE")
+    base.execute("UPDATE topics SET type=? WHERE id=2", (kind,))
+    base.execute("BEGIN")
+    for topic, _, at, message in messages():
+        one, what = message, JOINT
+        if topic == "/hub":
+            accel = t["geometry_msgs/msg/Accel"](message.wrench.force, vector(0.0, 0.0, 0.0))
+            one, what = t[kind](message.header, accel), kind
+        row = (1 + (topic == "/hub"), at, bytes(STORE.serialize_cdr(one, what)))
+        base.execute("INSERT INTO messages(topic_id, timestamp, data) VALUES(?,?,?)", row)
+    base.execute("COMMIT")
+    base.close()
+    topics = {"/enc": TOPICS["/enc"], "/hub": {"fx": "accel.linear.x"}}
+    assert_rows(read(tmp_path, topics), np.arange(ROWS))
+
+
+def test_a_type_that_nobody_defines_is_named(tmp_path):
+    path = write_mcap(tmp_path / "r.mcap", plain(), "", lambda kind: "")
+    assert_rows(read(path), np.arange(ROWS))
+    rows = ((topic, f"own/msg/{topic[1:]}", at, data) for topic, _, at, data in plain())
+    write_mcap(path, rows, "", lambda kind: "")
+    with pytest.raises(FlatplankError, match="own/msg/enc of /enc cannot be read .*unknown"):
+        read(path)
+
+
+ROS1 = get_typestore(Stores.ROS1_NOETIC)
+
+
+@pytest.mark.parametrize("packing", [None, Writer1.CompressionFormat.LZ4])
+def test_bags_of_ros_1(tmp_path, packing):
+    writer = Writer1(tmp_path / "r.bag")
+    if packing:
+        writer.set_compression(packing)
+    with writer:
+        channels: dict = {}
+        for topic, kind, at, message in messages(ROS1, seq=7):
+            if topic not in channels:
+                channels[topic] = writer.add_connection(topic, kind, typestore=ROS1)
+            writer.write(channels[topic], at, ROS1.serialize_ros1(message, kind))
+    assert_rows(read(tmp_path / "r.bag"), np.arange(ROWS))
+
+
+def test_messages_of_ros_1_in_mcap_and_messages_in_json(tmp_path):
+    rows = [
+        (topic, kind.replace("/msg/", "/"), at, bytes(ROS1.serialize_ros1(message, kind)))
+        for topic, kind, at, message in messages(ROS1, seq=7)
+    ]
+
+    def text(kind):
+        return ROS1.generate_msgdef(kind.replace("/", "/msg/"), ros_version=1)[0]
+
+    path = write_mcap(tmp_path / "r.mcap", rows, "ros1msg", text, "ros1")
+    assert_rows(read(path), np.arange(ROWS))
+    write_mcap(path, rows, "jsonschema", text, "json")
+    with pytest.raises(FlatplankError, match="messages of /enc are 'json', not CDR"):
+        read(path)
+
+
+# bombs
+
+
+def test_a_chunk_that_fills_the_memory_is_refused(tmp_path):
+    options = {"compression": CompressionType.ZSTD, "chunk_size": 1 << 29}
+    rows = (("/enc", JOINT, START + i, bytes(1 << 26)) for i in range(5))
+    path = write_mcap(tmp_path / "r.mcap", rows, "ros2msg", definition, **options)
+    with pytest.raises(FlatplankError, match="unpacks to more than 1000 times its size"):
+        read(path)
