@@ -21,7 +21,7 @@ from flatplank_data.bags.topics import OWN, topic_map
 from flatplank_data.errors import FlatplankError
 from flatplank_data.readers.bag import import_bag
 
-COUNT = {True: 20_000, False: 160}
+COUNT = {True: 20_000, False: 120}
 """number of damaged files per test, with --long and without"""
 RECORD = "kappa: 0.05\n"
 

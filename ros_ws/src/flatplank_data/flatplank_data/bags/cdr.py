@@ -230,7 +230,7 @@ def decode_groups(
     while rest.size:
         first = payloads[rest[0]].tobytes()
         layout = layout_of(kind, first)
-        same = np.ones(rest.size, dtype=bool)
+        same = _equal(payloads, rest, first, 0, 2)
         for at, _ in layout.lengths:
             same &= _equal(payloads, rest, first, at, 4)
         named = {p: v for p, v in layout.texts.items() if NAMES.fullmatch(p)}
