@@ -96,7 +96,8 @@ def test_a_new_set_point_is_reached_without_overshoot():
 @pytest.mark.parametrize("fz", [8001.0, -1.0, math.nan, math.inf])
 def test_off_by_default_and_an_impossible_load_is_refused(fz):
     controller = LoadController(LoadParameters())
-    with pytest.raises(ValueError, match=rf"fz is {fz:g}(, must be finite| N, must be within 0 .. 8000)"):
+    words = f"fz is {fz:g}(, must be finite| N, must be within 0 .. 8000)"
+    with pytest.raises(ValueError, match=words):
         controller.set_load(fz)
     controller.set_load(8000.0)
     assert not controller.parameters.enabled and not HoldParameters().enabled

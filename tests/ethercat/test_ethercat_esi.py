@@ -84,7 +84,10 @@ def test_esi_digital_terminal() -> None:
         ("<a", "not XML"),
         ("<Other/>", "expected <EtherCATInfo>"),
         ("<!DOCTYPE a [<!ENTITY b 'c'>]><EtherCATInfo/>", "refused"),
-        ("<EtherCATInfo><Vendor><Id>x</Id></Vendor></EtherCATInfo>", "'x' is not a number"),
+        (
+            "<EtherCATInfo><Vendor><Id>x</Id></Vendor></EtherCATInfo>",
+            "Id of the Vendor is 'x', not a number",
+        ),
         (
             "<EtherCATInfo><Vendor><Id>1</Id></Vendor><Descriptions><Devices><Device>"
             "<Type>T</Type></Device></Devices></Descriptions></EtherCATInfo>",
@@ -109,6 +112,7 @@ def test_esi_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     words += ["--slave", "wheel_drive", "--rated-torque-nm", "5", "--out", str(out)]
     assert esi_main(words) == 0
     assert read_bus_file(out).slave("wheel_drive").product == 0x1001
+    assert "0x6099:0 = 0x1 is not written: its transition is SO" in capsys.readouterr().err
     assert esi_main([source, "--type", "NONE", "--bus", bus, "--slave", "wheel_drive"]) == 2
     assert len(capsys.readouterr().err.strip().splitlines()) == 1
 
@@ -141,7 +145,7 @@ def test_eni_replaces_a_placeholder() -> None:
     ("info", "words"),
     [
         ("<ProductCode>1</ProductCode>", r"slave '\?': no <Info><Name>"),
-        ("<Name>D</Name><VendorId>2</VendorId>", "slave 'D': 'None' is not a number"),
+        ("<Name>D</Name><VendorId>2</VendorId>", "slave 'D': ProductCode is missing"),
     ],
 )
 def test_eni_refusals(tmp_path: Path, info: str, words: str) -> None:

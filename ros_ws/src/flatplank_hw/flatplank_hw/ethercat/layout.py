@@ -24,6 +24,10 @@ TYPES: dict[str, tuple[int, str, bool]] = {
 """name of a CoE type -> (bits, struct code or empty when C has no such type, signed)"""
 
 
+OCTETS = "octets"
+"""type of a value of any length, written as hexadecimal digits"""
+
+
 def range_of_type(kind: str) -> tuple[int, int]:
     """Smallest and largest value of a type."""
     bits, _, signed = TYPES[kind]
@@ -34,6 +38,8 @@ def encode_value(kind: str, value: int | str) -> bytes:
     """A value of the bus file as CoE bytes."""
     if kind == "string":
         return str(value).encode("utf-8")
+    if kind == OCTETS:
+        return bytes.fromhex(str(value))
     bits = TYPES[kind][0]
     return (int(value) & ((1 << bits) - 1)).to_bytes((bits + 7) // 8, "little")
 

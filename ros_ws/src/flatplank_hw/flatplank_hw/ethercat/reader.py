@@ -21,7 +21,7 @@ from flatplank_hw.ethercat.busfile import (
     Slave,
     SyncManagers,
 )
-from flatplank_hw.ethercat.layout import TYPES
+from flatplank_hw.ethercat.layout import OCTETS, TYPES
 
 DEVICES = (
     "coupler", "drive", "analogue_input", "encoder", "digital_input", "digital_output", "generic",
@@ -67,6 +67,20 @@ def check_integer(value: Any, where: str, low: int = 0, high: int = 0xFFFFFFFF) 
     if not low <= value <= high:
         raise BusFileError(f"{where}: {value} is outside {low}..{high}")
     return value
+
+
+def _check_wide(value: Any, where: str) -> int:
+    return check_integer(value, where, -(2**63), 2**64 - 1)
+
+
+def check_octets(value: Any, where: str) -> str:
+    """Return hexadecimal digits in pairs, in quotes in the file."""
+    try:
+        return bytes.fromhex(value).hex().upper()
+    except (TypeError, ValueError):
+        raise BusFileError(
+            f"{where}: {value!r} must be hexadecimal digits in pairs, in quotes"
+        ) from None
 
 
 def check_number(value: Any, where: str) -> float:
@@ -222,16 +236,12 @@ def _sdos(raw: Any, where: str) -> tuple[SdoValue, ...]:
         required = ("object", "type", "value")
         check_mapping(item, here, (*required, "name"), required)
         kind = str(item["type"])
-        if kind not in TYPES and kind != "string":
+        read = {"string": lambda value, _: str(value), OCTETS: check_octets}.get(kind)
+        if kind not in TYPES and read is None:
             raise BusFileError(
-                f"{here}: unknown type '{kind}'{nearest_hint(kind, [*TYPES, 'string'])}"
+                f"{here}: unknown type '{kind}'{nearest_hint(kind, [*TYPES, 'string', OCTETS])}"
             )
-        value = item["value"]
-        value = (
-            str(value)
-            if kind == "string"
-            else check_integer(value, f"{here}: value", -(2**63), 2**64 - 1)
-        )
+        value = (read or _check_wide)(item["value"], f"{here}: value")
         place = parse_object(item["object"], here)
         values.append(SdoValue(*place, kind, value, str(item.get("name", ""))))
     return tuple(values)

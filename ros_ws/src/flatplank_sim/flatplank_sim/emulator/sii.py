@@ -6,13 +6,14 @@ from __future__ import annotations
 import struct
 
 from flatplank_hw.ethercat.busfile import Pdo, Slave
+from flatplank_hw.ethercat.layout import OCTETS
 
 STRINGS, GENERAL, FMMUS, SYNC_MANAGERS, TX_PDO, RX_PDO, END = 10, 30, 40, 41, 50, 51, 0xFFFF
 COE = 0x0004
 _TYPE_CODES = {
     "bool": 0x01, "int8": 0x02, "int16": 0x03, "int32": 0x04, "uint8": 0x05, "uint16": 0x06,
     "uint32": 0x07, "string": 0x09, "int24": 0x10, "int64": 0x15, "uint24": 0x16, "uint64": 0x1B,
-    **{f"bit{n}": 0x2F + n for n in range(2, 9)},
+    **{f"bit{n}": 0x2F + n for n in range(2, 9)}, OCTETS: 0x0A,
 }  # fmt: skip
 
 

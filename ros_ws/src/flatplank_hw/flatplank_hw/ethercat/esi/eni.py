@@ -8,16 +8,10 @@ from collections.abc import Iterator
 from dataclasses import replace
 from xml.etree import ElementTree
 
-from flatplank_hw.ethercat.busfile import Mailbox, Pdo, SyncManagers
-from flatplank_hw.ethercat.esi.elements import (
-    ASSIGNMENTS,
-    EsiDevice,
-    EsiError,
-    is_mapping,
-    parse_number,
-    read_pdo,
-    start_commands,
-)
+from flatplank_hw.ethercat.busfile import Mailbox, SyncManagers
+from flatplank_hw.ethercat.esi.commands import ASSIGNMENTS, is_mapping, start_commands
+from flatplank_hw.ethercat.esi.elements import EsiDevice, Pdos, read_pdos, with_cia402_types
+from flatplank_hw.ethercat.esi.numbers import EsiError, parse_number
 
 _MANAGERS = [f"Sm{n}" for n in range(16)]
 
@@ -35,21 +29,29 @@ def _device(node: ElementTree.Element, path: str) -> EsiDevice:
     data = node.find("ProcessData")
     data = ElementTree.Element("ProcessData") if data is None else data
     commands = list(node.iterfind("Mailbox/CoE/InitCmds/InitCmd"))
-    written = {parse_number(c.findtext("Index"), where) for c in commands}
+    written = {
+        parse_number(c.findtext("Index"), f"{where}: Index of an InitCmd") for c in commands
+    }
+    sdos, notes = start_commands(commands, where)
+    outputs, inputs = with_cia402_types(
+        _pdos(data, "RxPdo", where), _pdos(data, "TxPdo", where), where
+    )
     return EsiDevice(
         type_name=name,
         name=name,
-        vendor=parse_number(node.findtext("Info/VendorId"), where),
-        product=parse_number(node.findtext("Info/ProductCode"), where),
-        revision=parse_number(node.findtext("Info/RevisionNo") or "0", where),
+        vendor=parse_number(node.findtext("Info/VendorId"), f"{where}: VendorId"),
+        product=parse_number(node.findtext("Info/ProductCode"), f"{where}: ProductCode"),
+        revision=parse_number(node.findtext("Info/RevisionNo") or "0", f"{where}: RevisionNo"),
         mailbox=_mailbox(node, where),
         sync_managers=_sync_managers(data, where),
-        outputs=tuple(_pdos(data, "RxPdo", where)),
-        inputs=tuple(_pdos(data, "TxPdo", where)),
+        outputs=outputs.pdos,
+        inputs=inputs.pdos,
         fixed_assignment=written.isdisjoint(ASSIGNMENTS),
         dc=node.find("DC") is not None,
-        sdos=start_commands(commands, where),
+        sdos=sdos,
         write_mapping=any(is_mapping(index) for index in written),
+        notes=notes,
+        untyped=outputs.untyped | inputs.untyped,
     )
 
 
@@ -58,7 +60,8 @@ def _mailbox(node: ElementTree.Element, where: str) -> Mailbox | None:
         return None
     places = ("Send/Start", "Send/Length", "Recv/Start", "Recv/Length")
     out_start, out_size, in_start, in_size = (
-        parse_number(node.findtext(f"Mailbox/{place}"), where) for place in places
+        parse_number(node.findtext(f"Mailbox/{place}"), f"{where}: {place}", 0xFFFF)
+        for place in places
     )
     return Mailbox(out_start, out_size, in_start, in_size)
 
@@ -71,8 +74,8 @@ def _managers(data: ElementTree.Element) -> Iterator[ElementTree.Element]:
 def _sync_managers(data: ElementTree.Element, where: str) -> SyncManagers | None:
     found = {
         (m.findtext("Type") or "").strip(): (
-            parse_number(m.findtext("StartAddress"), where),
-            parse_number(m.findtext("ControlByte") or "0", where),
+            parse_number(m.findtext("StartAddress"), f"{where}: StartAddress", 0xFFFF),
+            parse_number(m.findtext("ControlByte") or "0", f"{where}: ControlByte", 0xFF),
         )
         for m in _managers(data)
     }
@@ -81,9 +84,14 @@ def _sync_managers(data: ElementTree.Element, where: str) -> SyncManagers | None
     return SyncManagers(*found.get("Outputs", (0, 0)), *found.get("Inputs", (0, 0)))
 
 
-def _pdos(data: ElementTree.Element, kind: str, where: str) -> Iterator[Pdo]:
+def _pdos(data: ElementTree.Element, kind: str, where: str) -> Pdos:
     """PDOs; assigned: those that a sync manager lists, or without lists those with an `Sm`."""
-    listed = {parse_number(p.text, where) for m in _managers(data) for p in m.iterfind("Pdo")}
-    for node in data.iterfind(kind):
-        found = read_pdo(node, where)
-        yield replace(found, assigned=found.index in listed) if listed else found
+    listed = {
+        parse_number(p.text, f"{where}: Pdo of a sync manager", 0xFFFF)
+        for m in _managers(data)
+        for p in m.iterfind("Pdo")
+    }
+    found = read_pdos(data.findall(kind), where)
+    if not listed:
+        return found
+    return replace(found, pdos=tuple(replace(p, assigned=p.index in listed) for p in found.pdos))

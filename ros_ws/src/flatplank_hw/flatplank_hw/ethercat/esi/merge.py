@@ -7,7 +7,8 @@ from dataclasses import replace
 
 from flatplank_data.params import nearest_hint
 from flatplank_hw.ethercat.busfile import BusFile, Entry, Pdo, Slave
-from flatplank_hw.ethercat.esi.elements import EsiDevice, EsiError
+from flatplank_hw.ethercat.esi.elements import EsiDevice
+from flatplank_hw.ethercat.esi.numbers import EsiError
 
 CIA402 = {
     0x6040: "control_word",
@@ -66,11 +67,13 @@ def merge_device(
     known = {
         (e.index, e.subindex): e for e in (*old.output_entries, *old.input_entries) if e.index
     }
+    ours = {(s.index, s.subindex) for s in old.sdos}
     new = replace(
         new,
-        outputs=_kept(new.outputs, known),
-        inputs=_kept(new.inputs, known),
-        sdos=tuple({(s.index, s.subindex): s for s in (*new.sdos, *old.sdos)}.values()),
+        outputs=_kept(new.outputs, known, device),
+        inputs=_kept(new.inputs, known, device),
+        # the maker may write an object several times; what the bus file has takes its place
+        sdos=(*(s for s in new.sdos if (s.index, s.subindex) not in ours), *old.sdos),
         objects=old.objects,
     )
     _check_nothing_lost(old, new, rated_torque_nm)
@@ -107,20 +110,42 @@ def _named(pdos: tuple[Pdo, ...], channels: dict[int, Entry], echo: bool) -> tup
     return tuple(out)
 
 
-def _kept(pdos: tuple[Pdo, ...], known: dict[tuple[int, int], Entry]) -> tuple[Pdo, ...]:
-    def keep(entry: Entry) -> Entry:
+def _kept(
+    pdos: tuple[Pdo, ...], known: dict[tuple[int, int], Entry], device: EsiDevice
+) -> tuple[Pdo, ...]:
+    """PDOs whose entries have the channels and units of the old ones, each channel once among
+    those that are assigned."""
+    used: set[str] = set()
+
+    def keep(entry: Entry, assigned: bool) -> Entry:
         old = known.get((entry.index, entry.subindex))
-        if old is None or not old.channel:
+        if old is None or not old.channel or old.channel in used:
             return entry
+        if assigned:
+            used.add(old.channel)
         return replace(
             entry,
+            kind=_kind(entry, old, device),
             channel=old.channel,
             full_scale_volts=old.full_scale_volts,
             full_scale_counts=old.full_scale_counts,
             unit_nm=old.unit_nm,
         )
 
-    return tuple(replace(p, entries=tuple(keep(e) for e in p.entries)) for p in pdos)
+    return tuple(replace(p, entries=tuple(keep(e, p.assigned) for e in p.entries)) for p in pdos)
+
+
+def _kind(entry: Entry, old: Entry, device: EsiDevice) -> str:
+    """Type of a channel: by the maker's file, or by the bus file where that says none."""
+    if (entry.index, entry.subindex) not in device.untyped:
+        return entry.kind
+    if old.bits != entry.bits:
+        raise EsiError(
+            f"{device.type_name}: object 0x{entry.index:04X}:{entry.subindex} of channel "
+            f"'{old.channel}' has {entry.bits} bits and no type that is known; the bus file has "
+            f"{old.kind}"
+        )
+    return old.kind
 
 
 def _check_nothing_lost(old: Slave, new: Slave, rated_torque_nm: float) -> None:

@@ -6,17 +6,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 from xml.etree import ElementTree
+from xml.parsers import expat
 
 from flatplank_data.params import nearest_hint
 from flatplank_hw.ethercat.busfile import Mailbox, SyncManagers
+from flatplank_hw.ethercat.esi.commands import start_commands
 from flatplank_hw.ethercat.esi.elements import (
     EsiDevice,
-    EsiError,
-    parse_number,
-    read_pdo,
-    start_commands,
+    read_pdos,
+    with_cia402_types,
+    without_alternatives,
 )
 from flatplank_hw.ethercat.esi.eni import config_devices
+from flatplank_hw.ethercat.esi.numbers import EsiError, parse_number
 
 
 def read_esi(path: str | Path) -> list[EsiDevice]:
@@ -26,20 +28,32 @@ def read_esi(path: str | Path) -> list[EsiDevice]:
         text = path.read_bytes()
     except OSError as error:
         raise EsiError(f"ESI file {path}: {error.strerror}") from None
-    if b"<!DOCTYPE" in text or b"<!ENTITY" in text:
-        raise EsiError(f"ESI file {path}: has a document type, which no ESI file needs; refused")
-    try:
-        root = ElementTree.fromstring(text)
-    except ElementTree.ParseError as error:
-        raise EsiError(f"ESI file {path}: not XML ({error})") from None
+    root = _parsed(text, f"ESI file {path}")
     reader = _READERS.get(root.tag)
     if reader is None:
         raise EsiError(f"ESI file {path}: starts with <{root.tag}>, expected {_EXPECTED}")
     return reader(root, str(path))
 
 
+def _parsed(text: bytes, where: str) -> ElementTree.Element:
+    """Root of the document. A document type is refused before its entities can be expanded."""
+
+    def refuse(*_: object) -> None:
+        raise EsiError(f"{where}: has a document type, which no ESI file needs; refused")
+
+    try:
+        first = expat.ParserCreate()
+        first.StartDoctypeDeclHandler = refuse
+        first.Parse(text, True)
+        return ElementTree.fromstring(text)
+    except EsiError:
+        raise
+    except (expat.ExpatError, ElementTree.ParseError, LookupError, ValueError) as error:
+        raise EsiError(f"{where}: not XML ({error})") from None
+
+
 def _info_devices(root: ElementTree.Element, path: str) -> list[EsiDevice]:
-    vendor = parse_number(root.findtext("Vendor/Id"), f"{path}: Vendor/Id")
+    vendor = parse_number(root.findtext("Vendor/Id"), f"{path}: Id of the Vendor")
     return [_device(node, vendor, path) for node in root.iterfind(".//Devices/Device")]
 
 
@@ -77,19 +91,25 @@ def _device(node: ElementTree.Element, vendor: int, path: str) -> EsiDevice:
         raise EsiError(f"{where}: no <Type ProductCode=...>")
     type_name = (kind.text or "").strip()
     coe = node.find("Mailbox/CoE")
+    outputs, left_out = without_alternatives(read_pdos(node.findall("RxPdo"), where))
+    inputs, left_in = without_alternatives(read_pdos(node.findall("TxPdo"), where))
+    outputs, inputs = with_cia402_types(outputs, inputs, where)
+    sdos, unwritten = start_commands(coe.iterfind("InitCmd") if coe is not None else (), where)
     return EsiDevice(
         type_name=type_name,
         name=(node.findtext("Name") or type_name).strip(),
         vendor=vendor,
-        product=parse_number(kind.get("ProductCode"), where),
-        revision=parse_number(kind.get("RevisionNo", "0"), where),
+        product=parse_number(kind.get("ProductCode"), f"{where}: ProductCode"),
+        revision=parse_number(kind.get("RevisionNo", "0"), f"{where}: RevisionNo"),
         mailbox=_mailbox(node, coe, where),
         sync_managers=_sync_managers(node, where),
-        outputs=tuple(read_pdo(p, where) for p in node.iterfind("RxPdo")),
-        inputs=tuple(read_pdo(p, where) for p in node.iterfind("TxPdo")),
+        outputs=outputs.pdos,
+        inputs=inputs.pdos,
         fixed_assignment=coe is None or not _flag(coe, "PdoAssign"),
         dc=node.find("Dc") is not None,
-        sdos=start_commands(coe.iterfind("InitCmd") if coe is not None else (), where),
+        sdos=sdos,
+        notes=(*left_out, *left_in, *unwritten),
+        untyped=outputs.untyped | inputs.untyped,
     )
 
 
@@ -99,12 +119,16 @@ def _mailbox(
     managers = {(sm.text or "").strip(): sm for sm in node.iterfind("Sm")}
     if coe is None or "MBoxOut" not in managers or "MBoxIn" not in managers:
         return None
-    out, back = managers["MBoxOut"], managers["MBoxIn"]
+    out_start, out_size, in_start, in_size = (
+        parse_number(managers[sm].get(name), f"{where}: {name} of {sm}", 0xFFFF)
+        for sm in ("MBoxOut", "MBoxIn")
+        for name in ("StartAddress", "DefaultSize")
+    )
     return Mailbox(
-        parse_number(out.get("StartAddress"), where),
-        parse_number(out.get("DefaultSize"), where),
-        parse_number(back.get("StartAddress"), where),
-        parse_number(back.get("DefaultSize"), where),
+        out_start,
+        out_size,
+        in_start,
+        in_size,
         complete_access=_flag(coe, "CompleteAccess"),
         sdo_info=_flag(coe, "SdoInfo"),
     )
@@ -115,8 +139,9 @@ def _sync_managers(node: ElementTree.Element, where: str) -> SyncManagers | None
     for sm in node.iterfind("Sm"):
         name = (sm.text or "").strip()
         if name in values:
-            start = parse_number(sm.get("StartAddress"), where)
-            values[name] = (start, parse_number(sm.get("ControlByte", "0"), where))
+            start = parse_number(sm.get("StartAddress"), f"{where}: StartAddress", 0xFFFF)
+            control = parse_number(sm.get("ControlByte", "0"), f"{where}: ControlByte", 0xFF)
+            values[name] = (start, control)
     if values == {"Outputs": (0, 0), "Inputs": (0, 0)}:
         return None
     return SyncManagers(*values["Outputs"], *values["Inputs"])
