@@ -87,6 +87,16 @@ def test_a_motor_that_goes_on_when_it_is_to_stand_is_stopped():
     assert rig.velocity == 0.0
 
 
+def test_a_motor_that_keeps_a_slightly_higher_speed_is_noticed_soon():
+    """The speed that is missing counts, not the speed."""
+    rig = rolling(value=0.15)
+    rig.run(100)
+    rig.deaf_to = lambda mode: True
+    rig.reference = 0.1
+    # by hand: 0.05 t = (0.005 + 0.05) 0.25 + 0.05^2 / 2 0.5
+    assert seconds_to(rig, CODE) == pytest.approx(0.325, abs=0.025)
+
+
 def test_a_motor_of_the_wrong_speed_is_noticed():
     rig = rolling()
     rig.run(100)
@@ -184,10 +194,10 @@ def test_a_drive_that_does_not_stop_gets_no_commands_any_more():
     rig.run(100)
     rig.deaf = True
     rig.drive.quick_stop()
-    rig.run(100)
+    rig.run(60)
     assert not rig.drive.does_not_stop
     assert rig.commands[-1].cycle == rig.n - 1
-    rig.run(100)
+    rig.run(40)
     assert rig.drive.does_not_stop
     assert rig.commands[-1].cycle == rig.commands[-20].cycle
     assert "does_not_stop" in rig.drive.troubles

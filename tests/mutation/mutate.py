@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes small faults in a copy of the analysis, one at a time, and shows which no test notices.
+"""Makes small faults in a copy of a package, one at a time, and shows which no test notices.
 
 `./flatplank test --long tests/mutation` makes a sample of them;
 `python tests/mutation/mutate.py --count 60 --seed 2 --only effects --journal FILE` another one.
@@ -26,7 +26,6 @@ from lines import VARIABLE, Lines
 from mutants import Mutant, mutants_of
 
 ROOT = Path(__file__).parents[2]
-PACKAGE = "ros_ws/src/flatplank_analysis"
 SLOWER = 4.0
 """times what the tests take without a fault: a fault that takes longer has been noticed"""
 
@@ -40,7 +39,13 @@ class Area:
     """below the package"""
     tests: tuple[str, ...]
     without: tuple[str, ...] = ()
-    """files that only write for people"""
+    """files that only write for people, or that no test without a bus can run"""
+    package: str = "flatplank_analysis"
+
+    @property
+    def source(self) -> Path:
+        """Folder of the package."""
+        return ROOT / "ros_ws/src" / self.package / self.package
 
 
 def _files(begin: str, names: str) -> tuple[str, ...]:
@@ -83,6 +88,34 @@ AREAS = (
         (*PARTS, *FITS, "tests/analysis_data/test_steering_zero.py"),
         ("carcass.py",),
     ),
+    Area(
+        "drive", "drive",
+        _files("drive/test_drive", "cia402 rules axis safety following gate drag operator"),
+        package="flatplank_hw",
+    ),
+    Area(
+        "hub", "hub", _files("hub/test_hub", "appendix_a core gate params parasitic"),
+        package="flatplank_hw",
+    ),
+    Area(
+        "encoders", "encoders", _files("encoders/test_enc", "counter core"),
+        package="flatplank_hw",
+    ),
+    Area(
+        "ethercat", "ethercat",
+        _files("ethercat/test_ethercat", "busfile guard master_parts axis esi esi_files"),
+        ("master",), package="flatplank_hw",
+    ),
+    Area(
+        "free_rolling", "free_rolling",
+        (*_files("control/test_control", "free_rolling linear"),
+         "tests/campaign/test_camp_start.py"), package="flatplank_control",
+    ),
+    Area(
+        "recorder", "recording",
+        _files("recording/test_rec", "arrivals bag layout naming record repair session twin"),
+        package="flatplank_control",
+    ),
 )  # fmt: skip
 
 
@@ -97,20 +130,20 @@ class Result:
 
 
 class Copy:
-    """The package where it may be broken; the tests stay where they are."""
+    """The packages of some areas where they may be broken; the tests stay where they are."""
 
-    def __init__(self, folder: Path) -> None:
-        self.package = folder / "flatplank_analysis"
-        shutil.copytree(ROOT / PACKAGE / "flatplank_analysis", self.package)
+    def __init__(self, folder: Path, areas: Sequence[Area]) -> None:
+        self.folder = folder
+        for name, source in {area.package: area.source for area in areas}.items():
+            shutil.copytree(source, folder / name)
         self._env = dict(os.environ)
         before = self._env.get("PYTHONPATH", "")
         self._env["PYTHONPATH"] = f"{folder}:{Path(__file__).parent}:{before}"
         self._env["NUMBA_CACHE_DIR"] = str(folder / "numba")
         self._lines: dict[str, Lines] = {}
-        where = self._run(
-            [sys.executable, "-c", "import flatplank_analysis as f; print(f.__file__)"]
-        )
-        assert where.stdout.strip().startswith(str(folder)), where.stdout + where.stderr
+        for name in {area.package for area in areas}:
+            where = self._run([sys.executable, "-c", f"import {name} as f; print(f.__file__)"])
+            assert where.stdout.strip().startswith(str(folder)), where.stdout + where.stderr
 
     def _run(self, words: Sequence[str], limit_s: float = 600.0) -> subprocess.CompletedProcess:
         return subprocess.run(
@@ -134,7 +167,7 @@ class Copy:
 
     def try_out(self, area: Area, mutant: Mutant, limit_s: float, near: bool) -> Result:
         """Break a file, run the tests, mend it; `near`: only tests that run the line."""
-        path = self.package / mutant.file
+        path = self.folder / area.package / mutant.file
         before, stat = path.read_bytes(), path.stat()
         path.write_text(mutant.source, encoding="utf-8")
         try:
@@ -155,8 +188,8 @@ class Copy:
     def limit_s(self, area: Area) -> float:
         """For the tests of an area; they pass here, or nothing that fails says anything."""
         began = time.monotonic()
-        path = self.package.parent / f"{area.name}.json"
-        self._env[VARIABLE] = f"{self.package}:{path}"
+        path = self.folder / f"{area.name}.json"
+        self._env[VARIABLE] = f"{self.folder / area.package}:{path}"
         failed = self.first_failure(area.tests, 3600.0, "lines")
         del self._env[VARIABLE]
         assert failed == "", f"{area.name} without any fault: {failed}"
@@ -166,7 +199,7 @@ class Copy:
 
 def all_of(area: Area) -> list[Mutant]:
     """Every fault of an area."""
-    top = ROOT / PACKAGE / "flatplank_analysis"
+    top = area.source
     out = []
     for path in sorted((top / area.folder).rglob("*.py")):
         if not set(path.relative_to(top).parts) & set(area.without):
@@ -207,7 +240,7 @@ def run(
     """Results of a sample, as far as the time goes; each is printed and kept."""
     end, before, out = time.monotonic() + budget_s, known(journal), []
     with tempfile.TemporaryDirectory(prefix="fp-mutants-") as name:
-        copied = Copy(Path(name))
+        copied = Copy(Path(name), areas)
         limits = {area.name: copied.limit_s(area) for area in areas}
         for area, mutant in sample(areas, count, seed):
             if time.monotonic() > end:

@@ -23,8 +23,9 @@ TAIL = """\
 ## The faults on the twin
 
 The wheel slips under load on the moving plank, rolls freely there, or turns in the air. The
-faults begin within half a second of each other. 1.5 s after the last one the shaft of the
-simulated machine must rest, or turn as its good source wants it to. A drive that is deaf keeps
+faults begin within half a second of each other. The shaft of the simulated machine must rest, or
+turn as its good source wants it to; it may do otherwise for 1 s, in which the slowest rules
+notice a drive that obeys nothing, and stop it. A drive that is deaf keeps
 its last set-point; its bus chip has a watchdog of its own, as every EtherCAT drive has. What stops
 what: [decisions/stop-authorities.md](decisions/stop-authorities.md).
 

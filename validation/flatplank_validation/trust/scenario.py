@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scenarios on the twin: a rolling wheel, faults, and whether the wheel turns uncommanded at the
-end.
+"""Scenarios on the twin: a rolling wheel, faults, and for how long the wheel turns uncommanded.
 
-At the end the shaft must rest, or turn as the good source of its mode wants it to while the drive
-is in operation. A fault in the drive itself must be noticed within the following error, its stop
-within the braking time of the node: 1.5 s after the last fault are enough for both.
+The shaft must rest, or turn as the good source of its mode wants it to while the drive is in
+operation. It may do otherwise until the fault is noticed and the wheel is stopped. The slowest is
+a drive that obeys no command at all: a following error, then the reaction that a drive is given
+(0.25 s), then the watchdog of the drive (0.06 s).
 """
 
 from __future__ import annotations
@@ -23,8 +23,9 @@ from flatplank_sim.twin.twin import Twin
 from flatplank_validation.trust.faults import FAULTS
 from flatplank_validation.trust.faulty import FaultyTwin
 
-SETTLED_S, JUDGED_S = 1.5, 0.4
-"""time from the last fault until the wheel is judged, and for how long [s]"""
+WATCHED_S, MOST_S = 2.0, 1.0
+"""time from the last fault on in which the wheel is watched, and the longest in it for which it
+may turn uncommanded [s]"""
 KAPPA, RADIUS, SPEED, LOAD = 0.05, 0.31, 0.1, 3700.0
 """slip [-], effective rolling radius [m], wheel speed when it hangs free [rad/s], load [N]"""
 OFF = 0.2
@@ -127,12 +128,13 @@ def failure(scenario: Scenario) -> str:
         for _ in range(wait):
             twin.cycle()
         bench.begin(FAULTS[name]())
-    _cycles(twin, SETTLED_S)
-    rest = twin.drive.parameters.standstill_speed
-    for _ in range(round(JUDGED_S * twin.rate_hz)):
+    rest, uncommanded = twin.drive.parameters.standstill_speed, 0
+    for _ in range(round(WATCHED_S * twin.rate_hz)):
         sample = twin.cycle().drive
         speed = twin.plant.truth.wheel_velocity
-        if abs(speed) > rest and not _as_wanted(twin, sample, scenario.motion, speed):
+        turns = abs(speed) > rest and not _as_wanted(twin, sample, scenario.motion, speed)
+        uncommanded = uncommanded + 1 if turns else 0
+        if uncommanded > MOST_S * twin.rate_hz:
             return f"{scenario.text}: {speed:.3f} rad/s, stop reason {sample.stop_reason}"
     return ""
 

@@ -9,11 +9,13 @@ from flatplank_hw.drive import safety
 from flatplank_hw.drive.following import Following
 from flatplank_hw.drive.modes import STAND, Mode, SetPoint
 from flatplank_hw.drive.params import DriveParameters
-from flatplank_hw.drive.requests import BRAKE_TIME, DriveRequests
+from flatplank_hw.drive.requests import DriveRequests
 from flatplank_hw.drive.safety import NS, RULES
 from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Reference
 
 _ENABLED = State.OPERATION_ENABLED
+_BRAKE_TIME = NS // 2
+"""a turning axis is braked for so long before its voltage is taken away [ns]"""
 
 
 class AxisDrive(DriveRequests):
@@ -142,7 +144,7 @@ class AxisDrive(DriveRequests):
             self._resetting = self._state is State.FAULT and not late
             return Goal.RESET
         turning = abs(self._shaft.velocity) > p.standstill_speed
-        if turning and now - self._stopped_at < BRAKE_TIME:
+        if turning and now - self._stopped_at < _BRAKE_TIME:
             return Goal.QUICK_STOP
         return Goal.DISABLED
 

@@ -5,10 +5,10 @@ As in LinuxCNC the allowed error grows with the speed:
 
     allowed = (standstill_speed + v) following_time + v^2 / (2 acceleration)
 
-v is the largest of commanded speed, measured speed and their difference since the drive obeyed
-last. The first term is the travel during the reaction of the drive, the second is that of speeding
-up, braking or reversing. The play of the gears does not count: the motor's encoder sits in front
-of it.
+v is the largest change of speed since the drive obeyed last, commanded or missing; in position
+control the largest speed. The first term is the travel during the reaction of the drive, the
+second is that of speeding up, braking or reversing. The play of the gears does not count: the
+motor's encoder sits in front of it.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ class Following:
     """Compares the set-point of the last cycle with the motion since then; `update` once per cycle
     of an enabled drive."""
 
-    __slots__ = ("_p", "_peak", "_play", "_position", "_rest")
+    __slots__ = ("_from", "_p", "_peak", "_play", "_position", "_rest")
 
     def __init__(self, p: DriveParameters) -> None:
         self._p = p
         self._rest = p.standstill_speed * p.following_time
         self._play = p.torque_trip - p.torque_limit
-        self._peak = 0.0
+        self._peak = self._from = 0.0
         self._position: float | None = None
 
     def reset(self, s: Situation) -> None:
         """Forget the past: the drive is not in operation, or it is homing."""
-        self._position, self._peak = None, 0.0
+        self._position, self._peak, self._from = None, 0.0, 0.0
         s.following_error, s.following_limit, s.torque_off_ns = 0.0, self._rest, 0
 
     def update(self, s: Situation, point: SetPoint, shaft: Shaft, dt_ns: int) -> None:
@@ -51,21 +51,23 @@ class Following:
         if torque == torque:
             off = not -self._play <= torque - shaft.torque <= self._play
             s.torque_off_ns = s.torque_off_ns + dt_ns if off else 0
-            s.following_error, self._peak = 0.0, 0.0
+            s.following_error, self._peak, self._from = 0.0, 0.0, shaft.velocity
             return
         s.torque_off_ns = 0
-        p = self._p
+        p, turns = self._p, shaft.velocity
         if point.position == point.position:
             error = point.position - position
             obeys = -self._rest <= error <= self._rest
+            speed = max(abs(velocity), abs(turns))
         else:
             dt = dt_ns * 1e-9
             missing = velocity * dt - (position - before)
             obeys = abs(missing) <= OBEYS * max(abs(velocity), p.standstill_speed) * dt
             error = 0.0 if obeys else s.following_error + missing
-        peak = 0.0 if obeys else self._peak
-        turns = shaft.velocity
-        self._peak = peak = max(peak, abs(velocity), abs(turns), abs(velocity - turns))
+            if obeys:
+                self._from = velocity
+            speed = max(abs(velocity - turns), abs(velocity - self._from))
+        self._peak = peak = speed if obeys else max(self._peak, speed)
         s.following_error = error
         s.following_limit = (
             self._rest + peak * p.following_time + 0.5 * peak * peak / p.acceleration

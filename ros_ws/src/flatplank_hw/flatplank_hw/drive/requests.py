@@ -19,8 +19,6 @@ from flatplank_hw.drive.shaft import Shaft
 from flatplank_hw.drive.watch import Watch
 from flatplank_hw.troubles import TROUBLES
 
-BRAKE_TIME = NS // 2
-"""a turning axis is braked for so long before its voltage is taken away [ns]"""
 LASTING = ("inputs", "samples", "emergency_stop")
 """rules whose cause must be gone before a reset; an earlier reset would have no effect"""
 
@@ -85,7 +83,7 @@ class DriveRequests:
     def does_not_stop(self) -> bool:
         """True when the drive stays in operation although it was told to stop; its commands then
         keep the number of an old cycle, so that guard and watchdog act."""
-        return self._unstopped_ns > BRAKE_TIME
+        return self._unstopped_ns > self.parameters.following_time * NS
 
     @property
     def position(self) -> float:
