@@ -11,6 +11,7 @@ from collections.abc import Callable
 import pytest
 from drive_rig import PERIOD, Rig
 
+from flatplank_hw.bus.image import Digital
 from flatplank_hw.cia402 import State
 from flatplank_hw.drive.safety import RULES
 
@@ -169,6 +170,19 @@ def test_a_torque_that_is_not_the_commanded_one_is_noticed(torque, stops):
     rig.run(60)
     assert rig.samples[-1].stop_reason == 0
     rig.run(40)
+    assert (rig.samples[-1].stop_reason == CODE) is stops
+
+
+@pytest.mark.parametrize(
+    ("switch", "axis", "stops"),
+    [(Digital.LIMIT_REAR, "plank", False), (Digital.LIMIT_FRONT, "plank", True),
+     (Digital.LIMIT_REAR, "wheel", True)],
+)  # fmt: skip
+def test_a_plank_that_a_limit_switch_holds_is_no_error(switch, axis, stops):
+    rig = rolling("velocity", -SPEED, axis=axis, rules=("following_error",))
+    rig.run(100)
+    rig.dead_motor, rig.digital = True, int(Digital.EMERGENCY_STOP_OK | switch)
+    rig.run(300)
     assert (rig.samples[-1].stop_reason == CODE) is stops
 
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs
+from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs, Digital
 from flatplank_hw.cia402 import Goal, State, control_word, decode
 from flatplank_hw.drive import safety
 from flatplank_hw.drive.following import Following
@@ -13,6 +13,7 @@ from flatplank_hw.drive.requests import DriveRequests
 from flatplank_hw.drive.safety import NS, RULES
 from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Reference
 
+PLANK = AXES.index("plank")
 _ENABLED = State.OPERATION_ENABLED
 _BRAKE_TIME = NS // 2
 """a turning axis is braked for so long before its voltage is taken away [ns]"""
@@ -60,7 +61,7 @@ class AxisDrive(DriveRequests):
         watch.update_from_samples(now, dt_ns, encoders, hub)
         watch.update_reference(now, source is not None, self._reference)
 
-        self._check_obedience(dt_ns)
+        self._check_obedience(inputs.digital, dt_ns)
         held = self._guard(now) if self._wanted else self._idle()
         word, self._point = self._decide(axis, now, held, dt_ns)
         mode, position, velocity, torque = self._point
@@ -87,15 +88,23 @@ class AxisDrive(DriveRequests):
         if not reason:
             self._reference = reference
 
-    def _check_obedience(self, dt_ns: int) -> None:
+    def _check_obedience(self, digital: int, dt_ns: int) -> None:
         """Watch whether the drive follows its commands, and whether it stops when told to."""
         enabled = self._state is _ENABLED
         situation = self._watch.situation
-        if enabled and self._wanted and not self._homer.running:
+        free = not self._homer.running and not self._at_switch(digital)
+        if enabled and self._wanted and free:
             self._following.update(situation, self._point, self._shaft, dt_ns)
         else:
             self._following.reset(situation)
         self._unstopped_ns = self._unstopped_ns + dt_ns if enabled and not self._wanted else 0
+
+    def _at_switch(self, digital: int) -> bool:
+        """True when a limit switch holds the axis against its command."""
+        velocity = self._point.velocity
+        closed = digital & (Digital.LIMIT_FRONT if velocity > 0.0 else Digital.LIMIT_REAR)
+        rests = abs(self._shaft.velocity) <= self.parameters.standstill_speed
+        return self.index == PLANK and rests and velocity != 0.0 and bool(closed)
 
     def _idle(self) -> bool:
         """Release the claim of a client whose heartbeat has stopped; a disabled axis is always
