@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import date, datetime, time, timezone
 from typing import NamedTuple
@@ -44,7 +45,7 @@ def seconds_of(texts: Sequence[str], lines: Iterable[int], where: str) -> np.nda
 
 
 def _stamp(text: str) -> datetime | None:
-    text = text.strip().replace(",", ".")
+    text = _FRACTION.sub(_microseconds, text.strip().replace("Z", "+00:00"))
     for read in (datetime.fromisoformat, _of_day):
         try:
             stamp = read(text)
@@ -56,6 +57,14 @@ def _stamp(text: str) -> datetime | None:
 
 def _of_day(text: str) -> datetime:
     return datetime.combine(date(2000, 1, 1), time.fromisoformat(text))
+
+
+_FRACTION = re.compile(r"[.,](\d+)")
+
+
+def _microseconds(fraction: re.Match[str]) -> str:
+    """A fraction of a second with the six digits that every Python reads."""
+    return f".{fraction[1][:6]:0<6}"
 
 
 class Order(NamedTuple):
