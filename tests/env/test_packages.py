@@ -22,7 +22,7 @@ PACKAGES = sorted(path.parent.name for path in SOURCES.glob("*/package.xml"))
 PYTHON_PACKAGES = [name for name in PACKAGES if (SOURCES / name / "setup.py").exists()]
 KEYS = {"yaml": "python3-yaml", "control": "python-control-pip"} | {
     name: f"python3-{name}"
-    for name in ("jinja2", "matplotlib", "numba", "numpy", "pandas", "scipy")
+    for name in ("h5py", "jinja2", "matplotlib", "numba", "numpy", "pandas", "scipy")
 }
 """Keys of imports that are not called `python3-NAME-pip`. What ends in `-pip` comes from PyPI, and
 the README's command leaves it out."""

@@ -158,7 +158,7 @@ def test_signs_that_belong_to_no_system_are_refused_and_nothing_is_turned(tmp_pa
         ("a.csv", "FX,FY,FZ\n" + "1,2,3\n" * 80, "neither slip angle nor slip"),
         ("a.dat", "words only\n", "no line of numbers"),
         ("a.mat", "no matlab", "not a whole MATLAB file"),
-        ("a.mat", "MATLAB 7.3 MAT-file", "save it with '-v7'"),
+        ("a.mat", "MATLAB 7.3 MAT-file", "not a whole MATLAB file"),
         ("a.xyz", "", "not a file of sweeps"),
     ],
 )

@@ -73,7 +73,15 @@ def _mat(data: bytes, where: str) -> Raw:
     structs = [v for v in values.values() if isinstance(v, dict) and len(v) > 3]
     if len(structs) == 1 and not _vectors(values):
         values = {**values, **structs[0]}
-    return Raw(_vectors(values), _mat_units(values), _sample)
+    vectors = _vectors(values)
+    longest = max(map(len, vectors.values()), default=0)
+    said = [
+        f"'{name}' was left out: {len(v)} values, other columns have {longest}"
+        for name, v in vectors.items()
+        if 1 < len(v) < longest
+    ]
+    columns = {name: v for name, v in vectors.items() if len(v) == longest}
+    return Raw(columns, _mat_units(values), _sample, said)
 
 
 def _sample(name: str, rows: np.ndarray) -> str:
@@ -81,16 +89,12 @@ def _sample(name: str, rows: np.ndarray) -> str:
 
 
 def _vectors(values: Mapping[str, Any]) -> dict[str, np.ndarray]:
-    """The numeric vectors of the usual length."""
-    arrays = {
+    """The numeric vectors."""
+    return {
         k: np.asarray(v, dtype=np.float64)
         for k, v in values.items()
         if isinstance(v, np.ndarray) and v.ndim == 1 and v.dtype.kind in "fiu"
     }
-    if not arrays:
-        return {}
-    longest = max(len(v) for v in arrays.values())
-    return {k: v for k, v in arrays.items() if len(v) == longest}
 
 
 def _mat_units(values: Mapping[str, Any]) -> dict[str, str]:

@@ -16,6 +16,7 @@ import warnings
 from collections.abc import Callable, Mapping
 from typing import Any, BinaryIO
 
+from flatplank_data.native.matlab73 import matlab73
 from flatplank_data.native.values import to_bytes
 
 HEAD = struct.Struct("<16sQ")
@@ -36,7 +37,7 @@ def _matlab(data: bytes) -> Any:
     return {k: v for k, v in raw.items() if not k.startswith("__")}
 
 
-PARSERS: Mapping[str, Callable[[bytes], Any]] = {"matlab": _matlab}
+PARSERS: Mapping[str, Callable[[bytes], Any]] = {"matlab": _matlab, "matlab 7.3": matlab73}
 
 
 def _limit(size: int) -> None:

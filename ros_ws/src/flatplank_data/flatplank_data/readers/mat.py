@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads MATLAB files up to version 7: one variable per column, or one struct of columns.
+"""Reads MATLAB files of version 5 to 7.3: one variable per column, or one struct of columns.
 
 A struct `units` with a text per column gives units; without it the file is in SI. A scalar named
 like a key of campaign.yaml sets that key.
@@ -25,7 +25,7 @@ _HDF5 = b"MATLAB 7.3"
 
 @reader(".mat")
 def read_mat(request: Request) -> Loaded:
-    """Read a .mat file of version 5 to 7."""
+    """Read a .mat file of version 5 to 7.3."""
     with request.store.open(request.name) as stream:
         values = _columns_of(variables(stream.read(), request.name))
     units = values.pop("units", {})
@@ -45,15 +45,13 @@ def read_mat(request: Request) -> Loaded:
 
 
 def variables(data: bytes, where: str) -> dict[str, Any]:
-    """Name -> value of a file of version 5 to 7; FlatplankError for any other file.
+    """Name -> value of a file of version 5 to 7.3; FlatplankError for any other file.
 
     Arrays of any shape, structs as mappings, cells as lists, numbers, texts. A damaged file can
     end the interpreter that parses it, so another process does.
     """
-    if data.startswith(_HDF5):
-        raise FlatplankError("MATLAB version 7.3 (HDF5) is not read", where, "save it with '-v7'")
     try:
-        found: dict[str, Any] = parse("matlab", data)
+        found: dict[str, Any] = parse("matlab 7.3" if data.startswith(_HDF5) else "matlab", data)
     except DamagedError as error:
         raise FlatplankError(
             f"not a whole MATLAB file ({error})", where, "export or copy it again"
