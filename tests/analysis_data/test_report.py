@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -18,6 +19,7 @@ from flatplank_analysis.cli import fit as fit_verb
 from flatplank_analysis.cli import report as report_verb
 from flatplank_analysis.cli import table as table_verb
 from flatplank_analysis.cli import tire as tire_verb
+from flatplank_analysis.figures import chapter7, pieces, plateau
 from flatplank_analysis.figures.draw import canvas
 from flatplank_analysis.figures.spec import Figure, Panel, Series
 from flatplank_analysis.parallel import open_executor
@@ -309,3 +311,36 @@ def test_a_file_is_refused_a_number_that_the_screen_refuses(monkeypatch, tmp_pat
         with pytest.raises(ValueError, match="Out of range"):
             diagnose_verb.main([str(tmp_path), *options])
     assert not path.exists()
+
+
+def test_an_axis_is_scaled_by_what_it_shows():
+    x = np.linspace(0.0, 4.0, 401)
+    y = np.where(x < 1.0, -2000.0, 10.0 * x)
+    panel = Panel("x", "y", [Series("", x, y)], (2.0, 3.0))
+    (axis,) = canvas(Figure("shown", "", "", (panel,))).axes
+    low, high = axis.get_ylim()
+    assert 19.0 < low < 20.0 and 30.0 < high < 31.0
+
+
+def test_an_overlay_has_a_strip_with_what_the_model_leaves(result):
+    point = result.nominal()
+    overlay = next(f for f in chapter7.overlays(result) if f.name.startswith("overlay_linear"))
+    forces, strip = overlay.panels
+    assert overlay.stacked and overlay.heights[0] > 2.0 * overlay.heights[1]
+    assert forces.x_range == strip.x_range
+    condition = pieces.slips(point)[0]
+    x, model = point.models["linear"].curves[condition.condition]
+    measured = np.interp(x, condition.since_step, condition.measured["fx"])
+    assert strip.series[0].y == pytest.approx(measured - model)
+
+
+@pytest.mark.parametrize("length", [0.03, 0.08])
+def test_a_constant_part_after_the_step_is_found(result, length):
+    """A force that rests for `length` soon after the step, with ripple as before it."""
+    condition = pieces.at_slip(result.nominal(), 0.01)
+    x = condition.since_step
+    moved = np.where(x < 0.02, x, np.maximum(x - length, 0.02))
+    force = 800.0 * (1.0 - np.exp(-np.maximum(moved, 0.0) / 0.4)) + 3.0 * np.sin(x / 0.002)
+    made = replace(condition, measured={**condition.measured, "fx": force})
+    # the ripple hides the first and last millimetres
+    assert plateau.lost_travel(made) == pytest.approx(length, abs=0.008)

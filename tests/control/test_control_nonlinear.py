@@ -65,3 +65,12 @@ def test_estimator_on_an_exponential():
     assert settling_distance(x, y + noise) == pytest.approx(wanted, abs=0.05)
     assert math.isnan(settling_distance(x, y + 10.0))
     assert settling_distance(x, np.full_like(x, 50.0)) == 0.0
+
+
+def test_a_measured_road_speed_takes_the_place_of_the_constant_one():
+    constant = Nonlinear().actuator.speed
+    usual = simulate(Nonlinear(), P, distance=0.1)
+    same = simulate(Nonlinear(), P, distance=0.1, speed=lambda _: constant)
+    half = simulate(Nonlinear(), P, distance=0.1, speed=lambda _: 0.5 * constant)
+    assert np.array_equal(usual.force, same.force)
+    assert half.time[-1] == pytest.approx(2.0 * usual.time[-1], rel=0.05)

@@ -13,6 +13,7 @@ from flatplank_analysis.figures import pieces
 from flatplank_analysis.models.magic_formula.structure import effective_radius
 from flatplank_analysis.report.results import CampaignResult, PointResult
 from flatplank_validation.thesis import chapter7_figures as draw
+from flatplank_validation.thesis.chapter6 import STEER
 from flatplank_validation.thesis.errors import rmse, rmse_rows
 from flatplank_validation.thesis.lab import Lab
 from flatplank_validation.thesis.points import (
@@ -383,7 +384,7 @@ CHAPTER = Chapter(
         )),
         Entry("7.16", "Parameters at ±1 % over side slip",
               partial(draw.small_slip, "small_slip_over_alpha"), (
-            *_pairs("side slip", ANGLES, "falls", -0.01),
+            *_pairs("side slip", ANGLES, "falls", -0.01, STEER),
             *_pairs("side slip", ANGLES[1:], "falls", 0.01),
         )),
         Entry("7.17", "Parameters for two cambers",
@@ -441,7 +442,7 @@ CHAPTER = Chapter(
             Row("σ_x with rising pressure", "", "falls", SECTION_2,
                 partial(carcass_trend, "sigma_x", "bar", (2.0, 2.5)), FIGURE),
             Row("σ_x with rising side slip", "", "falls", SECTION_2,
-                partial(carcass_trend, "sigma_x", "alpha", ANGLES), FIGURE),
+                partial(carcass_trend, "sigma_x", "alpha", ANGLES), FIGURE, STEER),
             Row("change of σ_x with camber", "%", 10.0, "section 7.2: ‘negligible’",
                 negligible_camber, AtMost("read from figure 7.25")),
         )),
@@ -465,7 +466,9 @@ CHAPTER = Chapter(
         *(Entry(number, f"r_e measured and modelled, γ = {g:g}°",
                 partial(draw.modelled_radius, g), (
             Row("the model's r_e over side slip", "", "does not depend on it", SECTION_3,
-                partial(modelled_radius, g), Same()),
+                partial(modelled_radius, g), Same(),
+                "ours has two coefficients more, Q_REA and Q_REG, for side slip and camber, as "
+                "section 8.2 recommends; without them r_e depends on neither"),
         )) for number, g in (("7.30", 0.0), ("7.31", 5.0))),
     ),
 )  # fmt: skip

@@ -4,7 +4,7 @@ the machine before and after its repair."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -90,17 +90,26 @@ def repaired_parameters(lab: Lab) -> Iterator[Figure]:
 def carcass(attribute: str, lab: Lab) -> Iterator[Figure]:
     """Figures 7.24 and 7.25: one quantity of the carcass fits over every factor."""
     label, _, factor = next(q for q in chapter7.CARCASS if q[1] == attribute)
-    panels = []
-    for v in pieces.variations(lab.matrix):
+    caption = "One fit per operating point; bars are standard errors."
+    title = label.split(" [")[0]
+    title = title[0].upper() + title[1:]
+    for name, factors in (("", ("fz", "pressure")), ("_angles", ("alpha_deg", "gamma_deg"))):
+        panels = _carcass_panels(attribute, label, factor, lab, factors)
+        yield from pieces.figure(f"{attribute}{name}", title, caption, panels)
+
+
+def _carcass_panels(
+    attribute: str, label: str, factor: float, lab: Lab, factors: Sequence[str]
+) -> list[Panel | None]:
+    panels: list[Panel | None] = []
+    for v in pieces.variations(lab.matrix, *factors):
         groups = [("γ = 0°" if v.factor == "alpha_deg" else "", _fits(v.points, v.factor))]
         if v.factor == "alpha_deg":
             for gamma, points in pieces.crossed(lab.matrix).items():
                 if gamma:
                     groups.append((f"γ = {gamma:g}°", _fits(points, v.factor)))
         panels += pieces.estimates(v.axis, groups, [(label, attribute, factor)])
-    caption = "One fit per operating point; bars are standard errors."
-    title = label.split(" [")[0]
-    yield from pieces.figure(attribute, title[0].upper() + title[1:], caption, panels)
+    return panels
 
 
 def _fits(points, factor: str):

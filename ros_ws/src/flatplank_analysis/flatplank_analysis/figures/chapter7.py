@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -151,35 +152,51 @@ def crossed_angles(result: CampaignResult) -> Iterator[Figure]:
     """Figures 7.19 and 7.20: side slip crossed with camber, parameters and steady force."""
     groups: list[tuple[str, list[tuple[float, LinearFit]]]] = []
     steady: list[Series] = []
-    colors: dict[str, str] = {}
+    looks: dict[str, Look] = {}
     for gamma, points in pieces.crossed(result).items():
         for point, color in zip(points, PALETTE, strict=False):
             label = f"α = {point.point.alpha_deg:g}°, γ = {gamma:g}°"
+            looks[label] = Look(point.point.alpha_deg, gamma, color)
             fits = [(100.0 * c.condition.kappa, c.linear) for c in pieces.slips(point)]
             groups.append((label, fits))
-            line = _steady(point, label)[0]
-            style = "dashed" if gamma else "line"
-            steady.append(replace(line, style=style, color=color, error=None))
-            colors[label] = color
+            steady.append(_steady(point, label)[0])
     if not groups:
         return
-    panels = pieces.estimates(pieces.SLIP, groups, LINEAR)
     panels = [
-        panel and replace(panel, series=[_by_camber(s, colors[s.label]) for s in panel.series])
-        for panel in panels
+        panel and replace(panel, series=_by_camber(panel.series, looks))
+        for panel in pieces.estimates(pieces.SLIP, groups, LINEAR)
     ]
-    caption = "One fit of (7.11) per slip level. Full: without camber; dashed, open: with it."
+    caption = "One fit of (7.11) per slip level. Filled: without camber; open: with it."
     title = "Parameters of the linear model, side slip and camber"
     yield from pieces.figure("linear_parameters_crossed", title, caption, panels, "7.19")
-    panel = Panel("actual slip κ [%]", "steady Fx [N]", steady)
+    panel = Panel("actual slip κ [%]", "steady Fx [N]", _by_camber(steady, looks))
     title = "Steady force over slip, side slip and camber"
-    yield Figure("steady_fx_crossed", title, "Asymptotes of the linear model.", (panel,), "7.20")
+    caption = "Asymptotes of the linear model. Filled: without camber; open: with it."
+    yield Figure("steady_fx_crossed", title, caption, (panel,), "7.20")
 
 
-def _by_camber(line: Series, color: str) -> Series:
-    """Filled marks without camber, open ones with it."""
-    style = "joined" if line.label.endswith("γ = 0°") else "open"
-    return replace(line, color=color, error=None, style=style)
+class Look(NamedTuple):
+    """Angles of a line [deg] and its colour."""
+
+    alpha: float
+    gamma: float
+    color: str
+
+
+def _by_camber(lines: Sequence[Series], looks: Mapping[str, Look]) -> list[Series]:
+    """Filled marks without camber, open ones with it; the side slip stands at the end of a line,
+    the camber in the legend."""
+    none = np.zeros(0)
+    out = [
+        Series(f"γ = {gamma:g}°", none, none, "open" if gamma else "joined", INK)
+        for gamma in dict.fromkeys(look.gamma for look in looks.values())
+    ]
+    for line in lines:
+        look = looks[line.label]
+        style = "open" if look.gamma else "joined"
+        shown = replace(line, label=f"α = {look.alpha:g}°", style=style, color=look.color)
+        out.append(replace(shown, error=None, legend=False, end_label=not look.gamma))
+    return out
 
 
 def parameters_over_factor(result: CampaignResult) -> Iterator[Figure]:
