@@ -40,9 +40,9 @@ SCATTER = "run-to-run scatter is random: ten runs know a standard deviation to a
 TIRE = "the plant's Toyo is a stated truth of its own, symmetric, with slip stiffness 95 kN"
 OWN_SPEED = "the plank's speed droop of the preset is 0.08 %/kN, read from Table 6.3 as a mean"
 STEER = (
-    "the preset's steering zero error of −0.86°, read from Table I.1 (Fy(α = 0) = +869 N), makes "
-    "1° nearly straight and gives Fy > 0 at 0°; figures 6.13 and 6.16 of the thesis show hardly any "
-    "Fy at 0°: its figures and its table contradict each other"
+    "the preset's steering zero error of −0.86°, read from Table I.1 (Fy(α = 0) = +869 N), "
+    "makes 1° nearly straight and gives Fy > 0 at 0°; figures 6.13 and 6.16 of the thesis show "
+    "hardly any Fy at 0°: its figures and its table contradict each other"
 )
 ANGLE_R_E = (
     "the plant's r_e does not depend on side slip or camber; what is left is Fx and the angle in "
