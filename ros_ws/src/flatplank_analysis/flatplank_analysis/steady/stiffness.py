@@ -35,7 +35,8 @@ def vertical_stiffness(
 ) -> VerticalStiffness:
     """Slope of Fz over loaded radius while loading and while unloading.
 
-    Without a window: that of the thesis where the run covers it, otherwise the middle of the run.
+    Without a window: that of the thesis, as far as the run goes, where it goes through half of
+    it; otherwise the middle of the run.
     """
     radius, force = table["loaded_radius"], table["fz"]
     window = window or _window(radius)
@@ -56,8 +57,8 @@ def vertical_stiffness(
 
 def _window(radius: np.ndarray) -> tuple[float, float]:
     low, high = float(radius.min()), float(radius.max())
-    if low <= WINDOW[0] and high >= WINDOW[1]:
-        return WINDOW
+    if low <= 0.5 * sum(WINDOW) and high >= WINDOW[1]:
+        return max(low, WINDOW[0]), WINDOW[1]
     return low + 0.1 * (high - low), low + 0.7 * (high - low)
 
 
