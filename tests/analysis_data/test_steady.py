@@ -64,6 +64,17 @@ def test_vertical_stiffness_loading_and_unloading():
         vertical_stiffness(table, (0.1, 0.2))
 
 
+def test_the_window_ends_where_the_play_of_the_support_begins():
+    """Up to 6000 N a tire of 2.5 bar does not reach 0.285 m; above 0.305 m the play bends Fz."""
+    down = np.linspace(0.328, 0.2887, 500)
+    force = 2.13e5 * np.maximum(0.305 - down, 0.0) + 1.7e5 * np.minimum(0.318 - down, 0.013)
+    radius = np.concatenate([down, down[::-1]])
+    columns = {"loaded_radius": radius, "fz": np.concatenate([force, force[::-1]])}
+    found = vertical_stiffness(MeasurementTable(columns, RunRecord(measurement="stiffness")))
+    assert found.window == (pytest.approx(0.2887), 0.305)
+    assert found.mean == pytest.approx(2.13e5, rel=1e-3)
+
+
 def test_static_longitudinal_stiffness_while_the_wheel_is_held(make_step):
     table = make_step(0.0)
     x = table["plank_position"]
