@@ -14,6 +14,7 @@ import pytest
 from flatplank_analysis import starts as starts_module
 from flatplank_analysis.identify.runs import step_run
 from flatplank_analysis.report.machine_tables import transmission_table
+from flatplank_analysis.report.radii import RadiusPair, free_wheel_text
 from flatplank_analysis.report.results import (
     CampaignResult,
     DriveRun,
@@ -146,6 +147,27 @@ def test_slip_stiffness_without_a_report_is_that_of_the_mean(make_step) -> None:
     ]  # fmt: skip
     turned = small_slip_stiffness([step_run(t) for t in wave])
     assert list(turned.values()) == pytest.approx(list(clean.values()), rel=0.01)
+
+
+def radius_of(source: str, radius: float, force: float) -> RadiusRun:
+    return RadiusRun(slip(0.0), source, radius, force, 3700.0)
+
+
+@pytest.mark.parametrize(("left", "reads"), [(0.002, "+0.2 % is left"), (0.008, "+0.8 % is left")])
+def test_the_controlled_radius_is_told_against_that_of_the_free_wheel(
+    left: float, reads: str
+) -> None:
+    """50 N drive and 44 N hold back: of one tire the free wheel has the larger radius."""
+    stiffness = {slip(0.0).operating_point: 9.4e4}
+    held = radius_of("controller", 0.3108 * (1.0 + left) / (1.0 + 50.0 / 9.4e4), 50.0)
+    free = radius_of("flexplates_off", 0.3108 / (1.0 - 44.0 / 9.4e4), -44.0)
+    text = free_wheel_text([RadiusPair(*mean_radii([held, free], stiffness))])
+    assert (
+        f"{100.0 * (held.radius / free.radius - 1.0):+.2g} % from that of the free wheel" in text
+    )
+    assert "-0.1 % by the forces of 50 and -44 N" in text
+    assert reads in text
+    assert "No operating point" in free_wheel_text([])
 
 
 RUNS = {"run", "runs", "r", "member", "members", "table", "tables", "steps", "radii", "states"}
