@@ -61,7 +61,7 @@ def rolling_radius(result: CampaignResult) -> Iterator[Figure]:
     caption = "By (5.22), mean over the start angles, corrected to Fx = 0 with C_Fκ."
     if len(panels) > 1:
         caption += (
-            " Over side slip: 50 N make a slip of 50 N / C_Fκ(α), which grows with α, and an error "
+            " Over side slip: 50 N make a slip of 50 N / C_Fκ(α), which grows with α; an error "
             "δ of the steering angle a part of δ tan α. The thesis has a rise up to 5° (figure "
             "6.2), which neither explains."
         )
