@@ -10,6 +10,7 @@ import math
 import pytest
 from drive_rig import PERIOD, Rig, up
 
+from flatplank_hw.drive.road_trigger import RoadTrigger
 from flatplank_hw.drive.safety import RULES
 from flatplank_hw.samples import EncoderSample, HubSample, Reference
 
@@ -155,3 +156,20 @@ def test_the_road_trigger_is_set(distance):
     rig.plank(True)
     rig.run(10)
     assert rig.drive.road_trigger.armed is (distance >= 0.0)
+
+
+def test_the_road_trigger_gives_one_pulse_per_distance():
+    trigger = RoadTrigger()
+    trigger.arm(1e-3)
+    step = 1.25e-4  # a cycle at 31 mm/s
+    bits = [trigger.step(0.01 + step * (k + 0.5), True) for k in range(81)]
+    assert [k for k, bit in enumerate(bits) if bit] == list(range(8, 81, 8))
+    assert trigger.pulses == 10
+    assert not any(trigger.step(0.0205, False) for _ in range(5))
+
+
+def test_before_the_first_inputs_nothing_has_moved():
+    rig = Rig()
+    assert rig.drive.position == 0.0
+    assert "start the bus" in rig.drive.enable().reason
+    assert rig.drive.set_operation_mode("velocity", 0.1).accepted  # the axis does not turn

@@ -92,3 +92,13 @@ def test_the_load_controller_forgets_a_bad_force(value):
     assert not controller.reference(of(value), encoders).valid
     again = controller.reference(of(900.0), encoders)
     assert again.valid and math.isfinite(again.value)
+
+
+def test_a_tare_takes_the_zero_of_every_bridge():
+    hub = MeasurementHub(P)
+    for n in range(100):
+        hub.step(bus(n, bridge_volts=GOOD))
+    assert hub.tare().accepted
+    for n in range(100, 150):
+        sample = hub.step(bus(n, bridge_volts=GOOD))
+    assert sample.wheel == pytest.approx((0.0,) * 6, abs=1e-9)

@@ -85,7 +85,7 @@ def test_a_sample_is_fair_and_can_be_repeated(area):
         assert (mutate.ROOT / tests).exists(), tests
     one, two = (list(mutate.sample([area], 30, seed)) for seed in (1, 1))
     assert [m.name for _, m in one] == [m.name for _, m in two]
-    assert len({m.name for _, m in one}) == 30
+    assert len({m.source for _, m in one}) == 30
     files = {m.file for m in mutate.all_of(area)}
     assert len({m.file for _, m in one}) == min(len(files), 30)
 
