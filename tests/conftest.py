@@ -9,6 +9,7 @@ import faulthandler
 import importlib.util
 import os
 import signal
+import tempfile
 from collections import Counter
 from collections.abc import Iterator
 from typing import Any
@@ -22,6 +23,8 @@ os.environ |= loopback_environment() | {
     "OMP_NUM_THREADS": "1",
     "OPENBLAS_NUM_THREADS": "1",
     "MPLBACKEND": "Agg",
+    # the list of what the user allows to run stays as it is
+    "XDG_CONFIG_HOME": tempfile.mkdtemp(prefix="flatplank-tests-"),
 }
 
 # Started in the background, the suite and all its children would be deaf to Ctrl-C.

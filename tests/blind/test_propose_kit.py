@@ -9,10 +9,10 @@ import sys
 import numpy as np
 import pytest
 
+from flatplank_analysis.effects.grammar.hooks import HOOKS
+from flatplank_analysis.effects.grammar.modulators import BY_NAME
+from flatplank_analysis.effects.grammar.shapes import shapes
 from flatplank_analysis.effects.registry import library
-from flatplank_analysis.proposal.hooks import HOOKS
-from flatplank_analysis.proposal.modulators import BY_NAME
-from flatplank_analysis.proposal.shapes import shapes
 from flatplank_data.errors import FlatplankError
 from flatplank_validation.blind.journal import published
 from flatplank_validation.proposed import journal, rivals

@@ -15,9 +15,9 @@ from bristles import Truth, campaign
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_analysis.discovery.modelfile import ModelFile
-from flatplank_analysis.effects import registry
+from flatplank_analysis.effects import consent, registry
 from flatplank_analysis.effects.checks import check_effect, probe_model
-from flatplank_analysis.effects.registry import GROUP, find, library, load_file, source_file
+from flatplank_analysis.effects.registry import GROUP, find, library, load_file
 from flatplank_data.errors import FlatplankError
 from flatplank_data.table import MeasurementTable
 
@@ -65,6 +65,7 @@ def test_unknown_effect_names_the_nearest():
 def _own(tmp_path, text=OWN, name="mine.py"):
     path = tmp_path / name
     path.write_text(text)
+    consent.give([path])
     return path
 
 
@@ -160,7 +161,7 @@ def test_files_of_one_name_are_told_apart(tmp_path):
         text = OWN.replace("rail_friction", identifier)
         files[identifier] = _own(folder, text, "mine.py")
     known = library(files.values())
-    found = {name: source_file(known[name]) for name in files}
+    found = {name: known[name].file for name in files}
     assert found == {name: str(file) for name, file in files.items()}
 
 

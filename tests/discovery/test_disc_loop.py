@@ -149,7 +149,7 @@ def test_effects_verb(capsys, tmp_path):
         "from flatplank_analysis.effects.base import TireEffect\n"
         "@dataclass(frozen=True)\nclass A(TireEffect):\n    identifier = 'a'\n"
     )
-    assert effects.main(["check", str(bad)]) == 1
+    assert effects.main(["check", str(bad), "--trust", str(bad)]) == 1
     assert "missing" in capsys.readouterr().out
 
 

@@ -5,6 +5,7 @@ error, and a confirmation by runs that took no part in the search."""
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -17,9 +18,10 @@ from flatplank_analysis.cli import change, confirm, effects, propose
 from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.modelfile import ModelFile
+from flatplank_analysis.effects.grammar.hooks import HOOKS
+from flatplank_analysis.effects.grammar.modulators import BY_NAME
+from flatplank_analysis.effects.grammar.shapes.base import SIGNAL
 from flatplank_analysis.effects.registry import load_file
-from flatplank_analysis.proposal.hooks import HOOKS
-from flatplank_analysis.proposal.modulators import BY_NAME
 from flatplank_analysis.proposal.propose import _refused, reason_against
 from flatplank_analysis.proposal.propose import propose as of_session
 from flatplank_analysis.proposal.scan import CURVE, FURTHER, SETTING, WAVE, Scanner, ScanResult
@@ -30,7 +32,6 @@ from flatplank_analysis.proposal.search import (
     is_sibling,
     reasons_against,
 )
-from flatplank_analysis.proposal.shapes.base import SIGNAL
 from flatplank_analysis.proposal.sites import Site, sites_of, varying_coordinates
 from flatplank_data.errors import FlatplankError
 
@@ -89,7 +90,7 @@ def test_a_pull_is_proposed_with_place_size_and_form(proposed):
 def test_the_page_shows_curve_form_and_file(proposed, pulled):
     page = (pulled[0].parent / "page" / "index.html").read_text()
     assert "<svg" in page and "free curve" in page
-    assert proposed["name"] in page and "param(" in page
+    assert proposed["name"] in page and "acts_on: fx" in page
     assert (pulled[0].parent / "page" / "proposal.png").stat().st_size > 1000
 
 
@@ -102,7 +103,9 @@ def test_the_file_is_an_ordinary_effect(proposed, pulled, tmp_path, capsys):
     assert change.add([*arguments, "--json"]) == 0
     added = json.loads(capsys.readouterr().out)
     assert added["rmse"] < added["rmse_before"]
-    assert yaml.safe_load(model.read_text())["effects"][0]["file"] == file
+    assert yaml.safe_load(model.read_text())["effects"][0]["file"] == os.path.relpath(
+        file, tmp_path
+    )
     assert "while driving" in load_file(file)[0].what
 
 
@@ -131,8 +134,8 @@ def test_confirm_wants_other_runs_and_an_interval(proposed, pulled, tmp_path):
     with pytest.raises(FlatplankError, match="are the runs of the search"):
         confirm.main([proposed["file"], search, "--with", search])
     text = proposed["text"]
-    old = tmp_path / "old.py"
-    old.write_text("\n".join(row for row in text.splitlines() if "    interval =" not in row))
+    old = tmp_path / "old.yaml"
+    old.write_text("\n".join(row for row in text.splitlines() if "interval:" not in row))
     with pytest.raises(FlatplankError, match="has no interval"):
         confirm.main([str(old), search, "--with", new])
 

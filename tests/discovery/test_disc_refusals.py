@@ -15,6 +15,7 @@ from flatplank_analysis.contact_patch.data import from_tables, load_runs
 from flatplank_analysis.contact_patch.parameters import NAMES
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import modelfile
+from flatplank_analysis.effects import consent
 from flatplank_analysis.effects.checks import probe_model
 from flatplank_analysis.effects.registry import library
 from flatplank_data.campaign import Campaign
@@ -46,6 +47,7 @@ def _own(tmp_path, old: str = "", new: str = ""):
     assert old in OWN
     path = tmp_path / "mine.py"
     path.write_text(OWN.replace(old, new))
+    consent.give([path])
     return path
 
 

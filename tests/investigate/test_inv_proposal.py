@@ -42,4 +42,4 @@ def test_what_no_effect_explains_is_proposed_at_the_end(tmp_path):
     for words in (text, page, shown["proposal"]):
         assert f"proposed: {found['reason']}" in words
         assert "a guess until `flatplank confirm` has seen new runs" in words
-    assert "def " in shown["code"] and "class " in page
+    assert "acts_on: " in shown["code"] and "acts_on: " in page

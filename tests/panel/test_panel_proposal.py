@@ -12,6 +12,7 @@ from made_up import campaign
 from panel_rig import shows, status, wait_for
 
 from flatplank_analysis.effects.checks import check_effect
+from flatplank_analysis.effects.grammar.former import sentence_of
 from flatplank_analysis.effects.registry import load_file
 from flatplank_panel.analysis import proposing
 from flatplank_panel.analysis.worker import do_request
@@ -25,6 +26,9 @@ def quiet(_text: str, _share: float) -> None:
     """Nobody looks on."""
 
 
+FORMER = Path(__file__).parents[1] / "discovery" / "former"
+
+
 def test_nothing_is_added_that_was_not_proposed(tmp_path):
     folder = campaign(tmp_path / "pulled")
     about = {"folder": str(folder), "model": str(folder / "model.yaml")}
@@ -34,12 +38,14 @@ def test_nothing_is_added_that_was_not_proposed(tmp_path):
         {"do": "confirm", "with": {**about, "name": "mine", "new": str(folder)}}, quiet
     )
     assert "add it first" in answer["error"]
-    proposing._TEXTS[str(folder)] = "import os\n"
+    sentence = sentence_of((FORMER / "fx_bump.txt").read_bytes())
+    assert sentence is not None
+    proposing._SENTENCES[str(folder)] = sentence
     answer = do_request({"do": "accept", "with": {**about, "name": "../mine"}}, quiet)
     assert "no identifier" in answer["error"]
     answer = do_request({"do": "rename", "with": {**about, "old": "it", "new": "a b"}}, quiet)
     assert "no identifier" in answer["error"]
-    assert sorted(p.name for p in folder.glob("*.py")) == []
+    assert sorted(folder.glob("*mine*")) == []
 
 
 @pytest.mark.browser
@@ -53,7 +59,7 @@ def test_a_pull_is_proposed_named_added_and_confirmed_by_mouse(visitor, data: Pa
     wait_for(lambda: "beyond the floor" in status(who), 300.0, "the base is fitted")
     who.click("Propose")
     said(who, "Proposed: a force in Fx over plank position, only while braking,")
-    assert "param(" in shown(who)
+    assert "acts_on: fx" in shown(who)
     wait_for(lambda: not status(who).endswith("…"), what="the progress has gone")
     looked_after(who)
     who.page.set_viewport_size({"width": 1440, "height": 2200})
@@ -65,10 +71,10 @@ def test_a_pull_is_proposed_named_added_and_confirmed_by_mouse(visitor, data: Pa
     who.fill("Name of the effect", "cable_drag")
     who.click("Rename")
     said(who, f"{name} is cable_drag from now on")
-    assert "class CableDrag(Proposed)" in shown(who)
+    assert "name: cable_drag" in shown(who)
     assert held(first) == ["cable_drag"]
-    assert [p.name for p in first.glob("*.py")] == ["cable_drag.py"]
-    (effect,) = load_file(first / "cable_drag.py")
+    assert not (first / f"{name}.yaml").exists()
+    (effect,) = load_file(first / "cable_drag.yaml")
     assert check_effect(effect) == []
     who.field("Campaign of new runs").click()
     who.page.get_by_role("option").filter(has_text="new_runs").first.click()

@@ -21,11 +21,11 @@ from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.contact_patch.tire_runs import TireRuns, coordinates_of
 from flatplank_analysis.discovery.model import ParameterSet
-from flatplank_analysis.proposal.modulators import BY_NAME
+from flatplank_analysis.effects.grammar.modulators import BY_NAME
+from flatplank_analysis.effects.grammar.shapes.base import Span
 from flatplank_analysis.proposal.propose import propose_from_diagnosis
 from flatplank_analysis.proposal.search import RefittedSentence
-from flatplank_analysis.proposal.shapes.base import Span
-from flatplank_analysis.proposal.sites import factor, varying_coordinates
+from flatplank_analysis.proposal.sites import varying_coordinates
 from flatplank_data.table import MeasurementTable
 from flatplank_sim.sealed.conditions import Run, Setting
 from flatplank_validation.blind.journal import read
@@ -77,7 +77,7 @@ def inputs(data: TireRuns, spans: Mapping[str, Span]) -> Inputs:
     return Inputs(
         {n: np.ravel(known[n].values) for n in spans},
         {n: s.kind for n, s in spans.items()},
-        {s: np.ravel(factor(BY_NAME[s], data)) for s in SIDES},
+        {s: np.ravel(BY_NAME[s].values(data)) for s in SIDES},
     )
 
 

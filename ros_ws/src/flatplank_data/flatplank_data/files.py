@@ -3,8 +3,11 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from flatplank_data.errors import UnwritableError
@@ -18,6 +21,24 @@ def read_text(path: str | Path) -> str:
         raise ValueError(f"{path}: cannot be read ({error.strerror})") from None
     except UnicodeDecodeError:
         raise ValueError(f"{path}: cannot be read (it is no text)") from None
+
+
+@contextmanager
+def only_writer(path: str | os.PathLike[str]) -> Iterator[None]:
+    """Wait until no other program changes a file, and keep the others waiting: around reading,
+    comparing and replacing it. The lock is a file beside it and ends with the program.
+
+    Raises UnwritableError when the lock cannot be made.
+    """
+    target = Path(path)
+    try:
+        lock = target.with_name(f".{target.name}.lock").open("a")
+    except OSError as error:
+        what = f"cannot be written ({error.strerror})"
+        raise UnwritableError(what, str(target), "choose another place") from error
+    with lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
 
 
 PART = ".part"

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from flatplank_panel import validation as check
-from flatplank_panel.analysis.client import Analysis
+from flatplank_panel.analysis.client import Analysis, ConsentNeeded
 from flatplank_panel.next_plan import write_next
 
 MODEL = "model.yaml"
@@ -113,6 +113,10 @@ class PageAnalysis:
         opened = await self._do("open", folder=str(where), model=str(path))
         self._open, self._model, self.next_run = folder, path, {}
         return opened
+
+    async def allow(self, asked: ConsentNeeded) -> None:
+        """Allow an effect file that the user has read to run."""
+        await self._do("allow", file=asked.file, digest=asked.digest)
 
     async def simulate(self, folder: str, seed: Any) -> str:
         """Make a campaign with a hidden effect on the twin; returns its new folder."""

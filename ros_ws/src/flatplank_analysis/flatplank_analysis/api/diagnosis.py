@@ -20,6 +20,7 @@ from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.model import Model as Predicting
 from flatplank_analysis.discovery.report.text import text_of
 from flatplank_analysis.discovery.search import Options, run_search
+from flatplank_analysis.effects import consent
 from flatplank_data.errors import FlatplankError
 
 if TYPE_CHECKING:
@@ -31,12 +32,16 @@ def diagnose(
     model: Model | None = None,
     effects: Sequence[str | os.PathLike[str]] = (),
     measured: Mapping[str, Mapping[str, float]] | None = None,
+    trust: Sequence[str | os.PathLike[str]] = (),
 ) -> Diagnosed:
     """Search for what a model lacks; `model`: by default the tire without effects.
 
     effects: your own effect files in addition to the library; measured: start values [SI] by
-    effect and parameter, as a calibration gives them.
+    effect and parameter, as a calibration gives them; trust: Python effect files that may run as
+    they are now.
     """
+    consent.give(trust)
+    effects = (*effects, *trust)
     files = [*(os.fspath(e) for e in effects), *(model.session.files if model else ())]
     if model and same_runs(model.session.campaign, runs) and not effects:
         session = model.session

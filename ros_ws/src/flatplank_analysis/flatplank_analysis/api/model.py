@@ -18,6 +18,7 @@ from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import determined
 from flatplank_analysis.discovery.modelfile import ModelFile, load_model, save_unchanged
 from flatplank_analysis.discovery.steps import Step
+from flatplank_analysis.effects import consent
 from flatplank_data.wording import sized
 
 if TYPE_CHECKING:
@@ -28,14 +29,17 @@ def fit(
     runs: pd.DataFrame,
     model: str | os.PathLike[str] | None = None,
     effects: Sequence[str | os.PathLike[str]] = (),
+    trust: Sequence[str | os.PathLike[str]] = (),
 ) -> Model:
     """Fit the tire to a table of runs; `flatplank compare` does the same.
 
-    model: a model file to start from, with its effects; effects: your own effect files.
+    model: a model file to start from, with its effects; effects: your own effect files; trust:
+    Python effect files that may run as they are now (`flatplank_analysis.effects.consent`).
     """
+    consent.give(trust)
     file = load_model(model) if model is not None else None
     own = [e.file for e in file.effects if e.file] if file else []
-    session = open_session(runs, [*(os.fspath(e) for e in effects), *own])
+    session = open_session(runs, [*(os.fspath(e) for e in (*effects, *trust)), *own])
     made = Model(session, file)
     _ = made.step
     return made

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+from flatplank_analysis.effects import consent
 from flatplank_data.arguments import Parser
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError, NothingUsableError
@@ -33,6 +34,24 @@ def campaign_parser(verb: str, text: str, several: bool = False) -> argparse.Arg
 def mapping_argument(parser: argparse.ArgumentParser) -> None:
     """Add the option `--mapping`."""
     parser.add_argument("--mapping", metavar="FILE", help="YAML with foreign topics or columns")
+
+
+def effect_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options `--effects` and `--trust`."""
+    parser.add_argument(
+        "--effects", metavar="FILE", action="append", default=[],
+        help="effects of your own: a proposal, or Python that you have allowed to run",
+    )  # fmt: skip
+    parser.add_argument(
+        "--trust", metavar="FILE", action="append", default=[],
+        help="the same, and allow this Python file to run as it is now; remembered for you",
+    )  # fmt: skip
+
+
+def effect_files(arguments: argparse.Namespace) -> list[str]:
+    """The user's effect files, after consent to those of `--trust`."""
+    consent.give(arguments.trust)
+    return [*arguments.effects, *arguments.trust]
 
 
 def tire_argument(parser: argparse.ArgumentParser) -> None:

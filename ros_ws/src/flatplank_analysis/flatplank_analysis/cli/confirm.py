@@ -9,7 +9,7 @@ from pathlib import Path
 
 from flatplank_analysis.cli import common, loop
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.effects.registry import load_file
+from flatplank_analysis.effects.registry import SUFFIXES, load_file
 from flatplank_analysis.proposal.confirm import Confirmation, confirm, fit_with_effect, interval_of
 from flatplank_data.errors import FlatplankError
 from flatplank_data.wording import sized, span
@@ -29,8 +29,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run(arguments: argparse.Namespace) -> int:
     if arguments.folder is None:
         raise FlatplankError("no campaign", "confirm", "name the campaign folder: DIR")
+    arguments.effects = common.effect_files(arguments)
     name, files = _effect(arguments.effect, arguments.folder)
-    arguments.effects = [*arguments.effects, *files]
+    arguments.effects += files
     session, model = loop.open_to_look(arguments, own=True)
     if name not in session.effects:
         raise FlatplankError(f"no effect '{name}'", "confirm", "name the file of the proposal")
@@ -53,10 +54,10 @@ def _run(arguments: argparse.Namespace) -> int:
 def _effect(given: str, folder: str) -> tuple[str, list[str]]:
     """Identifier and file of an effect, given as a file or as a name in the campaign folder."""
     path = Path(given)
-    if given.endswith(".py"):
+    if path.suffix in SUFFIXES:
         return load_file(path)[0].identifier, [given]
-    there = Path(folder) / f"{given}.py"
-    return given, [str(there)] if there.is_file() else []
+    there = [Path(folder) / f"{given}{suffix}" for suffix in SUFFIXES]
+    return given, [str(file) for file in there if file.is_file()][:1]
 
 
 def text_of(result: Confirmation) -> list[str]:

@@ -14,13 +14,15 @@ from flatplank_data.wording import table
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """`flatplank effects [NAME] [--effects FILE] [--write DIR] [--json]`, `... check FILE`."""
+    """`flatplank effects [NAME] [--effects FILE] [--trust FILE] [--write DIR] [--json]`,
+    `... check FILE`."""
     parser = Parser(prog="flatplank effects", description=__doc__)
     parser.add_argument("what", nargs="*", help="nothing: all; NAME: one; check FILE: test a file")
-    parser.add_argument("--effects", metavar="FILE", action="append", default=[])
+    common.effect_arguments(parser)
     parser.add_argument("--write", metavar="DIR", help="a page with a picture for every effect")
     parser.add_argument("--json", action="store_true", help="print JSON for programs")
     arguments = parser.parse_args(argv)
+    files = common.effect_files(arguments)
     if arguments.what[:1] == ["check"]:
         if len(arguments.what) != 2:
             parser.error("check FILE")
@@ -28,12 +30,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     if arguments.write:
         from flatplank_analysis.cli.effect_pages import write
 
-        count = write(library(arguments.effects), Path(arguments.write))
+        count = write(library(files), Path(arguments.write))
         print(f"{count} pages in {arguments.write}")
         return 0
     if arguments.what:
-        return _one(find(arguments.what[0], arguments.effects), arguments.json)
-    return _all(library(arguments.effects), arguments.json)
+        return _one(find(arguments.what[0], files), arguments.json)
+    return _all(library(files), arguments.json)
 
 
 def describe(effect: type[Effect]) -> dict:

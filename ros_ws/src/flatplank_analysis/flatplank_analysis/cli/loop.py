@@ -25,9 +25,7 @@ def loop_parser(verb: str, text: str | None, effect: bool = False) -> argparse.A
     else:
         parser.add_argument("folder", metavar="DIR", help="campaign folder")
     parser.add_argument("--model", metavar="FILE", help="model file (YAML)")
-    parser.add_argument(
-        "--effects", metavar="FILE", action="append", default=[], help="Python file with effects"
-    )
+    common.effect_arguments(parser)
     parser.add_argument("--json", action="store_true", help="print JSON for programs")
     common.mapping_argument(parser)
     return parser
@@ -70,7 +68,7 @@ def _session(arguments: argparse.Namespace, folder: str, model: ModelFile | None
     """The campaign with the effects of the command line and of the model file."""
     own = [e.file for e in model.effects if e.file] if model else []
     mapping = common.read_mapping(arguments.mapping)
-    session = Session.open(folder, [*arguments.effects, *own], mapping)
+    session = Session.open(folder, [*common.effect_files(arguments), *own], mapping)
     common.print_problems(session.campaign.problems)
     return session
 

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from flatplank_analysis.cli import common, loop
+from flatplank_analysis.effects.grammar.file import SUFFIX
 from flatplank_analysis.proposal.propose import PROPOSED, Proposal, propose
 from flatplank_data.errors import FlatplankError
 from flatplank_data.files import write_atomic
@@ -21,7 +22,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     [--report DIR] [--json]`."""
     parser = loop.loop_parser("propose", __doc__)
     parser.add_argument(
-        "--out", metavar="FILE", help="the effect file; default: proposed_NAME.py in DIR"
+        "--out", metavar="FILE", help="the effect file; default: proposed_NAME.yaml in DIR"
     )
     parser.add_argument("--report", metavar="DIR", help="write a page: curve, form and file")
     arguments = parser.parse_args(argv)
@@ -56,7 +57,7 @@ def _run(arguments: argparse.Namespace) -> int:
 def _place(folder: str, name: str) -> Path:
     there = Path(folder)
     writable = "://" not in folder and os.access(there, os.W_OK)
-    return (there if writable else Path()) / f"{name}.py"
+    return (there if writable else Path()) / f"{name}{SUFFIX}"
 
 
 def _require_new(path: Path) -> None:

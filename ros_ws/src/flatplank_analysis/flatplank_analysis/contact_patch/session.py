@@ -26,7 +26,7 @@ from flatplank_analysis.discovery.state import channel_weights, make_state, star
 from flatplank_analysis.discovery.steps import Progress, Step
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.effects.checks import sound_library
-from flatplank_analysis.effects.registry import find, library, source_file
+from flatplank_analysis.effects.registry import find, library
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError
 from flatplank_data.table import MeasurementTable
@@ -232,7 +232,7 @@ class Session:
         own = {e.name: e.file for e in model.effects}
         pairs = [(t, t.effect.identifier) for t in fit.terms]
         entries = tuple(
-            Entry(name, t.named(), own.get(name, "") or source_file(t.effect)) for t, name in pairs
+            Entry(name, t.named(), own.get(name, "") or t.effect.file) for t, name in pairs
         )
         parameters = dict(zip(names, (float(v) for v in fit.base), strict=True))
         return replace(model, parameters=parameters, effects=entries, campaign=self.campaign.path)

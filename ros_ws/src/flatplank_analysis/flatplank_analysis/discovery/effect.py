@@ -51,6 +51,8 @@ class Effect:
     """part of the size that a `known` parameter of the base takes: the screening shows the rest"""
     order: ClassVar[int] = 0
     """hooks of a lower order act first"""
+    file: ClassVar[str] = ""
+    """the user's file that defines it; empty for all others"""
 
     @classmethod
     def parameters(cls) -> tuple[Parameter, ...]:

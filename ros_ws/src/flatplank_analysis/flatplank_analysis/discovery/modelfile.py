@@ -1,22 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
 """The model file: base, parameters, effects, and their history (YAML).
 
-A new file replaces the old one atomically, so that it is never incomplete.
+A new file replaces the old one atomically, so that it is never incomplete. The paths in it are
+relative to its folder, so that a moved campaign stays whole; in memory they are as Python needs
+them.
 """
 
 from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import yaml
 
 from flatplank_data.errors import FlatplankError
-from flatplank_data.files import write_atomic
+from flatplank_data.files import only_writer, write_atomic
 from flatplank_data.yaml_text import dump_yaml, parse_yaml
 
 FORMAT = "flatplank-discovery-model/1"
@@ -29,7 +32,7 @@ class Entry:
     name: str
     parameters: Mapping[str, float] = field(default_factory=dict)
     file: str = ""
-    """the user's file that defines it; empty for a shipped effect"""
+    """path of the user's file that defines it; empty for a shipped effect"""
 
 
 @dataclass(frozen=True)
@@ -133,6 +136,7 @@ def load_model(path: str | os.PathLike[str]) -> ModelFile:
     unknown = sorted(set(raw) - _KEYS)
     if unknown:
         raise FlatplankError(f"unknown key '{unknown[0]}'", where, f"known: {sorted(_KEYS)}")
+    raw = _with_paths(raw, partial(_found, folder=Path(path).parent))
     return ModelFile(
         base=str(raw.get("base") or ModelFile.base),
         campaign=str(raw.get("campaign") or ""),
@@ -142,6 +146,41 @@ def load_model(path: str | os.PathLike[str]) -> ModelFile:
         path=where,
         read=read,
     )
+
+
+def _with_paths(raw: Mapping[str, Any], change: Callable[[str], str]) -> dict[str, Any]:
+    """Content of a model file, or of a line of its history, with its paths changed."""
+    out = dict(raw)
+    if isinstance(out.get("campaign"), str):
+        out["campaign"] = change(out["campaign"])
+    if isinstance(out.get("effects"), list):
+        out["effects"] = [
+            {**e, "file": change(str(e["file"]))}
+            if isinstance(e, Mapping) and e.get("file")
+            else e
+            for e in out["effects"]
+        ]
+    if isinstance(out.get("history"), list):
+        lines = out["history"]
+        out["history"] = [_with_paths(h, change) if isinstance(h, Mapping) else h for h in lines]
+    return out
+
+
+def _found(path: str, folder: Path) -> str:
+    """A path of a model file as it is read: from the folder of the model file; from here where
+    only that exists, as earlier versions wrote it."""
+    if not path or "://" in path:
+        return path
+    there = folder / path
+    return path if Path(path).exists() and not there.exists() else str(there)
+
+
+def _beside(path: str, folder: Path) -> str:
+    """A path as it stands in a model file: from its folder; elsewhere as it is, if it is gone."""
+    if not path or "://" in path:
+        return path
+    inside = folder.absolute() in Path(path).absolute().parents
+    return os.path.relpath(path, folder) if inside or Path(path).exists() else path
 
 
 def _list(raw: Mapping[str, Any], key: str, where: str) -> list[Any]:
@@ -187,22 +226,25 @@ def _numbers(raw: Any, where: str) -> dict[str, float]:
 
 def save_model(model: ModelFile, path: str | os.PathLike[str]) -> None:
     """Write a model file atomically, replacing any existing one."""
-    write_atomic(path, _text(model))
+    write_atomic(path, _text(model, path))
 
 
 def save_unchanged(model: ModelFile, path: str | os.PathLike[str]) -> ModelFile:
     """Write a model file unless it changed since `model` was read; return the written model.
 
     FlatplankError when another program changed, created or removed the file; nothing is written.
+    Of several writers at once one writes, and the others are told.
     """
     target = Path(path)
-    if (target.read_bytes() if target.exists() else None) != model.read:
-        raise FlatplankError(
-            "was changed meanwhile, nothing is written", str(target), "open it again"
-        )
-    save_model(model, target)
-    return replace(model, path=str(target), read=_text(model).encode("utf-8"))
+    with only_writer(target):
+        if (target.read_bytes() if target.exists() else None) != model.read:
+            raise FlatplankError(
+                "was changed meanwhile, nothing is written", str(target), "repeat the step"
+            )
+        save_model(model, target)
+    return replace(model, path=str(target), read=_text(model, target).encode("utf-8"))
 
 
-def _text(model: ModelFile) -> str:
-    return dump_yaml(model.to_dict(), allow_unicode=True)
+def _text(model: ModelFile, path: str | os.PathLike[str]) -> str:
+    data = _with_paths(model.to_dict(), partial(_beside, folder=Path(path).parent))
+    return dump_yaml(data, allow_unicode=True)

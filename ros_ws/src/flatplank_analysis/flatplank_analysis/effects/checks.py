@@ -15,7 +15,7 @@ from flatplank_analysis.contact_patch.tire_runs import coordinates_of
 from flatplank_analysis.discovery.effect import Effect, call_hook, variants_of
 from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_analysis.discovery.runs import Coordinate, RunSet
-from flatplank_analysis.effects.registry import library, source_file
+from flatplank_analysis.effects.registry import library
 from flatplank_data.errors import FlatplankError
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
@@ -91,11 +91,10 @@ def sound_library(files: Iterable[str | Path] = ()) -> dict[str, type[Effect]]:
     contract."""
     known = library(files)
     for effect in known.values():
-        file = source_file(effect)
-        faults = check_effect(effect) if file else []
+        faults = check_effect(effect) if effect.file else []
         if faults:
             remedy = "mend the file; `flatplank effects check FILE` tests it"
-            raise FlatplankError(faults[0], f"{file}, effect {effect.identifier}", remedy)
+            raise FlatplankError(faults[0], f"{effect.file}, effect {effect.identifier}", remedy)
     return known
 
 

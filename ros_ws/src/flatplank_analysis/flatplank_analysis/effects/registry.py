@@ -5,24 +5,30 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
-import inspect
 import pkgutil
 import sys
 from collections.abc import Iterable
 from functools import lru_cache
+from importlib.machinery import SourceFileLoader
 from importlib.metadata import entry_points
 from pathlib import Path
-from types import ModuleType
+from types import CodeType, ModuleType
 from zlib import crc32
 
 from flatplank_analysis.discovery.effect import Effect
+from flatplank_analysis.effects import consent
 from flatplank_analysis.effects.base import TireEffect
+from flatplank_analysis.effects.grammar import file as proposal_file
+from flatplank_analysis.effects.grammar import former
+from flatplank_analysis.effects.grammar.sentence import Sentence, effect_of
 from flatplank_data.errors import FlatplankError
 from flatplank_data.params import similar_names
 
 GROUP = "flatplank.effects"
+SUFFIXES = (proposal_file.SUFFIX, ".py")
+"""of effect files"""
 _USER = "flatplank_user_effects_"
-_NOT_EFFECTS = {"base", "registry", "checks"}
+_NOT_EFFECTS = {"base", "registry", "checks", "consent", "grammar"}
 
 
 def effects_in(module: ModuleType) -> list[type[Effect]]:
@@ -61,38 +67,64 @@ def _from_entry(point) -> list[type[Effect]]:
 
 
 def load_file(path: str | Path) -> list[type[Effect]]:
-    """Effects of a user's Python file."""
+    """Effects of a user's file: a proposal, which is data, or Python that the user has allowed.
+
+    ConsentError for Python that is not allowed; nothing of it has run then.
+    """
     path = Path(path)
-    if not path.is_file():
-        raise FlatplankError("no such file", str(path), "give the path of a Python file")
-    # files with the same name in two folders are two modules
-    name = f"{_USER}{path.stem}_{crc32(bytes(path.resolve())):08x}"
-    spec = importlib.util.spec_from_file_location(name, path)
-    if spec is None or spec.loader is None:
-        raise FlatplankError("is not a Python file", str(path), "give a file that ends in .py")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
-    try:
-        spec.loader.exec_module(module)
-    except Exception as error:
-        what = f"cannot be read ({type(error).__name__}: {error})"
-        raise FlatplankError(what, str(path), "mend the file") from error
-    found = effects_in(module)
+    content = consent.read(path)
+    sentence = proposal_of(path, content)
+    if sentence is not None:
+        found = [effect_of(sentence)]
+    elif path.suffix != ".py":
+        raise FlatplankError("is no effect file", str(path), "give a file that ends in .py")
+    elif not consent.is_given(content):
+        raise consent.ConsentError(path, content)
+    else:
+        found = effects_in(_run(path, content))
     if not found:
         remedy = "define a frozen dataclass of TireEffect with identifier"
         raise FlatplankError("holds no effect", str(path), remedy)
+    for effect in found:
+        effect.file = str(path.resolve())
     return found
 
 
-def source_file(effect: type[Effect]) -> str:
-    """The user's file that defines an effect; empty for all others."""
-    if not effect.__module__.startswith(_USER):
-        return ""
-    return str(Path(inspect.getfile(effect)).resolve())
+def proposal_of(path: Path, content: bytes) -> Sentence | None:
+    """The sentence of a proposal's file; None for other effect files. Nothing is executed."""
+    if path.suffix == proposal_file.SUFFIX:
+        return proposal_file.sentence_of(content, str(path))
+    return former.sentence_of(content) if path.suffix == ".py" else None
+
+
+class _Allowed(SourceFileLoader):
+    """Runs the content that was allowed, not what the file or its byte code has become since."""
+
+    content = b""
+
+    def get_code(self, fullname: str) -> CodeType:
+        return self.source_to_code(self.content, self.path)
+
+
+def _run(path: Path, content: bytes) -> ModuleType:
+    # files with the same name in two folders are two modules
+    name = f"{_USER}{path.stem}_{crc32(bytes(path.resolve())):08x}"
+    loader = _Allowed(name, str(path))
+    loader.content = content
+    spec = importlib.util.spec_from_file_location(name, path, loader=loader)
+    assert spec is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    try:
+        loader.exec_module(module)
+    except Exception as error:
+        what = f"cannot be read ({type(error).__name__}: {error})"
+        raise FlatplankError(what, str(path), "mend the file") from error
+    return module
 
 
 def _origin(effect: type[Effect]) -> str:
-    return source_file(effect) or effect.__module__
+    return effect.file or effect.__module__
 
 
 def library(files: Iterable[str | Path] = ()) -> dict[str, type[Effect]]:

@@ -7,18 +7,17 @@ A curve is a sum of hat functions; the model's responses to them give its respon
 from __future__ import annotations
 
 import dataclasses
-import textwrap
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
+from flatplank_analysis.contact_patch.tire_runs import TireRuns
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.effects.base import TireEffect
-from flatplank_analysis.effects.force_channel import shifted
-from flatplank_analysis.proposal.shapes.base import ANGLE, LEVEL, PLACE, Span
-from flatplank_analysis.proposal.sites import Site
+from flatplank_analysis.effects.grammar.sentence import Site, method_of
+from flatplank_analysis.effects.grammar.shapes.base import ANGLE, LEVEL, PLACE, Span
 
 COARSE = {PLACE: 14, LEVEL: 5}
 FINE = {PLACE: 72, LEVEL: 24}
@@ -77,29 +76,15 @@ def effect_of_curve(site: Site, basis: np.ndarray) -> type[Effect]:
 
     names = [f"c{i}" for i in range(len(basis))]
 
-    def change(self) -> np.ndarray:
-        sizes = np.stack([np.ravel(getattr(self, n)) for n in names], axis=-1)
+    def change(effect: Any, _data: TireRuns) -> np.ndarray:
+        sizes = np.stack([np.ravel(getattr(effect, n)) for n in names], axis=-1)
         return (sizes @ flat).reshape(len(sizes), *basis.shape[1:])
 
     facts: Mapping[str, Any] = {
         "identifier": "curve", "coordinate": site.coordinate.name, "kind": hook.kind,
-        "order": hook.order, "change": change,
-        hook.method: _method(hook.method, hook.line, site.modulator.formula),
+        "order": hook.order, hook.method: method_of(hook, site.modulator, change),
     }  # fmt: skip
     fields = [(n, float, number()) for n in names]
     return dataclasses.make_dataclass(
         "Curve", fields, bases=(TireEffect,), frozen=True, namespace=dict(facts)
     )
-
-
-def _method(method: str, line: str, factor: str) -> Any:
-    times = f" * ({factor})" if factor else ""
-    source = (
-        f"def {method}(self, {method}):\n"
-        f"    data = {method}.data\n"
-        f"    change = self.change(){times}\n"
-        f"{textwrap.indent(line, '    ')}\n"
-    )
-    scope: dict[str, Any] = {"np": np, "shifted": shifted}
-    exec(source, scope)
-    return scope[method]

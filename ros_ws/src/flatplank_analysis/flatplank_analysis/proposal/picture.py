@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from flatplank_analysis.discovery.report.figures import BLUE, GREY, ORANGE, figure_of
 from flatplank_analysis.discovery.report.page import FigureWriter
+from flatplank_analysis.effects.grammar.file import SUFFIX
 from flatplank_analysis.proposal.propose import Proposal
 from flatplank_data.files import write_atomic
 from flatplank_data.wording import displayed
@@ -96,7 +97,7 @@ def write_page(result: Proposal, folder: Path, campaign: str) -> Path:
     page = folder / "index.html"
     texts = {
         "campaign": campaign, "verdict": result.verdict, "sentence": words,
-        "reason": result.reason, "file": f"{result.name}.py" if result.name else "",
+        "reason": result.reason, "file": f"{result.name}{SUFFIX}" if result.name else "",
         "text": result.text,
     }  # fmt: skip
     write_atomic(page, _PAGE.format(svg=svg, **{k: html.escape(v) for k, v in texts.items()}))

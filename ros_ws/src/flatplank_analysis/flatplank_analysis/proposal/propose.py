@@ -23,14 +23,15 @@ from flatplank_analysis.discovery.shortlist import EVIDENCE
 from flatplank_analysis.discovery.state import State, make_candidates, make_state
 from flatplank_analysis.discovery.steps import Progress, Step
 from flatplank_analysis.discovery.verdict import Diagnosis
+from flatplank_analysis.effects.grammar.file import text_of
+from flatplank_analysis.effects.grammar.hooks import HOOKS
+from flatplank_analysis.effects.grammar.modulators import BY_NAME
+from flatplank_analysis.effects.grammar.sentence import Sentence, Site, effect_of
+from flatplank_analysis.effects.grammar.shapes.base import LEVEL
 from flatplank_analysis.proposal.curves import effect_of_curve
 from flatplank_analysis.proposal.exchange import POWERS, exchange_test
-from flatplank_analysis.proposal.hooks import HOOKS
-from flatplank_analysis.proposal.modulators import BY_NAME
 from flatplank_analysis.proposal.search import Outcome, Proposer, RefittedSentence
-from flatplank_analysis.proposal.shapes.base import LEVEL
-from flatplank_analysis.proposal.sites import Site, varying_coordinates
-from flatplank_analysis.proposal.writing import Sentence, effect_of, text_of
+from flatplank_analysis.proposal.sites import varying_coordinates
 
 PROPOSED, NOTHING = "proposed", "nothing to propose"
 STEADY = ("fx", "gain", "friction", "slip")
@@ -266,7 +267,7 @@ def _refitted_proposal(
 ) -> Proposal:  # fmt: skip
     """The file of the best sentence, refitted as by `add`."""
     best = replace(best, sentence=_named(best.sentence, session))
-    effect = effect_of(text_of(best.sentence))
+    effect = effect_of(best.sentence)
     wider = replace(session, effects={**session.effects, effect.identifier: effect})
     known = session.file_of(model or ModelFile(), step.state.fit)
     _, after, numbers = wider.add(known, effect.identifier, _with_candidate(step, effect))

@@ -1,36 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Base class and imports for the files of proposed effects."""
+"""What effect files import that earlier versions of `flatplank propose` wrote and a person has
+edited since: Python like any other effect file. An unedited one is read as data
+(`effects/grammar/former.py`)."""
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
-
-import numpy as np
-
 from flatplank_analysis.discovery.parameters import param
-from flatplank_analysis.effects.base import Motion, Signal, Tire, TireEffect
+from flatplank_analysis.effects.base import Motion, Signal, Tire
 from flatplank_analysis.effects.force_channel import shifted
-from flatplank_analysis.proposal.shapes.base import follow, play
+from flatplank_analysis.effects.grammar.proposed import Proposed
+from flatplank_analysis.effects.grammar.shapes.base import follow, play
 
 __all__ = ["Motion", "Proposed", "Signal", "Tire", "follow", "param", "play", "shifted"]
-
-
-class Proposed(TireEffect):
-    """Base of the effects that `flatplank propose` writes, until the cause is known."""
-
-    source = "flatplank propose"
-    removes = "Removing its cause; until then this file in the model."
-    interval: ClassVar[tuple[float, float]]
-    """90 % interval of the size in the search [SI], for comparison with new runs"""
-
-    def __init_subclass__(cls, **more: Any) -> None:
-        super().__init_subclass__(**more)
-        first = cls.what.partition(",")[0].rstrip(".")
-        cls.title = vars(cls).get("title") or f"Proposed: {first[:1].lower()}{first[1:]}"
-
-    @classmethod
-    def size(cls, values: dict[str, float]) -> float:
-        """Value of the main parameter; amplitude of a wave."""
-        if "cos" in values:
-            return float(np.hypot(values["cos"], values["sin"]))
-        return super().size(values)

@@ -12,12 +12,13 @@ from flatplank_analysis.contact_patch.tire_runs import TireRuns
 from flatplank_analysis.discovery.gram import solve
 from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_analysis.discovery.state import State
+from flatplank_analysis.effects.grammar.hooks import NONE
+from flatplank_analysis.effects.grammar.sentence import Site, SiteCoordinate
+from flatplank_analysis.effects.grammar.shapes import shapes
+from flatplank_analysis.effects.grammar.shapes.base import ANGLE, LEVEL, PLACE, Shape, Span
 from flatplank_analysis.identify.results import NORMAL_90
 from flatplank_analysis.proposal.curves import basis_of, effect_of_curve, knots_of
-from flatplank_analysis.proposal.hooks import NONE
-from flatplank_analysis.proposal.shapes import shapes
-from flatplank_analysis.proposal.shapes.base import ANGLE, LEVEL, PLACE, Shape, Span
-from flatplank_analysis.proposal.sites import EVENT, Site, SiteCoordinate, event_coordinate, factor
+from flatplank_analysis.proposal.sites import EVENT, event_coordinate
 
 WAVE_NODES = 6
 """least number of nodes per period of a wave"""
@@ -187,7 +188,7 @@ class Scanner:
 
     def _hints_of(self, shape: Shape, site: Site) -> list[dict[str, float]]:
         """Settings at which a force has the largest gain, also with the sign of the slip."""
-        coordinate, weight = site.coordinate, factor(site.modulator, self.data)
+        coordinate, weight = site.coordinate, site.modulator.values(self.data)
         pairs = shape.name == "beat"
         single = shapes()["wave"] if pairs else shape
         shortest = WAVE_NODES * float(np.median(np.abs(np.diff(coordinate.values, axis=1))))
@@ -265,7 +266,7 @@ class Scanner:
         time = self.state.runs.time
         basis = np.concatenate([shape.values(span, coordinate.values, s, time) for s in settings])
         scores = self.scores(site, basis)
-        k = len(shape.terms)
+        k = len(shape.sizes)
         parts = scores.parts(k)
         best = int(np.argmax([p.gain() for p in parts]))
         return FittedShape(site, shape, settings[best], parts[best].sizes(), parts[best].gain())

@@ -19,6 +19,8 @@ from flatplank_analysis.discovery.rivals import ALIKE
 from flatplank_analysis.discovery.shortlist import EVIDENCE
 from flatplank_analysis.discovery.state import State
 from flatplank_analysis.discovery.steps import Progress
+from flatplank_analysis.effects.grammar.sentence import Sentence, Site, effect_of
+from flatplank_analysis.effects.grammar.shapes.base import SIGNAL
 from flatplank_analysis.proposal.scan import (
     CURVE,
     FURTHER,
@@ -30,9 +32,7 @@ from flatplank_analysis.proposal.scan import (
     ScanResult,
     has_period,
 )
-from flatplank_analysis.proposal.shapes.base import SIGNAL
-from flatplank_analysis.proposal.sites import Site, sites_of, varying_coordinates
-from flatplank_analysis.proposal.writing import Sentence, effect_of, text_of
+from flatplank_analysis.proposal.sites import sites_of, varying_coordinates
 
 T = TypeVar("T")
 SITES, FORMS, REFITS = 10, 3, 8
@@ -239,8 +239,8 @@ class Proposer:
     def refit(self, formed: FittedShape, looked: float) -> RefittedSentence:
         """The joint refit of a shape, with all tests."""
         sentence = Sentence(formed.site, formed.shape, formed.numbers)
-        effect = effect_of(text_of(sentence))
-        values = dict(zip(sentence.size_names, map(float, formed.sizes), strict=True))
+        effect = effect_of(sentence)
+        values = dict(zip(sentence.shape.sizes, map(float, formed.sizes), strict=True))
         values |= formed.numbers
         start = {
             p.name: float(np.clip(values[p.name], p.lower, p.upper)) for p in effect.parameters()
@@ -254,7 +254,7 @@ class Proposer:
         settled = replace(
             sentence,
             numbers={n.name: named[n.name] for n in formed.shape.numbers},
-            sizes=tuple(named[n] for n in sentence.size_names),
+            sizes=tuple(named[n] for n in sentence.shape.sizes),
             interval=decision.interval,
         )
         return RefittedSentence(settled, decision, found)

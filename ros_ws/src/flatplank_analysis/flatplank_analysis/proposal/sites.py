@@ -4,15 +4,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from flatplank_analysis.contact_patch.tire_runs import TireRuns, coordinates_of
 from flatplank_analysis.discovery.runs import Coordinate
-from flatplank_analysis.proposal.hooks import HOOKS, NONE, Hook
-from flatplank_analysis.proposal.modulators import BY_NAME, Modulator
-from flatplank_analysis.proposal.shapes.base import ANGLE, LEVEL, PLACE, SIGNAL, Span
+from flatplank_analysis.effects.grammar.hooks import HOOKS, NONE, Hook
+from flatplank_analysis.effects.grammar.modulators import BY_NAME
+from flatplank_analysis.effects.grammar.sentence import Site, SiteCoordinate
+from flatplank_analysis.effects.grammar.shapes.base import ANGLE, LEVEL, PLACE, SIGNAL, Span
 
 SAME = 0.999
 """likeness of two courses above which they count as the same"""
@@ -24,31 +25,6 @@ EVENT = "distance since the step"
 ORDER, MIXED = "run order", 0.25
 """least share of the spread of the run order that lies within conditions; below it the conditions
 were made one after the other, and their differences would look like a change with time"""
-
-
-@dataclass(frozen=True)
-class SiteCoordinate:
-    """A coordinate over which a proposed effect may act: its range and values in these runs."""
-
-    name: str
-    span: Span
-    values: np.ndarray
-    """(runs, samples)"""
-    alias: tuple[str, ...] = ()
-    """other names of the same coordinate in these runs"""
-
-
-@dataclass(frozen=True)
-class Site:
-    """One hook over one coordinate under one condition."""
-
-    hook: Hook
-    coordinate: SiteCoordinate
-    modulator: Modulator
-
-    @property
-    def key(self) -> tuple[str, str, str]:
-        return self.hook.name, self.coordinate.name, self.modulator.name
 
 
 def varying_coordinates(data: TireRuns) -> list[SiteCoordinate]:
@@ -80,7 +56,8 @@ def _mixed(data: TireRuns, values: np.ndarray) -> float:
 
 
 def _span(name: str, c: Coordinate, values: np.ndarray) -> Span:
-    low, high = float(values.min()), float(values.max())
+    digits = 4 - int(np.floor(np.log10(np.ptp(values))))  # of the range, which stands in a file
+    low, high = round(float(values.min()), digits), round(float(values.max()), digits)
     within = float(np.mean(values.std(axis=1)))
     if c.period:
         return Span(0.0, c.period, ANGLE, c.unit)
@@ -104,14 +81,6 @@ def event_coordinate(data: TireRuns) -> SiteCoordinate:
     return SiteCoordinate(EVENT, _span(EVENT, c, c.values), c.values)
 
 
-def factor(modulator: Modulator, data: TireRuns) -> np.ndarray:
-    """Values of a modulator in these runs (runs, samples)."""
-    if not modulator.formula:
-        return np.ones(data.position.shape)
-    found = eval(modulator.formula, {"np": np, "data": data})
-    return np.broadcast_to(np.asarray(found, dtype=float), data.position.shape)
-
-
 def sites_of(data: TireRuns, coordinates: Sequence[SiteCoordinate]) -> list[Site]:
     """All sites that these runs can show."""
     channels = data.runs.channels
@@ -131,7 +100,7 @@ def _modulators(hook: Hook, coordinate: SiteCoordinate, data: TireRuns) -> Itera
     for name in hook.modulators:
         if name == coordinate.name:
             continue  # the base takes a constant, and load over load is a power
-        m = factor(BY_NAME[name], data).ravel()
+        m = BY_NAME[name].values(data).ravel()
         size = float(np.linalg.norm(m))
         alike = any(abs(float(m @ o)) > SAME * size * float(np.linalg.norm(o)) for o in seen)
         if size > 0.0 and not alike:

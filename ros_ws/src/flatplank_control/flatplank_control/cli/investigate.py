@@ -36,7 +36,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("folder", type=Path, metavar="DIR", help="campaign folder; may be new")
     p.add_argument("--minutes", type=float, default=60.0, help="of bench time; default: 60")
     p.add_argument("--tire", default="", help="of config/tires.yaml; default: as the runs say")
-    p.add_argument("--effects", metavar="FILE", action="append", default=[], help="Python file")
+    common.effect_arguments(p)
     p.add_argument("--lab", action="store_true", help="manual steps are asked for")
     p.add_argument("--sim", action="store_true", help="on the twin, in this process")
     p.add_argument("--preset", default="", help="with --sim: defects of the machine")
@@ -63,7 +63,7 @@ def _run(o: argparse.Namespace) -> int:
         print(text, file=sys.stderr if o.json else sys.stdout, flush=True)
 
     execute = _executor(o, folder)
-    flow = open_loop(folder, o.minutes, execute, o.tire, tuple(o.effects), say)
+    flow = open_loop(folder, o.minutes, execute, o.tire, tuple(common.effect_files(o)), say)
     events = flow.log.events
     if events:
         print(f"going on after {len(events)} events of {folder / NAME}", file=sys.stderr)

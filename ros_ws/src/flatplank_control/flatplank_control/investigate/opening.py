@@ -12,6 +12,7 @@ from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import verdict
 from flatplank_analysis.discovery.report.page import write_report
 from flatplank_analysis.discovery.verdict import Diagnosis
+from flatplank_analysis.effects.grammar import file as proposal_file
 from flatplank_analysis.investigation.loop import Loop, Say
 from flatplank_analysis.investigation.notebook import text_of
 from flatplank_analysis.investigation.report import DIAGNOSIS, write_notebook
@@ -21,7 +22,7 @@ from flatplank_control.bench.simulator import simulator
 from flatplank_control.calibration.book import book_for
 from flatplank_control.investigate.bench import REPORT, CampaignBench, Execute
 from flatplank_control.runner.campaign import SUFFIX, CampaignPlan, Conductor, Journal
-from flatplank_control.runner.campaign.journal import cut_torn_line, read_lines, write_line
+from flatplank_control.runner.campaign.journal import read_lines, write_line
 from flatplank_control.runner.campaign.tires import TireEntry, known_tires
 from flatplank_control.runner.steps import PlanFailed
 from flatplank_data.campaign import Campaign
@@ -44,7 +45,6 @@ class DiskLog:
                 f"is not of format {FORMAT}", str(self.path), "move it away, or choose another"
             )
         folder.mkdir(parents=True, exist_ok=True)
-        cut_torn_line(self.path)
         self.events: list[dict[str, Any]] = lines
 
     def write(self, event: Mapping[str, Any]) -> None:
@@ -143,7 +143,7 @@ def propose_effect(session: Session, result: Diagnosis, folder: Path) -> dict[st
     made = propose_from_diagnosis(session, result)
     if made.verdict != PROPOSED or made.sentence is None:
         return {"verdict": made.verdict, "reason": made.reason}
-    path = folder / f"{made.name}.py"
+    path = folder / f"{made.name}{proposal_file.SUFFIX}"
     if not path.exists():  # it may have been edited by hand
         write_atomic(path, made.text)
     return {"verdict": made.verdict, "reason": made.sentence.words(), "file": str(path)}

@@ -18,6 +18,14 @@ LINE = 64 * 1024 * 1024
 Progress = Callable[[str, float], None]
 
 
+class ConsentNeeded(ValueError):
+    """The model names an effect file that the user has not allowed to run."""
+
+    def __init__(self, words: str, file: str, text: str, digest: str) -> None:
+        super().__init__(words)
+        self.file, self.text, self.digest = file, text, digest
+
+
 class Analysis:
     """One worker process; it does one request at a time, further ones wait. Cancelling the task of
     a request ends the process; waiting requests use a new one."""
@@ -28,7 +36,8 @@ class Analysis:
         self._lock = asyncio.Lock()
 
     async def ask(self, job: str, progress: Progress | None = None, /, **arguments: Any) -> Any:
-        """Do a job and return its result; ValueError with the reason on failure."""
+        """Do a job and return its result; ValueError with the reason on failure,
+        ConsentNeeded where the user must allow an effect file first."""
         report_progress = progress or (lambda _text, _share: None)
         if self._lock.locked():
             report_progress("waiting until other work is done", 0.0)
@@ -48,6 +57,8 @@ class Analysis:
             message = json.loads(line)
             if "progress" in message:
                 report_progress(message["progress"], message["share"])
+            elif "consent" in message:
+                raise ConsentNeeded(message["error"], **message["consent"])
             elif "error" in message:
                 raise ValueError(message["error"])
             else:

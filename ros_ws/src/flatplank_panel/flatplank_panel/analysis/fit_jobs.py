@@ -18,7 +18,9 @@ from flatplank_analysis.discovery.fit import effect_contribution
 from flatplank_analysis.discovery.modelfile import ModelFile, load_model, save_unchanged
 from flatplank_analysis.discovery.sources import source_of
 from flatplank_analysis.discovery.steps import Step
+from flatplank_analysis.effects import consent
 from flatplank_control.bench.simulator import simulator
+from flatplank_data.errors import FlatplankError
 from flatplank_data.run_record import RunRecord
 from flatplank_panel.analysis.browse_jobs import Stamp, stamp_of
 from flatplank_panel.analysis.client import Progress
@@ -71,6 +73,15 @@ def open_(progress: Progress, folder: str, model: str) -> dict[str, Any]:
         "undecidable": verdict.undecidable(runs),
         "problems": [str(p) for p in at.session.campaign.problems],
     } | _model(at)
+
+
+def allow(progress: Progress, file: str, digest: str) -> dict[str, Any]:
+    """Allow an effect file to run; FlatplankError when it is not what the user has read."""
+    content = consent.read(Path(file))
+    if consent.digest(content) != digest:
+        raise FlatplankError("was changed meanwhile", file, "open the campaign again")
+    consent.allow(Path(file), content)
+    return {}
 
 
 def _model(at: _Open) -> dict[str, Any]:

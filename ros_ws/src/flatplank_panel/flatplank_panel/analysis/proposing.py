@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Jobs for proposed effects outside the library: propose, add under a name, confirm by new runs.
 
-A proposal stays in this process until it is added, so that no text from a page is ever executed.
+A proposal is data and stays in this process until it is added.
 """
 
 from __future__ import annotations
@@ -13,29 +13,32 @@ import numpy as np
 
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.modelfile import save_unchanged
+from flatplank_analysis.effects import consent
+from flatplank_analysis.effects.grammar.file import SUFFIX, renamed, text_of
+from flatplank_analysis.effects.grammar.sentence import Sentence
+from flatplank_analysis.effects.registry import proposal_of
 from flatplank_analysis.proposal import confirm as confirming
 from flatplank_analysis.proposal.picture import lines_of
 from flatplank_analysis.proposal.propose import PROPOSED
 from flatplank_analysis.proposal.propose import propose as search
-from flatplank_analysis.proposal.writing import renamed
 from flatplank_data.errors import FlatplankError
 from flatplank_data.files import write_atomic
 from flatplank_panel.analysis import fit_jobs
 from flatplank_panel.analysis.client import Progress
 
-_TEXTS: dict[str, str] = {}
-"""campaign folder -> text of its last proposal"""
+_SENTENCES: dict[str, Sentence] = {}
+"""campaign folder -> its last proposal"""
 
 
 def propose(progress: Progress, folder: str, model: str) -> dict[str, Any]:
     """Propose an effect file for the residual, with curve, band and form."""
     at = fit_jobs._opened(folder, model)
     result = search(at.session, at.start, progress)
-    _TEXTS.pop(folder, None)
+    _SENTENCES.pop(folder, None)
     answer = result.to_dict()
-    if result.verdict != PROPOSED:
+    if result.verdict != PROPOSED or result.sentence is None:
         return answer
-    _TEXTS[folder] = result.text
+    _SENTENCES[folder] = result.sentence
     lines = lines_of(result)
     drawn = {"over": lines.over, "unit": lines.unit, "form": _points(lines.u, lines.form)}
     if lines.free is not None and lines.half is not None:
@@ -52,8 +55,8 @@ def _points(u: np.ndarray, values: np.ndarray) -> np.ndarray:
 def accept(progress: Progress, folder: str, model: str, name: str) -> dict[str, Any]:
     """Save the last proposal of a campaign under a name, and add it to the model."""
     _require_proposed(folder)
-    at, text = fit_jobs._opened(folder, model), renamed(_TEXTS[folder], name)
-    file = _free(Path(folder) / f"{name}.py", text)
+    at, text = fit_jobs._opened(folder, model), text_of(renamed(_SENTENCES[folder], name))
+    file = _free(Path(folder) / f"{name}{SUFFIX}", text)
     write_atomic(file, text)
     try:
         files = [*at.session.files, str(file)]
@@ -72,13 +75,16 @@ def rename(progress: Progress, folder: str, model: str, old: str, new: str) -> d
     entry = next((e for e in at.model.effects if e.name == old), None)
     if entry is None:
         _require_proposed(folder)
-        _TEXTS[folder] = text = renamed(_TEXTS[folder], new)
-        return {"text": text}
+        _SENTENCES[folder] = renamed(_SENTENCES[folder], new)
+        return {"text": text_of(_SENTENCES[folder])}
     before = Path(entry.file)
     if not entry.file:
         raise FlatplankError(f"'{old}' is of the library", at.path.name, "it keeps its name")
-    text = renamed(before.read_text(encoding="utf-8"), new)
-    after = _free(before.with_name(f"{new}.py"), text)
+    sentence = proposal_of(before, consent.read(before))
+    if sentence is None:
+        raise FlatplankError("is no proposal", str(before), "rename the effect in its file")
+    text = text_of(renamed(sentence, new))
+    after = _free(before.with_name(f"{new}{SUFFIX}"), text)
     write_atomic(after, text)
     try:
         changed = save_unchanged(at.model.renamed(old, new, str(after)), at.path)
@@ -90,7 +96,7 @@ def rename(progress: Progress, folder: str, model: str, old: str, new: str) -> d
 
 
 def _require_proposed(folder: str) -> None:
-    if folder not in _TEXTS:
+    if folder not in _SENTENCES:
         raise FlatplankError("nothing is proposed", folder, "propose it first")
 
 

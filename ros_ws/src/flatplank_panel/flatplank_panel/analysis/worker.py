@@ -11,13 +11,14 @@ from collections.abc import Mapping
 from importlib import import_module
 from typing import Any
 
+from flatplank_analysis.effects.consent import ConsentError, digest
 from flatplank_data.errors import FlatplankError
 from flatplank_hw.process import end_with_parent
 from flatplank_panel.analysis.client import Progress
 
 JOBS = {
     "browse_jobs": ("campaigns", "runs", "curves", "turns", "identify"),
-    "fit_jobs": ("open", "compare", "diagnose", "add", "undo", "report", "simulate"),
+    "fit_jobs": ("open", "compare", "diagnose", "add", "undo", "report", "simulate", "allow"),
     "proposing": ("propose", "accept", "rename", "confirm"),
     "investigating": ("investigation_state", "choose_batch", "measure_batch", "refuse_batch"),
 }
@@ -45,6 +46,10 @@ def do_request(request: Mapping[str, Any], progress: Progress) -> dict[str, Any]
     job = getattr(module, "open_" if name == "open" else name)
     try:
         return {"result": to_strict_json(job(progress, **request.get("with", {})))}
+    except ConsentError as error:
+        text = error.content.decode("utf-8", errors="replace")
+        asked = {"file": str(error.path), "text": text, "digest": digest(error.content)}
+        return {"error": str(error), "consent": asked}
     except (FlatplankError, ValueError, OSError) as error:
         return {"error": " ".join(str(error).split())}
 

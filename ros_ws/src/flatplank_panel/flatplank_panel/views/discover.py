@@ -10,6 +10,7 @@ from typing import Any
 from nicegui import ui
 
 from flatplank_data.wording import sized, with_unit
+from flatplank_panel.analysis.client import ConsentNeeded
 from flatplank_panel.service import PageAnalysis
 from flatplank_panel.signals import CHANNELS, OVER
 from flatplank_panel.views import charts
@@ -132,12 +133,37 @@ class _Discover:
         await self.first_picture(folder)
         if self.folder.value != folder:
             return
-        opened = await self.analysis.open(folder, model)
+        opened = await self.opened(folder, model)
         self.draw_history(opened)
         if opened["undecidable"]:
             self.show_status(opened["undecidable"])
             return
         self.show_model(await self.analysis.compare())
+
+    async def opened(self, folder: str, model: str) -> dict[str, Any]:
+        """Open a campaign; the user is asked about each Python file that its model would run."""
+        while True:
+            try:
+                return await self.analysis.open(folder, model)
+            except ConsentNeeded as asked:
+                if not await self.may_run(asked):
+                    raise
+                await self.analysis.allow(asked)
+
+    async def may_run(self, asked: ConsentNeeded) -> bool:
+        """Show an effect file and ask whether it may run."""
+        with self.page.client, ui.dialog().props("persistent") as dialog, ui.card():
+            ui.label("The model of this campaign runs Python").classes("fp-head")
+            ui.label(f"{asked.file}: read it first. It may do whatever you may do.")
+            ui.label(asked.text).classes("fp-code").props(
+                'tabindex=0 role=region aria-label="Python of the model"'
+            )
+            with self.page.row():
+                self.button("Let it run", lambda: dialog.submit(True))
+                self.button("Do not run it", lambda: dialog.submit(False))
+        allowed = bool(await dialog)
+        dialog.delete()
+        return allowed
 
     async def first_picture(self, folder: str) -> None:
         """Show measured curves before the first fit."""

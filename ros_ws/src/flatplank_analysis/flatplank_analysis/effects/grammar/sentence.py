@@ -1,29 +1,52 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A proposal as an effect file, in words for the engineer who will check the machine."""
+"""A sentence of the grammar: an effect as data, in words, and as a class that the engine uses."""
 
 from __future__ import annotations
 
-import json
+import dataclasses
 import re
-import sys
-import textwrap
-import types
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from zlib import crc32
+from typing import Any
 
+import numpy as np
+
+from flatplank_analysis.contact_patch.tire_runs import TireRuns
 from flatplank_analysis.discovery.effect import Effect
-from flatplank_analysis.effects.registry import effects_in
-from flatplank_analysis.proposal.hooks import NONE
-from flatplank_analysis.proposal.proposed import Proposed
-from flatplank_analysis.proposal.shapes.base import Shape, literal
-from flatplank_analysis.proposal.sites import Site
-from flatplank_data.errors import FlatplankError
-from flatplank_data.wording import quantity, span
+from flatplank_analysis.discovery.parameters import param
+from flatplank_analysis.effects.grammar.hooks import NONE, Hook
+from flatplank_analysis.effects.grammar.modulators import Modulator
+from flatplank_analysis.effects.grammar.proposed import Proposed
+from flatplank_analysis.effects.grammar.shapes.base import Number, Shape, Span
+from flatplank_data.wording import quantity
 
-_CLASSES = {"signal": "Signal", "motion": "Motion", "tire": "Tire"}
-_HELPERS = ("follow", "play", "shifted")
-WIDTH = 95
+Change = Callable[[Any, TireRuns], np.ndarray]
+"""effect with its values, runs -> change (sets, runs, samples) in the unit of a hook"""
+
+
+@dataclass(frozen=True)
+class SiteCoordinate:
+    """A coordinate over which a proposed effect may act: its range and values in these runs."""
+
+    name: str
+    span: Span
+    values: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)), compare=False)
+    """(runs, samples); none in a sentence that was read from a file"""
+    alias: tuple[str, ...] = ()
+    """other names of the same coordinate in these runs"""
+
+
+@dataclass(frozen=True)
+class Site:
+    """One hook over one coordinate under one condition."""
+
+    hook: Hook
+    coordinate: SiteCoordinate
+    modulator: Modulator
+
+    @property
+    def key(self) -> tuple[str, str, str]:
+        return self.hook.name, self.coordinate.name, self.modulator.name
 
 
 @dataclass(frozen=True)
@@ -39,6 +62,9 @@ class Sentence:
     evidence: Sequence[str] = field(default_factory=tuple)
     """statements about the data"""
     name: str = ""
+    told_what: str = ""
+    told_check: str = ""
+    """what a person wrote in place of the words of the grammar; empty: nothing"""
 
     @property
     def identifier(self) -> str:
@@ -48,11 +74,18 @@ class Sentence:
         return self.name or "proposed_" + "_".join(re.findall("[a-z0-9]+", words.lower()))
 
     @property
-    def size_names(self) -> list[str]:
-        names = ["cos", "sin", "second_cos", "second_sin"]
-        return ["amount"] if len(self.shape.terms) == 1 else names[: len(self.shape.terms)]
+    def what(self) -> str:
+        """The effect in a sentence for the engineer."""
+        words = self.words()
+        return self.told_what or f"{words[0].upper()}{words[1:]}."
+
+    @property
+    def check(self) -> str:
+        """What to do at the machine: the place, and what would show the effect."""
+        return self.told_check or _check_of(self)
 
     def words(self) -> str:
+        """The effect in words, without a capital and a stop."""
         site = self.site
         over = f" over {site.coordinate.name}" if site.coordinate.name else ""
         when, _, meant = site.modulator.words.partition("; ")
@@ -62,143 +95,11 @@ class Sentence:
         return f"{site.hook.words}{over}{condition} that {form}{notes}"
 
 
-def text_of(s: Sentence) -> str:
-    """The effect file of a sentence."""
-    site, hook = s.site, s.site.hook
-    body = _body(s)
-    seen = site.coordinate.span
-    over = _quoted(site.coordinate.name)
-    ranges = f"{{{over}: ({literal(seen.low)}, {literal(seen.high)})}}"
-    lines = [
-        *_head(s, body), "", "",
-        "@dataclass(frozen=True)", f"class {class_of(s.identifier)}(Proposed):",
-        f'    identifier = "{s.identifier}"',
-        *([f'    kind = "{hook.kind}"'] if hook.kind != Proposed.kind else []),
-        f"    coordinate = {over if site.coordinate.name else _quoted('slip level')}",
-        *_text("what", f"{s.words()[0].upper()}{s.words()[1:]}."),
-        *_text("check", check_of(s)),
-        *([f"    ranges = {ranges}"] if site.coordinate.name else []),
-        *([f"    order = {hook.order}"] if hook.order else []),
-        *_interval(s),
-        "", *_fields(s), "",
-        f"    def {hook.method}(self, {hook.method}: {_CLASSES[hook.method]}) -> None:",
-        *(f"        {line}" for line in body),
-    ]  # fmt: skip
-    return "\n".join(lines) + "\n"
-
-
-def _head(s: Sentence, body: Sequence[str]) -> list[str]:
-    """Docstring and imports."""
-    origin = "Proposed by `flatplank propose`, not confirmed; give it the name of its cause. "
-    names = ["Proposed", _CLASSES[s.site.hook.method], "param"]
-    names += [h for h in _HELPERS if any(f"{h}(" in line for line in body)]
-    return [
-        *textwrap.wrap('"""' + origin + _plain(" ".join(s.evidence)) + '"""', 99), "",
-        "from dataclasses import dataclass", "",
-        *(["import numpy as np", ""] if any("np." in line for line in body) else []),
-        f"from flatplank_analysis.proposal.proposed import {', '.join(sorted(names))}",
-    ]  # fmt: skip
-
-
-def _body(s: Sentence) -> list[str]:
-    site = s.site
-
-    write = "self.{}".format
-    formulas = s.shape.formulas(site.coordinate.span, write)
-    where = f"data.coordinate({_quoted(site.coordinate.name)})"
-    lines = [f"data = {site.hook.method}.data"]
-    lines += [f"u = {where if site.coordinate.name else 'np.zeros(data.position.shape)'}"]
-    lines += ["time = data.runs.time"] if any("time" in f for f in formulas) else []
-    parts = s.shape.named_parts(site.coordinate.span, write)
-    lines += [f"{name} = {formula}" for name, formula in parts]
-    # a sum is put in brackets
-    factors = [f"({f})" if f[0].isdigit() else f for f in formulas]
-    lines += _summed([f"self.{n} * {f}" for n, f in zip(s.size_names, factors, strict=True)])
-    if site.modulator.formula:
-        lines.append(f"change = change * ({site.modulator.formula})")
-    return [*lines, *site.hook.line.split("\n")]
-
-
-def _summed(terms: Sequence[str]) -> list[str]:
-    """Code lines that sum the terms as `change`, wrapped to the line length."""
-    lines = [f"change = {terms[0]}"]
-    for term in terms[1:]:
-        longer = f"{lines[-1]} + {term}"
-        if len(longer) <= 91:
-            lines[-1] = longer
-        else:
-            lines.append(f"change = change + {term}")
-    return lines
-
-
-def _plain(text: str) -> str:
-    """A text that is safe in a docstring."""
-    return text.replace("\\", "/").replace('"', "'")
-
-
-def _quoted(text: str) -> str:
-    """A text as a string literal, whatever a column is called."""
-    return json.dumps(text, ensure_ascii=False)
-
-
-def _text(name: str, text: str) -> list[str]:
-    one = f"    {name} = {_quoted(text)}"
-    if len(one) <= 99:
-        return [one]
-    head = f"    {name} = ("
-    rows = textwrap.wrap(text, WIDTH - len(head))
-    rows = [_quoted(r + (" " if r is not rows[-1] else "")) for r in rows]
-    return [
-        head + rows[0],
-        *(" " * len(head) + r for r in rows[1:-1]),
-        " " * len(head) + rows[-1] + ")",
-    ]
-
-
-def _fields(s: Sentence) -> list[str]:
-    hook, seen = s.site.hook, s.site.coordinate.span
-    out = [
-        f'    {name}: float = param(0.0, unit="{hook.unit}", '
-        f"bounds=({-hook.most}, {hook.most}), screen={hook.screen}, matters={hook.matters})"
-        for name in s.size_names
-    ]
-    for n in s.shape.numbers:
-        low, high = sorted(n.bounds(seen))
-        unit = seen.unit if n.unit == "u" else n.unit
-        value = min(max(float(s.numbers[n.name]), low), high)
-        low, value, high = (float(f"{v:.6g}") for v in (low, value, high))
-        note = f', note="{n.note}"' if n.note else ""
-        out.append(
-            f'    {n.name}: float = param({value:.6g}, unit="{unit}", '
-            f"bounds=({min(low, value):.6g}, {max(high, value):.6g}){note})"
-        )
-    return [part for line in out for part in _param(line)]
-
-
-def _param(line: str) -> list[str]:
-    """A field, on two lines where needed: the note on the second."""
-    if len(line) <= 99:
-        return [line]
-    head, _, note = line.rpartition(", note=")
-    return [f"{head},", f"{' ' * (head.index('(') + 1)}note={note}"] if head else [line]
-
-
-def _interval(s: Sentence) -> list[str]:
-    if not s.interval:
-        return []
-    interval = span(*s.interval, s.site.hook.unit)
-    return [f"    interval = ({s.interval[0]:.6g}, {s.interval[1]:.6g})  # size, 90 %: {interval}"]
-
-
-def check_of(s: Sentence) -> str:
-    """What to do at the machine: the place, and what would show the effect."""
+def _check_of(s: Sentence) -> str:
     site, seen = s.site, s.site.coordinate.span
     where = ""
     if seen.kind != NONE:
-        numbers = {
-            n.name: quantity(s.numbers[n.name], seen.unit if n.unit == "u" else n.unit)
-            for n in s.shape.numbers
-        }
+        numbers = {n.name: quantity(s.numbers[n.name], _unit(n, seen)) for n in s.shape.numbers}
         at = s.shape.where.format(**numbers) or ", ".join(f"{n} {v}" for n, v in numbers.items())
         where = f"; {site.coordinate.name}" + (f" {at}" if at else "")
     words = site.modulator.words.partition("; ")[0]
@@ -206,25 +107,66 @@ def check_of(s: Sentence) -> str:
     return f"{site.hook.check}{where}{when}."
 
 
-def renamed(text: str, name: str) -> str:
-    """The file of a proposal with another identifier and class name.
+def effect_of(s: Sentence) -> type[Effect]:
+    """The class of a sentence, as the engine uses it; no text is executed."""
+    coordinate, hook, seen = s.site.coordinate, s.site.hook, s.site.coordinate.span
+    facts: dict[str, Any] = {
+        "identifier": s.identifier, "kind": hook.kind, "what": s.what, "check": s.check,
+        "coordinate": coordinate.name or "slip level", "order": hook.order, "sentence": s,
+        hook.method: method_of(hook, s.site.modulator, _change_of(s)),
+    }  # fmt: skip
+    if coordinate.name:
+        facts["ranges"] = {coordinate.name: (seen.low, seen.high)}
+    if s.interval:
+        facts["interval"] = tuple(s.interval)
+    title = "".join(w.capitalize() for w in s.identifier.split("_"))
+    return dataclasses.make_dataclass(
+        title, _fields(s), bases=(Proposed,), frozen=True, namespace=facts
+    )
 
-    FlatplankError when the name is no identifier.
-    """
-    if not re.fullmatch("[a-z][a-z0-9_]*", name):
-        what = f"'{name}' is no identifier"
-        raise FlatplankError(what, "name", "small letters, digits and _ only")
-    text = re.sub('(?m)^    identifier = ".*"$', f'    identifier = "{name}"', text, count=1)
-    return re.sub(r"(?m)^class \w+\(", f"class {class_of(name)}(", text, count=1)
+
+def _change_of(s: Sentence) -> Change:
+    """The shape of a sentence as a function of the effect's values and of the runs."""
+    name, span = s.site.coordinate.name, s.site.coordinate.span
+
+    def change(effect: Any, data: TireRuns) -> np.ndarray:
+        u = data.coordinate(name) if name else np.zeros(data.position.shape)
+        numbers = {n.name: getattr(effect, n.name) for n in s.shape.numbers}
+        terms = s.shape.terms(span, u, numbers, data.runs.time)
+        first, *more = (getattr(effect, n) * t for n, t in zip(s.shape.sizes, terms, strict=True))
+        return sum(more, start=first)
+
+    return change
 
 
-def class_of(identifier: str) -> str:
-    return "".join(w.capitalize() for w in identifier.split("_"))
+def method_of(hook: Hook, modulator: Modulator, change: Change) -> Callable[[Any, Any], None]:
+    """The hook method of an effect that applies a change under a condition."""
+
+    def method(self: Any, on: Any) -> None:
+        made = change(self, on.data)
+        if modulator.factor is not None:
+            made = made * modulator.factor(on.data)
+        hook.apply(on, made)
+
+    method.__name__ = hook.method
+    return method
 
 
-def effect_of(text: str) -> type[Effect]:
-    name = f"flatplank_proposed_{crc32(text.encode()):08x}"
-    module = types.ModuleType(name)
-    sys.modules[name] = module
-    exec(compile(text, f"<{name}>", "exec"), module.__dict__)
-    return effects_in(module)[0]
+def _fields(s: Sentence) -> list[tuple[str, type, Any]]:
+    hook, seen = s.site.hook, s.site.coordinate.span
+    ends = (-hook.most, hook.most)
+    out = [
+        (name, float, param(0.0, unit=hook.unit, bounds=ends, screen=hook.screen,
+                            matters=hook.matters))
+        for name in s.shape.sizes
+    ]  # fmt: skip
+    for n in s.shape.numbers:
+        low, high = sorted(n.bounds(seen))
+        value = float(s.numbers[n.name])
+        within = (min(low, value), max(high, value))
+        out.append((n.name, float, param(value, unit=_unit(n, seen), bounds=within, note=n.note)))
+    return out
+
+
+def _unit(number: Number, span: Span) -> str:
+    return span.unit if number.unit == "u" else number.unit

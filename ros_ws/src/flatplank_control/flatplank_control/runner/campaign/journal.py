@@ -4,6 +4,8 @@ break."""
 
 from __future__ import annotations
 
+import errno
+import fcntl
 import json
 import math
 import os
@@ -57,7 +59,6 @@ class Journal:
         for line in lines[1:]:
             self._take(line)
         path.parent.mkdir(parents=True, exist_ok=True)
-        cut_torn_line(path)
         if not lines:
             self._write({"event": "plan", "name": name, "digest": digest})
 
@@ -148,27 +149,43 @@ def pressure_after(path: Path, text: str) -> str:
 
 
 def write_line(path: Path, line: Mapping[str, Any]) -> None:
-    """Append a line; it is on disk when this returns."""
-    with open(path, "a", encoding="utf-8") as file:
-        file.write(json.dumps(line) + "\n")
-        file.flush()
-        os.fsync(file.fileno())
+    """Append a line; it is on disk when this returns.
+
+    A torn last line of a program that was killed is removed first, and a line that could not be
+    written whole is taken back. Lines of several programs do not mix.
+    """
+    text = json.dumps(line).encode() + b"\n"
+    with open(path, "ab", buffering=0) as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        end = _end_of_lines(path)
+        file.truncate(end)
+        try:
+            if file.write(text) < len(text):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+            os.fsync(file.fileno())
+        except OSError:
+            file.truncate(end)
+            raise
 
 
 def read_lines(path: Path) -> list[dict[str, Any]]:
-    """Complete lines of a journal; a last line truncated by a crash is ignored."""
+    """Lines of a journal; a last line that was torn by a crash is ignored.
+
+    ValueError for a damaged line in its midst: what follows it would be lost without a word.
+    """
     if not path.exists():
         return []
     lines = []
-    for text in path.read_text(encoding="utf-8").splitlines():
+    for i, text in enumerate(path.read_bytes()[: _end_of_lines(path)].splitlines(), start=1):
         try:
-            lines.append(json.loads(text))
-        except json.JSONDecodeError:
-            break
+            lines.append(dict(json.loads(text)))
+        except (ValueError, TypeError):
+            raise ValueError(
+                f"{path}: line {i} is damaged; restore the journal from a copy, or remove the line"
+            ) from None
     return lines
 
 
-def cut_torn_line(path: Path) -> None:
-    """Remove a truncated last line, so that the next one starts properly."""
-    if path.exists():
-        os.truncate(path, path.read_bytes().rfind(b"\n") + 1)
+def _end_of_lines(path: Path) -> int:
+    """Size of a journal without a torn last line."""
+    return path.read_bytes().rfind(b"\n") + 1

@@ -7,7 +7,7 @@ import importlib
 import pkgutil
 from functools import lru_cache
 
-from flatplank_analysis.proposal.shapes.base import Shape
+from flatplank_analysis.effects.grammar.shapes.base import Shape
 
 
 @lru_cache(maxsize=1)

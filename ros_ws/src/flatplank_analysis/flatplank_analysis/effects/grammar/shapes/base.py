@@ -1,16 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A shape: a closed formula over a coordinate u, its numbers with their ranges, and its words.
-
-The formula is written once, as the text that goes into the effect's file; the search evaluates
-the same text. In it u is the coordinate; {low}, {high}, {middle}, {width} describe its observed
-range, {begin} is the event or the lower end, and {name} is a number of the shape.
-"""
+"""A shape: a closed formula over a coordinate u, its numbers with their ranges, and its words."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -40,6 +35,11 @@ class Span:
         return 0.5 * (self.low + self.high)
 
     @property
+    def edge(self) -> float:
+        """Width of a step that stays smooth enough for derivatives."""
+        return 0.01 * self.width
+
+    @property
     def crosses(self) -> bool:
         """True when it includes both sides of zero."""
         return self.low < -0.1 * self.width and self.high > 0.1 * self.width
@@ -67,22 +67,28 @@ class Number:
     note: str = ""
 
 
+Terms: TypeAlias = "np.ndarray | tuple[np.ndarray, ...]"
+"""one term of a shape, or several"""
+
+
 @dataclass(frozen=True)
 class Shape:
-    """One form: a sum of `terms`, each multiplied by a size of its own."""
+    """One form: a sum of terms, each multiplied by a size of its own."""
 
     name: str
     words: str
     """what the effect does, after "that"; behind a semicolon, what its size means"""
-    terms: tuple[str, ...]
+    formula: Callable[..., Terms]
+    """the terms, given u, its `Span`, and the numbers in their order; behind them the time [s]
+    where the shape has `memory`"""
     kinds: tuple[str, ...]
     numbers: tuple[Number, ...] = ()
+    sizes: tuple[str, ...] = ("amount",)
+    """names of the sizes of the terms"""
     both_signs: bool = False
     """True when it needs a range on both sides of zero"""
     memory: bool = False
     """True when it depends on the course along the run, not only on u"""
-    parts: tuple[tuple[str, str], ...] = ()
-    """name and formula of parts used in several terms"""
     after_event: bool = False
     """True when it may begin at an event: over a place it is also tried from the step on"""
     where: str = ""
@@ -91,47 +97,26 @@ class Shape:
     @property
     def price(self) -> int:
         """Number of parameters that are penalised."""
-        return len(self.terms) + len(self.numbers)
+        return len(self.sizes) + len(self.numbers)
 
     def suits(self, span: Span) -> bool:
         """Whether it is tried over such a coordinate."""
         return span.kind in self.kinds and (span.crosses or not self.both_signs)
 
-    def formulas(self, span: Span, write: Callable[[str], str]) -> list[str]:
-        """The terms with the range inserted; `write` formats a number."""
-        return self._filled(self.terms, span, write)
-
-    def named_parts(self, span: Span, write: Callable[[str], str]) -> list[tuple[str, str]]:
-        """Names and formulas of the parts, in the same way."""
-        made = self._filled([formula for _, formula in self.parts], span, write)
-        return [(name, formula) for (name, _), formula in zip(self.parts, made, strict=True)]
-
-    def _filled(
-        self, formulas: Sequence[str], span: Span, write: Callable[[str], str]
-    ) -> list[str]:
-        known = {
-            "low": literal(span.low), "high": literal(span.high),
-            "begin": literal(span.begin),
-            "middle": literal(span.middle), "width": literal(span.width),
-            "edge": literal(0.01 * span.width),
-        }  # fmt: skip
-        names = {n.name: write(n.name) for n in self.numbers}
-        return [t.format(**known, **names) for t in formulas]
+    def terms(
+        self, span: Span, u: np.ndarray, numbers: Mapping[str, Any], time: np.ndarray | None = None
+    ) -> tuple[np.ndarray, ...]:
+        """Its terms over u; numbers and time broadcast against u."""
+        own = [numbers[n.name] for n in self.numbers]
+        made = self.formula(u, span, *own, *([time] if self.memory else []))
+        return made if isinstance(made, tuple) else (made,)
 
     def values(
         self, span: Span, u: np.ndarray, numbers: Mapping[str, Any], time: np.ndarray | None = None
     ) -> np.ndarray:
-        """All terms over u, (terms, ...)."""
-        scope = {**NAMES, **numbers, "u": u, "time": time}
-        for name, formula in self.named_parts(span, str):
-            scope[name] = eval(formula, {"__builtins__": {}}, scope)
-        made = [eval(f, {"__builtins__": {}}, scope) for f in self.formulas(span, str)]
+        """Its terms over u, (terms, ...)."""
+        made = self.terms(span, u, numbers, time)
         return np.stack([np.broadcast_to(m, np.shape(u)) for m in made])
-
-
-def literal(value: float) -> str:
-    """A number as written in a file, with four digits."""
-    return f"({float(f'{value:.4g}')!r})" if value < 0.0 else repr(float(f"{value:.4g}"))
 
 
 def play(u: np.ndarray, width: np.ndarray | float) -> np.ndarray:
@@ -158,7 +143,3 @@ def follow(u: np.ndarray, time: np.ndarray, lag: np.ndarray | float) -> np.ndarr
     for n in range(1, u.shape[-1]):
         out[..., n] = u[..., n] + (out[..., n - 1] - u[..., n]) * keep[..., n]
     return out
-
-
-NAMES: Mapping[str, Any] = {"np": np, "play": play, "follow": follow}
-"""names that a formula may use"""

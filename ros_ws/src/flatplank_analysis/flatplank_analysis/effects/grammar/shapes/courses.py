@@ -5,28 +5,28 @@ from __future__ import annotations
 
 import numpy as np
 
-from flatplank_analysis.proposal.shapes.base import LEVEL, PLACE, SIGNAL, Number, Shape
+from flatplank_analysis.effects.grammar.shapes.base import LEVEL, PLACE, SIGNAL, Number, Shape
 
 ANY = (PLACE, LEVEL, SIGNAL)
 
-CONSTANT = Shape("constant", "is the same everywhere", ("np.ones_like(u)",), ("none",))
+CONSTANT = Shape("constant", "is the same everywhere", lambda u, s: np.ones_like(u), ("none",))
 RAMP = Shape(
     "ramp",
     "changes evenly from one end of the range to the other; the size is the whole change",
-    ("(u - {middle}) / {width}",),
+    lambda u, s: (u - s.middle) / s.width,
     ANY,
 )
 POWER = Shape(
     "power",
     "grows as a power of the distance from the lower end; the size is the whole change",
-    ("(np.maximum(u - {low}, 0.0) / {width} + 1e-9) ** {power}",),
+    lambda u, s, power: (np.maximum(u - s.low, 0.0) / s.width + 1e-9) ** power,
     ANY,
     (Number("power", "1", lambda s: (0.5, 1.5, 2.0, 2.5, 3.0, 4.0), lambda s: (0.3, 5.0)),),
 )
 RELAXATION = Shape(
     "relaxation",
     "goes to an end value, fast at first (exponential)",
-    ("1.0 - np.exp(-np.maximum(u - {begin}, 0.0) / {length})",),
+    lambda u, s, length: 1.0 - np.exp(-np.maximum(u - s.begin, 0.0) / length),
     ANY,
     (
         Number(
@@ -41,7 +41,7 @@ RELAXATION = Shape(
 STEP = Shape(
     "step",
     "is there beyond one value only",
-    ("0.5 + 0.5 * np.tanh((u - {at}) / {edge})",),
+    lambda u, s, at: 0.5 + 0.5 * np.tanh((u - at) / s.edge),
     ANY,
     (
         Number(
@@ -56,7 +56,7 @@ STEP = Shape(
 THRESHOLD = Shape(
     "threshold",
     "is nothing up to one value and grows evenly beyond it; the size is that over the whole range",
-    ("np.maximum(u - {at}, 0.0) / {width}",),
+    lambda u, s, at: np.maximum(u - at, 0.0) / s.width,
     ANY,
     (
         Number(
@@ -71,7 +71,7 @@ THRESHOLD = Shape(
 BUMP = Shape(
     "bump",
     "rises and falls between two places, like half a wave",
-    ("np.sin(np.pi * np.clip((u - {start}) / {length}, 0.0, 1.0))",),
+    lambda u, s, start, length: np.sin(np.pi * np.clip((u - start) / length, 0.0, 1.0)),
     (PLACE,),
     (
         Number(

@@ -5,24 +5,32 @@ from __future__ import annotations
 
 import numpy as np
 
-from flatplank_analysis.proposal.shapes.base import LEVEL, SIGNAL, Number, Shape
+from flatplank_analysis.effects.grammar.shapes.base import (
+    LEVEL,
+    SIGNAL,
+    Number,
+    Shape,
+    follow,
+    play,
+)
 
 KINDS = (LEVEL, SIGNAL)
 
 SIGN = Shape(
-    "sign", "changes its sign with that of it", ("np.tanh(u / {edge})",), KINDS, both_signs=True
-)
+    "sign", "changes its sign with that of it", lambda u, s: np.tanh(u / s.edge), KINDS,
+    both_signs=True,
+)  # fmt: skip
 SIZE = Shape(
     "size",
     "grows with the size, whatever the sign; the size is that over the whole range",
-    ("np.abs(u) / {width}",),
+    lambda u, s: np.abs(u) / s.width,
     KINDS,
     both_signs=True,
 )
 DEAD_BAND = Shape(
     "dead band",
     "is nothing within a band about zero and grows evenly beyond it",
-    ("(u - np.clip(u, -{band}, {band})) / {width}",),
+    lambda u, s, band: (u - np.clip(u, -band, band)) / s.width,
     KINDS,
     (
         Number(
@@ -35,7 +43,7 @@ DEAD_BAND = Shape(
 SATURATION = Shape(
     "saturation",
     "grows about zero and stays at an end value on either side",
-    ("np.tanh(u / {scale})",),
+    lambda u, s, scale: np.tanh(u / scale),
     KINDS,
     (
         Number(
@@ -48,7 +56,7 @@ SATURATION = Shape(
 LAG = Shape(
     "lag",
     "follows it late (first order); the size is that over the whole range",
-    ("(follow(u, time, {lag}) - {middle}) / {width}",),
+    lambda u, s, lag, time: (follow(u, time, lag) - s.middle) / s.width,
     (SIGNAL,),
     (Number("lag", "s", lambda s: np.geomspace(0.3, 60.0, 8), lambda s: (0.05, 200.0)),),
     memory=True,
@@ -56,7 +64,7 @@ LAG = Shape(
 PLAY = Shape(
     "play",
     "differs on the way forward and on the way back (play operator)",
-    ("play(u, {gap})",),
+    lambda u, s, gap, time: play(u, gap),
     (SIGNAL,),
     (
         Number(

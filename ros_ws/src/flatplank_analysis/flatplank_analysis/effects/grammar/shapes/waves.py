@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
-from flatplank_analysis.proposal.shapes.base import ANGLE, PLACE, Number, Shape, Span
+from flatplank_analysis.effects.grammar.shapes.base import ANGLE, PLACE, Number, Shape, Span, Terms
 
 _TIMES = ("once", "twice", "three times", "four times")
 
@@ -20,35 +22,51 @@ def ends(span: Span) -> tuple[float, float]:
     return span.width / 120.0, span.width / 2.9
 
 
+def wave(u: np.ndarray, period: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
+    """Cosine and sine of this period."""
+    angle = 2.0 * np.pi * u / period
+    return np.cos(angle), np.sin(angle)
+
+
+def harmonic(order: int) -> Callable[[np.ndarray, Span], tuple[np.ndarray, np.ndarray]]:
+    """Formula of a wave so many times per turn."""
+    return lambda u, s: (np.cos(order * u), np.sin(order * u))
+
+
+def ringing(u: np.ndarray, s: Span, period: np.ndarray, fade: np.ndarray) -> Terms:
+    """A wave after the event that dies away."""
+    fading = (u > 0.0) * np.exp(-np.maximum(u, 0.0) / fade)
+    cos, sin = wave(u, period)
+    return fading * cos, fading * sin
+
+
+PAIR = ("cos", "sin")
 HARMONICS = tuple(
-    Shape(
-        f"harmonic {n}", f"waves {times} per turn",
-        (f"np.cos({n} * u)", f"np.sin({n} * u)"), (ANGLE,),
-    )
+    Shape(f"harmonic {n}", f"waves {times} per turn", harmonic(n), (ANGLE,), sizes=PAIR)
     for n, times in enumerate(_TIMES, start=1)
-)  # fmt: skip
+)
 WAVE = Shape(
     "wave",
     "waves with a period of its own",
-    ("np.cos(wave)", "np.sin(wave)"),
+    lambda u, s, period: wave(u, period),
     (PLACE,),
     (Number("period", "u", periods, ends),),
-    parts=(("wave", "2.0 * np.pi * u / {period}"),),
+    PAIR,
     where="again every {period}",
 )
 BEAT = Shape(
     "beat",
     "waves with two periods, which swell and fade together",
-    ("np.cos(wave)", "np.sin(wave)", "np.cos(other)", "np.sin(other)"),
+    lambda u, s, period, second: (*wave(u, period), *wave(u, second)),
     (PLACE,),
     (Number("period", "u", periods, ends), Number("second", "u", periods, ends)),
-    parts=(("wave", "2.0 * np.pi * u / {period}"), ("other", "2.0 * np.pi * u / {second}")),
+    (*PAIR, "second_cos", "second_sin"),
     where="again every {period} and every {second}",
 )
 RINGING = Shape(
     "ringing",
     "waves after the event and dies away",
-    ("fading * np.cos(wave)", "fading * np.sin(wave)"),
+    ringing,
     (PLACE,),
     (
         Number(
@@ -63,10 +81,7 @@ RINGING = Shape(
             "length over which it falls to a third",
         ),
     ),
+    PAIR,
     both_signs=True,
-    parts=(
-        ("wave", "2.0 * np.pi * u / {period}"),
-        ("fading", "(u > 0.0) * np.exp(-np.maximum(u, 0.0) / {fade})"),
-    ),
     where="again every {period}, falling to a third over {fade}",
 )  # fmt: skip

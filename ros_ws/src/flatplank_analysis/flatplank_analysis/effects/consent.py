@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Consent to run the Python of an effect file: each user's own, remembered by the content.
+
+A campaign of somebody else may name effect files. They run only after the user has allowed their
+exact content; an edited file must be allowed again. Proposals are data and need no consent.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+from flatplank_data.errors import FlatplankError
+
+WORDS = "is Python that you have not allowed to run"
+_HERE: set[str] = set()
+"""consent given in this process, also where the user's list cannot be written"""
+
+
+class ConsentError(FlatplankError):
+    """An effect file that may not run yet, with the content that would have run."""
+
+    def __init__(self, path: Path, content: bytes) -> None:
+        self.path, self.content = path, content
+        super().__init__(WORDS, str(path), f"read it, then add: --trust {path}")
+
+
+def list_of_user() -> Path:
+    """The user's list: a line `sha256 path` for each content that may run."""
+    config = os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config"
+    return Path(config) / "flatplank" / "trusted-effects"
+
+
+def digest(content: bytes) -> str:
+    """What consent is remembered by."""
+    return hashlib.sha256(content).hexdigest()
+
+
+def is_given(content: bytes) -> bool:
+    """Whether the user has allowed to run a file of this content."""
+    try:
+        lines = list_of_user().read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        lines = []
+    return digest(content) in {*_HERE, *(line.partition(" ")[0] for line in lines)}
+
+
+def give(files: Iterable[str | os.PathLike[str]]) -> None:
+    """Allow to run these files as they are now; FlatplankError for a file that cannot be read."""
+    for file in files:
+        allow(Path(file), read(Path(file)))
+
+
+def allow(path: Path, content: bytes) -> None:
+    """Allow to run a file of this content; a list that cannot be written is a warning."""
+    if is_given(content):
+        return
+    _HERE.add(digest(content))
+    line = f"{digest(content)} {' '.join(str(path.resolve()).split())}\n"
+    try:
+        list_of_user().parent.mkdir(parents=True, exist_ok=True)
+        with list_of_user().open("a", encoding="utf-8", errors="replace") as stream:
+            stream.write(line)
+    except OSError as error:
+        what = f"{list_of_user()}: cannot be written ({error.strerror})"
+        print(f"warning: {what}; {path} is allowed this time only", file=sys.stderr)
+
+
+def read(path: Path) -> bytes:
+    """Content of an effect file; FlatplankError when there is none."""
+    if not path.is_file():
+        raise FlatplankError("no such file", str(path), "give the path of an effect file")
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        what = f"cannot be read ({error.strerror})"
+        raise FlatplankError(what, str(path), "give the path of an effect file") from error

@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Base class of the effects that a sentence of the grammar makes."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+
+from flatplank_analysis.effects.base import TireEffect
+
+
+class Proposed(TireEffect):
+    """Base of the effects that `flatplank propose` writes, until the cause is known."""
+
+    source = "flatplank propose"
+    removes = "Removing its cause; until then this file in the model."
+    interval: ClassVar[tuple[float, float]]
+    """90 % interval of the size in the search [SI], for comparison with new runs"""
+
+    def __init_subclass__(cls, **more: Any) -> None:
+        super().__init_subclass__(**more)
+        first = cls.what.partition(",")[0].rstrip(".")
+        cls.title = vars(cls).get("title") or f"Proposed: {first[:1].lower()}{first[1:]}"
+
+    @classmethod
+    def size(cls, values: dict[str, float]) -> float:
+        """Value of the main parameter; amplitude of a wave."""
+        if "cos" in values:
+            return float(np.hypot(values["cos"], values["sin"]))
+        return super().size(values)
