@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
 
@@ -56,9 +57,12 @@ def test_no_step_that_was_told_as_written_is_lost(tmp_path):
 
 
 def test_a_lock_ends_with_its_program(tmp_path):
-    held = f"from flatplank_data.files import only_writer\nlock = only_writer({str(tmp_path / 'm')!r})\n"
-    killed = "lock.__enter__()\nimport os, signal\nos.kill(os.getpid(), signal.SIGKILL)\n"
-    assert subprocess.run([sys.executable, "-c", held + killed]).returncode < 0
+    killed = (
+        "import os, signal, sys; from flatplank_data.files import only_writer\n"
+        "with only_writer(sys.argv[1]): os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    program = [sys.executable, "-c", killed, str(tmp_path / "m")]
+    assert subprocess.run(program).returncode == -signal.SIGKILL
     with only_writer(tmp_path / "m"):
         pass
 
