@@ -12,8 +12,6 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
-import yaml
-
 from flatplank_analysis.effects.grammar import hooks, modulators
 from flatplank_analysis.effects.grammar.hooks import NONE
 from flatplank_analysis.effects.grammar.sentence import Sentence, Site, SiteCoordinate
@@ -21,7 +19,7 @@ from flatplank_analysis.effects.grammar.shapes import shapes
 from flatplank_analysis.effects.grammar.shapes.base import PLACE, Span
 from flatplank_data.errors import FlatplankError
 from flatplank_data.params import nearest_hint
-from flatplank_data.yaml_text import load_yaml
+from flatplank_data.yaml_text import dump_yaml, load_yaml
 
 FORMAT = "flatplank-proposal/1"
 SUFFIX = ".yaml"
@@ -55,9 +53,7 @@ def text_of(s: Sentence) -> str:
     data |= {"when": s.site.modulator.name} if s.site.modulator.name else {}
     data |= {"interval": [_short(v) for v in s.interval]} if s.interval else {}
     data |= {"evidence": list(s.evidence)} if s.evidence else {}
-    body = yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=90,
-                          default_flow_style=None)  # fmt: skip
-    return HEAD + body
+    return HEAD + dump_yaml(data, allow_unicode=True, width=90, default_flow_style=None)
 
 
 def _short(value: float) -> float:
