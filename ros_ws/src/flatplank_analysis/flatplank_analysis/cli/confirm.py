@@ -8,9 +8,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from flatplank_analysis.cli import common, loop
-from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.effects.registry import SUFFIXES, load_file
-from flatplank_analysis.proposal.confirm import Confirmation, confirm, fit_with_effect, interval_of
+from flatplank_analysis.proposal.confirm import (
+    Confirmation,
+    confirm,
+    fit_with_effect,
+    interval_of,
+    new_sessions,
+)
 from flatplank_data.errors import FlatplankError
 from flatplank_data.wording import sized, span
 
@@ -37,7 +42,7 @@ def _run(arguments: argparse.Namespace) -> int:
         raise FlatplankError(f"no effect '{name}'", "confirm", "name the file of the proposal")
     interval_of(session.effects[name])
     mapping = common.read_mapping(arguments.mapping)
-    sets = [(f, Session.open(f, session.files, mapping)) for f in arguments.new]
+    sets = new_sessions(session, arguments.new, mapping)
     for _, new in sets:
         common.print_problems(new.campaign.problems)
     loop.progress("fit of the first campaign", 0.3)

@@ -27,6 +27,7 @@ from flatplank_analysis.discovery.noise import make_whitener
 from flatplank_analysis.discovery.state import State, scatter_columns
 from flatplank_analysis.discovery.steps import Step
 from flatplank_analysis.identify.results import NORMAL_90
+from flatplank_data.disjoint import shared_runs
 from flatplank_data.errors import FlatplankError
 
 CONFIRMED, FAILED = "confirmed", "not confirmed"
@@ -102,22 +103,33 @@ def fit_with_effect(session: Session, model: ModelFile | None, name: str) -> Ste
     return session.add(model or ModelFile(), name)[1]
 
 
+def new_sessions(
+    session: Session, folders: Sequence[str], mapping: Any = None
+) -> list[tuple[str, Session]]:
+    """Sessions of the folders with new runs; FlatplankError when a run took part in the search, or
+    is in two of the folders, under whatever name and in whatever format."""
+    opened = [(folder, Session.open(folder, session.files, mapping)) for folder in folders]
+    before = list(session.campaign.runs)
+    for folder, new in opened:
+        if shared := shared_runs(new.campaign.runs, before):
+            file, same = shared[0]
+            more = f" and {len(shared) - 1} more" if len(shared) > 1 else ""
+            what = f"are the runs of the search, or given twice: {file} is {same}{more}"
+            raise FlatplankError(what, folder, "measure new runs: their own folder")
+        before += new.campaign.runs
+    return opened
+
+
 def confirm(
     session: Session, step: Step, name: str, sets: Sequence[tuple[str, Session]]
 ) -> Confirmation:
-    """Test an effect of a fitted model on sets of new runs."""
+    """Test an effect of a fitted model on sets of new runs, see `new_sessions`."""
     effect = session.effects[name]
     interval = interval_of(effect)
-    known = set(session.data.runs.names)
-    checked = []
-    for folder, new in sets:
-        again = known & set(new.data.runs.names)
-        if folder == session.campaign.path and again:
-            raise FlatplankError(
-                "are the runs of the search", folder, "measure new runs: their own folder"
-            )
-        checked.append(_checked(session.model, step, effect, interval, folder, new.model))
-    return Confirmation(name, effect.main_parameter().unit, interval, tuple(checked))
+    checked = tuple(
+        _checked(session.model, step, effect, interval, folder, new.model) for folder, new in sets
+    )
+    return Confirmation(name, effect.main_parameter().unit, interval, checked)
 
 
 def _checked(

@@ -112,7 +112,7 @@ def confirm(progress: Progress, folder: str, model: str, name: str, new: str) ->
     at = fit_jobs._opened(folder, model)
     if name not in at.session.effects:
         raise FlatplankError(f"no effect '{name}' in the model", folder, "add it first")
+    sets = confirming.new_sessions(at.session, [new])
     progress("fit of the first campaign", 0.3)
     step = confirming.fit_with_effect(at.session, at.model, name)
-    sets = [(new, Session.open(new, at.session.files))]
     return confirming.confirm(at.session, step, name, sets).to_dict()
