@@ -19,6 +19,7 @@ from flatplank_control.bench.fast_dds import loopback_environment as on_loopback
 from flatplank_hw.drive.params import DriveParameters
 from flatplank_hw.nodes import convert
 from flatplank_hw.process import END_WITH_PARENT
+from flatplank_panel.access import address
 
 CHROMIUM = "/usr/bin/chromium"
 FLAGS = [
@@ -121,6 +122,9 @@ def clean_environment() -> dict[str, str]:
     return kept | {END_WITH_PARENT: str(os.getpid())}
 
 
+TOKEN = "token_of_the_tests"
+
+
 @contextmanager
 def panel_process(data: Path, *options: str, before: str = "") -> Iterator[str]:
     """`flatplank panel` on a free port; its address. `before`: Python that runs in it first."""
@@ -130,7 +134,7 @@ def panel_process(data: Path, *options: str, before: str = "") -> Iterator[str]:
     log = open(data.parent / f"panel_{port}.log", "wb")  # noqa: SIM115
     with log:
         process = subprocess.Popen(
-            [*command, "--port", str(port), "--data", str(data), *options],
+            [*command, "--port", str(port), "--data", str(data), "--token", TOKEN, *options],
             env=clean_environment(),
             stdin=subprocess.DEVNULL,
             stdout=log,
@@ -144,7 +148,7 @@ def panel_process(data: Path, *options: str, before: str = "") -> Iterator[str]:
                 return s.connect_ex(("127.0.0.1", port)) == 0
 
         wait_for(answers, 60.0, "the panel listens")
-        yield f"http://127.0.0.1:{port}/"
+        yield address("127.0.0.1", port, TOKEN)
     finally:
         process.send_signal(signal.SIGINT)
         try:

@@ -3,12 +3,20 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
 
 import pytest
 
 from flatplank_panel import validation as check
-from flatplank_panel.access import COOKIE, Guard, address, host_of, is_loopback
+from flatplank_panel.access import (
+    COOKIE,
+    Guard,
+    address,
+    cookie_of,
+    host_of,
+    is_loopback,
+)
 from flatplank_panel.charge import HOLDER_TIMEOUT_S, NotInCharge, PageInCharge
 from flatplank_panel.host import Host
 
@@ -58,23 +66,63 @@ def judged(guard: Guard, query: str = "", **headers: str):
 
 
 def test_guard_on_loopback_refuses_other_sites():
-    guard = Guard(None, "127.0.0.1")
-    assert judged(guard, host="127.0.0.1:8080") is None
-    assert judged(guard, host="localhost:8080", origin="http://localhost:8080") is None
-    assert judged(guard, host="127.0.0.1:8080", origin="http://evil.example")[0] == 403
-    assert judged(guard, host="evil.example:8080")[0] == 400
-    assert judged(guard)[0] == 400
+    guard, t = Guard(None, "127.0.0.1", "secret"), "token=secret"
+    assert judged(guard, t, host="127.0.0.1:8080") is None
+    assert judged(guard, t, host="localhost:8080", origin="http://localhost:8080") is None
+    assert judged(guard, t, host="127.0.0.1:8080", origin="http://evil.example")[0] == 403
+    assert judged(guard, t, host="127.0.0.1:8080", origin="http://127.0.0.1:9")[0] == 403
+    assert judged(guard, t, host="evil.example:8080")[0] == 400
+    assert judged(guard, t)[0] == 400
 
 
-def test_guard_elsewhere_wants_the_token():
+@pytest.mark.parametrize("here, host", [("0.0.0.0", "bench:80"), ("127.0.0.1", "127.0.0.1:80")])
+def test_guard_wants_the_token_everywhere(here: str, host: str):
+    """On the loopback address every other user of this machine is somebody else, too."""
     with pytest.raises(ValueError, match="token"):
-        Guard(None, "0.0.0.0")
-    guard = Guard(None, "0.0.0.0", "secret")
-    assert judged(guard, host="bench:8080")[0] == 401
-    assert judged(guard, "token=wrong", host="bench:8080")[0] == 401
-    assert judged(guard, "token=secret", host="bench:8080") is None
-    assert judged(guard, host="bench:8080", cookie=f"{COOKIE}=secret") is None
+        Guard(None, here, "")
+    guard = Guard(None, here, "secret")
+    assert judged(guard, host=host)[0] == 401
+    assert judged(guard, "token=wrong", host=host)[0] == 401
+    assert judged(guard, "token=secret", host=host) is None
+    name = cookie_of({"host": host})
+    assert judged(guard, host=host, cookie=f"{name}=secret") is None
+    assert judged(guard, host=host, cookie=f"{COOKIE.format(9)}=secret")[0] == 401
     assert is_loopback("::1") and not is_loopback("192.168.1.4")
+
+
+def answered(query: str, **headers: str) -> list[dict]:
+    """What the guard sends for a page that answers with 200."""
+
+    async def page(_scope, _receive, send) -> None:
+        await send({"type": "http.response.start", "status": 200, "headers": []})
+
+    sent: list[dict] = []
+
+    async def send(message) -> None:
+        sent.append(message)
+
+    scope = {
+        "type": "http", "path": "/", "query_string": query.encode(),
+        "headers": [(k.encode(), v.encode()) for k, v in headers.items()],
+    }  # fmt: skip
+    asyncio.run(Guard(page, "127.0.0.1", "secret")(scope, None, send))
+    return sent
+
+
+def test_the_token_leaves_the_address_and_no_frame_may_show_the_page():
+    host = "127.0.0.1:8080"
+    first, _ = answered("tab=Runs&token=secret", host=host)
+    told = dict(first["headers"])
+    assert (first["status"], told[b"location"]) == (303, b"/?tab=Runs")
+    cookie = told[b"set-cookie"].decode()
+    assert "HttpOnly" in cookie and "SameSite=Strict" in cookie
+    (second,) = answered("", host=host, cookie=cookie.partition(";")[0])
+    refused = answered("", host=host)[0]
+    assert (second["status"], refused["status"]) == (200, 401)
+    for message in (first, second, refused):
+        assert dict(message["headers"])[b"x-frame-options"] == b"DENY"
+        policy = dict(message["headers"])[b"content-security-policy"].decode()
+        assert "frame-ancestors 'none'" in policy and "default-src 'self'" in policy
 
 
 def test_the_printed_address_is_one_that_others_reach():

@@ -74,14 +74,24 @@ def main(minutes: float = 2.0) -> None:
         port = s.getsockname()[1]
     with tempfile.TemporaryDirectory() as folder, open(Path(folder) / "log", "wb") as log:
         server = subprocess.Popen(
-            [sys.executable, "-c", PANEL, "--port", str(port), "--data", folder],
+            [
+                sys.executable,
+                "-c",
+                PANEL,
+                "--port",
+                str(port),
+                "--data",
+                folder,
+                "--token",
+                "watch",
+            ],
             env={**os.environ, END_WITH_PARENT: str(os.getpid())},
             stdin=subprocess.DEVNULL,
             stdout=log,
             stderr=log,
         )
         try:
-            watch(server.pid, f"http://127.0.0.1:{port}/", minutes)
+            watch(server.pid, f"http://127.0.0.1:{port}/?token=watch", minutes)
         finally:
             server.terminate()
             server.wait()

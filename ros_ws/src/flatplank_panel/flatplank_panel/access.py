@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Access control of the page: a guard checks every request and every web socket.
 
-On the loopback address every user of this machine has access. On any other address a token is
-required, once in the URL (`?token=...`), then by a cookie. Requests of other web sites in the
-operator's browser are refused by their Origin and Host, on any address.
+A token is required on every address, on the loopback address, too: whoever takes charge moves
+the machine. The token stands in the URL once (`?token=...`); then a cookie has it, and the URL is
+without it. Requests of other web sites in the operator's browser are refused by their Origin and
+Host. No other site may show the page in a frame, and the page loads nothing from elsewhere.
 """
 
 from __future__ import annotations
@@ -14,9 +15,32 @@ import socket
 from collections.abc import Awaitable, Callable, MutableMapping
 from http.cookies import SimpleCookie
 from typing import Any
-from urllib.parse import parse_qs, urlsplit
+from urllib.parse import parse_qs, parse_qsl, urlencode, urlsplit
 
-COOKIE = "flatplank_token"
+COOKIE = "flatplank_token_{}"
+"""of each port its own: a browser sends cookies to every port of a host"""
+POLICY = "; ".join(
+    [
+        "default-src 'self'",
+        "script-src 'self' 'unsafe-inline' 'unsafe-eval'",  # NiceGUI: Vue compiles its templates
+        "style-src 'self' 'unsafe-inline'",
+        "img-src 'self' data: blob:",
+        "font-src 'self' data:",
+        "worker-src 'self' blob:",
+        "connect-src 'self'",
+        "object-src 'none'",
+        "base-uri 'self'",
+        "form-action 'self'",
+        "frame-ancestors 'none'",
+    ]
+)
+HEADERS = (
+    (b"content-security-policy", POLICY.encode()),
+    (b"x-frame-options", b"DENY"),
+    (b"x-content-type-options", b"nosniff"),
+    (b"referrer-policy", b"no-referrer"),
+)
+"""of every answer"""
 Scope = MutableMapping[str, Any]
 App = Callable[[Scope, Any, Any], Awaitable[None]]
 
@@ -57,10 +81,10 @@ def host_of(header: str) -> str:
 class Guard:
     """ASGI middleware that checks every request."""
 
-    def __init__(self, app: App, host: str, token: str = "") -> None:
-        """`token` may be empty only for a loopback `host`."""
-        if not token and not is_loopback(host):
-            raise ValueError(f"{host} can be reached from other machines: a token is needed")
+    def __init__(self, app: App, host: str, token: str) -> None:
+        """ValueError without a token."""
+        if not token:
+            raise ValueError("whoever opens the page can move the machine: a token is needed")
         self.app, self.host, self.token = app, host, token
 
     async def __call__(self, scope: Scope, receive: Any, send: Any) -> None:
@@ -68,36 +92,52 @@ class Guard:
             await self.app(scope, receive, send)
             return
         headers = {k.decode("latin-1").lower(): v.decode("latin-1") for k, v in scope["headers"]}
-        status = self.refusal_of(headers, scope.get("query_string", b"").decode("latin-1"))
+        query = scope.get("query_string", b"").decode("latin-1")
+        guarded = _with_headers(send)
+        status = self.refusal_of(headers, query)
         if status:
-            await _refuse(scope, send, *status)
-            return
-        given = _token_in_query(scope.get("query_string", b"").decode("latin-1"))
-        await self.app(scope, receive, self._with_cookie(send) if given and self.token else send)
+            await _refuse(scope, guarded, *status)
+        elif _token_in_query(query) and scope["type"] == "http":
+            await self._forward(scope, guarded, headers, query)
+        else:
+            await self.app(scope, receive, guarded)
 
     def refusal_of(self, headers: dict[str, str], query: str) -> tuple[int, str] | None:
         """Status and reason of a refusal, or None."""
         host = host_of(headers.get("host", ""))
-        if not self.token and not is_loopback(host):
+        if is_loopback(self.host) and not is_loopback(host):
             return 400, "this page is served to this machine only"
         origin = headers.get("origin")
         if origin and urlsplit(origin).netloc != headers.get("host", ""):
             return 403, "requests of other sites are refused"
-        if self.token:
-            cookie = SimpleCookie(headers.get("cookie", "")).get(COOKIE)
-            brought = _token_in_query(query) or (cookie.value if cookie else "")
-            if not hmac.compare_digest(brought.encode(), self.token.encode()):
-                return 401, "open the address with the token that flatplank panel has printed"
+        cookie = SimpleCookie(headers.get("cookie", "")).get(cookie_of(headers))
+        brought = _token_in_query(query) or (cookie.value if cookie else "")
+        if not hmac.compare_digest(brought.encode(), self.token.encode()):
+            return 401, "open the address with the token that flatplank panel has printed"
         return None
 
-    def _with_cookie(self, send: Any) -> Any:
-        async def wrapped(message: MutableMapping[str, Any]) -> None:
-            if message["type"] == "http.response.start":
-                value = f"{COOKIE}={self.token}; HttpOnly; SameSite=Strict; Path=/"
-                message["headers"] = [*message["headers"], (b"set-cookie", value.encode())]
-            await send(message)
+    async def _forward(self, scope: Scope, send: Any, headers: dict[str, str], query: str) -> None:
+        """Set the cookie and go to the same address without the token."""
+        rest = urlencode([pair for pair in parse_qsl(query) if pair[0] != "token"])
+        target = scope["path"] + (f"?{rest}" if rest else "")
+        value = f"{cookie_of(headers)}={self.token}; HttpOnly; SameSite=Strict; Path=/"
+        answer = [(b"location", target.encode("latin-1")), (b"set-cookie", value.encode())]
+        await send({"type": "http.response.start", "status": 303, "headers": answer})
+        await send({"type": "http.response.body", "body": b""})
 
-        return wrapped
+
+def cookie_of(headers: dict[str, str]) -> str:
+    """Name of the cookie at the port of a request."""
+    return COOKIE.format(urlsplit(f"//{headers.get('host', '')}").port or 80)
+
+
+def _with_headers(send: Any) -> Any:
+    async def wrapped(message: MutableMapping[str, Any]) -> None:
+        if message["type"] == "http.response.start":
+            message["headers"] = [*message["headers"], *HEADERS]
+        await send(message)
+
+    return wrapped
 
 
 def _token_in_query(query: str) -> str:

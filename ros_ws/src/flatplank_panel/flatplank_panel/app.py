@@ -25,9 +25,7 @@ STATIC = Path(__file__).parent / "static"
 SUPERVISE_HZ = 5
 
 
-def serve(
-    operator: Operator, service: AnalysisService, host: str, port: int, token: str = ""
-) -> None:
+def serve(operator: Operator, service: AnalysisService, host: str, port: int, token: str) -> None:
     """Serve until the process is told to end."""
     live = LiveData(operator.link.state)
     investigation = Investigation(service, operator)

@@ -12,17 +12,17 @@ from pathlib import Path
 from flatplank_analysis.cli import main as command
 from flatplank_data.arguments import Parser
 from flatplank_hw.process import end_with_parent
-from flatplank_panel.access import address, is_loopback
+from flatplank_panel.access import address
 
 
 def parser() -> argparse.ArgumentParser:
     p = Parser(prog="flatplank panel", description=__doc__)
-    p.add_argument("--host", default="127.0.0.1", help="address to listen at; others need a token")
+    p.add_argument("--host", default="127.0.0.1", help="address to listen at")
     p.add_argument("--port", type=int, default=8080)
     p.add_argument(
         "--data", type=Path, default=Path("data"), help="folder of the bags and campaigns"
     )
-    p.add_argument("--token", default="", help="for other addresses; default: a new one, printed")
+    p.add_argument("--token", default="", help="of the page; default: a new one, printed")
     p.add_argument(
         "--log", type=Path, help="file for what the nodes print; default: DATA/bench.log"
     )
@@ -49,7 +49,7 @@ def main(argv: list[str]) -> int:
     o = parser().parse_args(argv)
     end_with_parent()
     check_port_free(o.host, o.port)
-    token = o.token or ("" if is_loopback(o.host) else secrets.token_urlsafe(24))
+    token = o.token or secrets.token_urlsafe(24)
     try:
         o.data.mkdir(parents=True, exist_ok=True)
     except OSError as error:
