@@ -35,6 +35,7 @@ from flatplank_analysis.effects.grammar import former
 from flatplank_analysis.effects.grammar.file import sentence_of, text_of
 from flatplank_analysis.effects.registry import load_file
 from flatplank_data.errors import FlatplankError
+from flatplank_data.yaml_text import dump_yaml
 
 FORMER = Path(__file__).with_name("former")
 MARK = "import pathlib; pathlib.Path({!r}).write_text('ran')\n"
@@ -68,7 +69,7 @@ def write_model(folder: Path, file: str) -> None:
     entry = {"name": "rail_friction", "parameters": {"force": 10.0}, "file": file}
     line = {"step": 0, "action": "start", "effect": "", "parameters": {}, "effects": [entry]}
     model = {"format": modelfile.FORMAT, "effects": [entry], "history": [line, line]}
-    (folder / "model.yaml").write_text(yaml.safe_dump(model))
+    (folder / "model.yaml").write_text(dump_yaml(model))
 
 
 LOOKS = {
