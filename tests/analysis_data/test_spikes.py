@@ -6,6 +6,7 @@ import pytest
 
 from flatplank_data.campaign import Campaign
 from flatplank_data.spikes import LONGEST, bad_samples, spikes, stuck
+from flatplank_data.table import MeasurementTable
 
 RATE = 250.0
 """samples per second"""
@@ -73,6 +74,28 @@ def test_spikes_anywhere_are_found_and_nothing_else(name, size, length):
         spoilt[first : first + length] += size
         expected = np.arange(first, first + length)
         np.testing.assert_array_equal(np.flatnonzero(spikes(spoilt)), expected)
+
+
+def test_a_spike_at_the_start_beside_others():
+    values = _slip_step()
+    values[[2, 131, 401]] += [2e4, 2e4, -2e4]
+    np.testing.assert_array_equal(np.flatnonzero(spikes(values)), [2, 131, 401])
+
+
+def test_a_longer_spike_by_the_road(make_step):
+    """Twenty samples in 2.5 mm of road; no tire answers to that."""
+    x = _road()
+    force = _slip_step()
+    force[3000:3020] -= 5e3
+    table = make_step(0.02, 1).rows(slice(0, 1)).info
+    made = MeasurementTable({"plank_position": x, "fx": force}, table)
+    (found,) = bad_samples(made)
+    np.testing.assert_array_equal(found.rows, np.arange(3000, 3020))
+    for name, shape in PHYSICS.items():
+        values = shape()
+        if values.size == x.size and name != "standstill":  # here the plank moves
+            made = MeasurementTable({"plank_position": x, "fx": values}, table)
+            assert not list(bad_samples(made)), name
 
 
 def test_spikes_of_both_signs_beside_each_other():

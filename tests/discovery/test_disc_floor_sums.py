@@ -13,6 +13,7 @@ from shapes import CONDITIONS, NOISE, OTHER, REPEATS, measured, shape, wave
 
 from flatplank_analysis.discovery import floor
 from flatplank_analysis.discovery.fit import Fitter, Term
+from flatplank_analysis.discovery.invariants import is_fall_by_chance
 from flatplank_analysis.discovery.state import channel_weights, make_state, start_base
 
 
@@ -249,3 +250,14 @@ def test_an_effect_that_pulls_in_one_direction_only_is_no_floor_either(sign):
     fit = fitter.fit(start_base(model))
     assert make_state(model, fitter, fit, []).floors[0].floor > 1.3 * NOISE
     assert make_state(model, fitter, fit, [one]).floors[0].floor == pytest.approx(NOISE, rel=0.1)
+
+
+def test_an_effect_without_a_fall_of_the_error_is_by_chance():
+    one = shape("one", lambda c: wave(3.5) + 0.0 * c)
+    model = measured(33, (0.1, one.form))
+    fitter = Fitter(model, channel_weights(model, [NOISE]))
+    fit = fitter.fit(start_base(model))
+    state = make_state(model, fitter, fit, [one])
+    held = fitter.fit(fit.base, [Term(one, np.array([0.0]))], iterations=0)
+    assert is_fall_by_chance(state, held)
+    assert not is_fall_by_chance(state, fitter.fit(fit.base, held.terms))

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -19,8 +20,9 @@ TESTED = (
     "plank_position", "wheel_angle", "fx", "fy", "fz", "mx", "my", "mz", "loaded_radius",
 )  # fmt: skip
 """columns with the inertia or the stiffness of tire and machine behind them"""
-LONGEST = 5
-"""longest spike [samples]"""
+LONGEST, ROAD = 5, 0.005
+"""longest spike [samples], or [m] of road where that is more: far shorter than a contact patch,
+over which a tire averages whatever it feels"""
 SIDE = 3
 """neighbours on each side of a spike: a line and its scatter [samples]"""
 FAR = 6.0
@@ -45,11 +47,12 @@ class BadSamples:
 
 def bad_samples(table: MeasurementTable) -> Iterator[BadSamples]:
     """Spikes and stuck stretches of every tested column."""
+    longest = _longest(table)
     for name in TESTED:
         if name not in table or not np.isfinite(table[name]).all() or len(table) < 4 * LONGEST:
             continue
         values, unit = table[name], COLUMN_UNITS[name]
-        rows = np.flatnonzero(spikes(values))
+        rows = np.flatnonzero(spikes(values, longest))
         if rows.size:
             at = ", ".join(f"{values[r]:.4g} {unit} in row {r + 1}" for r in rows[:3])
             more = f" and {rows.size - 3} more" if rows.size > 3 else ""
@@ -59,8 +62,17 @@ def bad_samples(table: MeasurementTable) -> Iterator[BadSamples]:
             yield BadSamples(name, stretch, f"{words} to {stretch[-1] + 1}")
 
 
-def spikes(values: np.ndarray) -> np.ndarray:
-    """Mask of the samples (samples,) that belong to a spike of at most `LONGEST` samples."""
+def _longest(table: MeasurementTable) -> int:
+    """Longest spike [samples] at the pace at which the plank moves."""
+    if "plank_position" not in table:
+        return LONGEST
+    pace = np.abs(np.diff(table["plank_position"]))
+    pace = pace[pace > 0.0]
+    return max(LONGEST, int(ROAD / np.median(pace))) if pace.size else LONGEST
+
+
+def spikes(values: np.ndarray, longest: int = LONGEST) -> np.ndarray:
+    """Mask of the samples (samples,) that belong to a spike of at most `longest` samples."""
     bad = np.zeros(values.size, dtype=bool)
     change = np.abs(np.diff(values))
     quantum = change[change > 0.0].min(initial=np.inf)
@@ -68,15 +80,17 @@ def spikes(values: np.ndarray) -> np.ndarray:
         return bad
     bend = np.abs(values[1:-1] - 0.5 * (values[:-2] + values[2:]))
     scale = max(float(np.quantile(bend, QUANTILE)), float(quantum))
-    jumps = np.concatenate([[0], np.flatnonzero(change > 0.5 * FAR * scale) + 1])
-    for length in range(1, LONGEST + 1):
+    # where a spike begins, the sample before it is off the line of its neighbours by half as much
+    jumps = np.concatenate([[0, 1], np.flatnonzero(bend > 0.25 * FAR * scale) + 2])
+    # the ends of the record last, by what is left of it
+    for inside, length in product((True, False), range(1, longest + 1)):
         free = jumps[~bad[jumps] & (jumps + length <= values.size)]
         before = np.maximum(np.minimum(free, SIDE), 2 * SIDE + length + free - values.size)
-        for count in np.unique(before[before <= free]):
+        for count in np.unique(before[(before <= free) & ((before == SIDE) == inside)]):
             first = free[before == count]
             first = first[_leaves_and_returns(values, first, length, int(count), scale)]
             for rows in (np.arange(f, f + length) for f in first):
-                bad[rows] = count == SIDE or _beyond_all(values, rows)
+                bad[rows] = inside or _beyond_all(values, bad, rows)
     return bad
 
 
@@ -96,10 +110,12 @@ def _leaves_and_returns(
     return np.minimum(away[:, 0], away[:, -1]) > FAR * np.maximum(scatter, scale)
 
 
-def _beyond_all(values: np.ndarray, rows: np.ndarray) -> bool:
+def _beyond_all(values: np.ndarray, bad: np.ndarray, rows: np.ndarray) -> bool:
     """Whether samples at an end of the record are farther off than all others, and zero, differ:
     a start from rest looks like a spike, too."""
-    others = np.append(np.delete(values, rows), 0.0)
+    good = ~bad
+    good[rows] = False
+    others = np.append(values[good], 0.0)
     off = np.maximum(values[rows] - others.max(), others.min() - values[rows])
     return bool(off.max() > np.ptp(others))
 

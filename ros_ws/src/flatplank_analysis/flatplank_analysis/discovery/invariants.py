@@ -9,6 +9,7 @@ The verdict, the search and the verbs call this module; the tests check the rule
 4. A residual remains only when it is significant and of consequence.
 5. Signs of columns that physics contradicts prevent any fit (`RunSet.contradicted`).
 6. A parameter at an end of its range is reported.
+7. Nothing is named without a fall of the error.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.stats import chi2
 
 from flatplank_analysis.discovery import where
 from flatplank_analysis.discovery.fit import Fit, Fitter, Task, Term
@@ -186,6 +188,18 @@ def _fit_only_last(fitter: Fitter, old: Fit, terms: Sequence[Term]) -> Fit:
 def is_raised(error: float, before: float) -> bool:
     """True when an error of the first channel is larger than the one before (`EQUAL`)."""
     return error > before * (1.0 + EQUAL)
+
+
+def is_fall_by_chance(state: State, fit: Fit) -> bool:
+    """True when the plain error of no channel falls further by the last effect of a fit than it
+    falls by as many random columns in white noise: tests of whitened residuals may see what the
+    error does not show, where a few samples have most of it."""
+    last, measured = len(fit.terms) - 1, state.runs.measured
+    free = sum(owner == last for owner, _ in fit.free)
+    before = np.mean(state.residual**2, axis=(1, 2))
+    after = np.mean(fit.residual(measured) ** 2, axis=(1, 2))
+    fall = (before - after) / np.maximum(before, 1e-30)
+    return bool(np.all(fall * measured[0].size <= chi2.isf(LEFT, free)))
 
 
 def error_of(fitter: Fitter, fit: Fit) -> float:

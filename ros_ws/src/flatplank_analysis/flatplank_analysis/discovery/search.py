@@ -35,6 +35,8 @@ from flatplank_data.errors import FlatplankError
 
 IDLE = "not needed beside what was found"
 """reason for an effect that was added and then removed by backward elimination"""
+FLAT = "the error does not fall with it"
+"""reason for an effect that only the whitened tests see"""
 FIRST_STEPS = 6
 """iterations from each further set of start values, before the best one is fitted to the end"""
 WORTH_A_FIT = 0.9
@@ -305,6 +307,13 @@ class _Searcher:
             fits = [self.fitter.fit(b, best.fit.terms) for b in (state.fit.base, best.fit.base)]
             fit = invariants.not_raising_error(self.fitter, state.fit, fits)
             if not invariants.is_active(fit.terms[-1]):
+                continue
+            if invariants.is_fall_by_chance(state, fit):
+                step.refits = [
+                    replace(d, reasons=(FLAT,)) if d.term.effect is best.fit.terms[-1].effect
+                    else d
+                    for d in step.refits
+                ]  # fmt: skip
                 continue
             decision = replace(
                 decision, held_out_gain=heldout.gain(state, fit, len(fit.terms) - 1)
