@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Identity of a run: the hash of its samples.
 
-It does not depend on file name, folder, run record or file format. Two runs of a real machine never
-have the same samples, so runs with the same identity are one run and its copy.
+It does not depend on file name, folder, run record or file format. Two runs of a real machine
+never have the same samples, so runs with the same identity are one run and its copy.
 """
 
 from __future__ import annotations
@@ -25,8 +25,9 @@ def identifying_columns(measurement: str) -> tuple[str, ...]:
 def identity_of(table: MeasurementTable) -> str:
     """Hash (32 hexadecimal digits) of the samples of a run.
 
-    The samples are compared in single precision [SI], so that a change of units and back, or a file
-    with 32-bit numbers, leaves the identity as it is. Raises FlatplankError when a column is missing.
+    The samples are compared in single precision [SI], so that a change of units and back, or a
+    file with 32-bit numbers, leaves the identity as it is. Raises FlatplankError when a column is
+    missing.
     """
     names = identifying_columns(table.info.measurement)
     names = names or tuple(sorted(set(table.columns) - {"time"}))

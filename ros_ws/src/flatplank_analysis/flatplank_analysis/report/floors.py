@@ -20,7 +20,8 @@ def floor_of_runs(force: np.ndarray, angle: np.ndarray, keep: np.ndarray) -> flo
     """Scatter of a single run about the mean of its condition [N], without what turns with the
     wheel; NaN for one run.
 
-    force [N], angle of the wheel in space [rad] (runs, samples); keep (samples,): those that count.
+    force [N], angle of the wheel in space [rad] (runs, samples); keep: mask (samples,) of those
+    that count.
     """
     count = len(force)
     if count < 2 or not keep.any():
