@@ -47,7 +47,7 @@ def errors_beside_floor(result: CampaignResult) -> Iterator[Figure]:
         lines.append(Series(model.title, kappa, known, "joined"))
     floor = np.array([c.floor() for c in conditions])
     if np.isfinite(floor).any():
-        lines.append(Series("floor of the condition", kappa, floor, "model", INK))
+        lines.append(Series("floor of the mean", kappa, floor, "model", INK))
     panel = Panel(pieces.SLIP, "RMSE in the transient part [N]", lines)
     caption = f"At {point.point.label()}; {BELOW}."
     title = "Errors of the models beside the floor"
