@@ -139,7 +139,7 @@ def test_a_campaign_names_run_and_row_and_goes_on(write_campaign, make_step):
     force[1500] = 2e4
     folder = write_campaign([clean[0], clean[1].with_columns(fx=force), clean[2]])
     campaign = Campaign.load(folder)
-    tables = list(campaign.tables(["fx", "time"]))
+    tables = list(campaign.tables())
     assert [len(t) for t in tables] == [len(clean[0]), len(clean[1]) - 1, len(clean[2])]
     assert tables[1]["fx"].max() < 3e3
     (problem,) = campaign.problems
