@@ -80,6 +80,12 @@ def test_every_plan_of_a_campaign_is_there():
     }
 
 
+def test_runs_with_and_without_the_filter_are_two_runs():
+    """Of one seed their difference would be the filter alone, and agree with it exactly."""
+    assert CAMPAIGNS["filtered"].plan == CAMPAIGNS["unfiltered"].plan
+    assert CAMPAIGNS["filtered"].seed != CAMPAIGNS["unfiltered"].seed
+
+
 def made(ours, rule=None, thesis: float | str = 10.0, why="") -> Row:
     return Row("q", "N", thesis, "section", ours, rule or Near(1.0, "stated"), why)
 
