@@ -76,9 +76,9 @@ def _rolling(plan: str) -> dict[str, Measured]:
 
 CAMPAIGNS: dict[str, Measured] = {
     "longitudinal": Measured("longitudinal"),
-    "angles": Measured("angles"),
-    "repeats": Measured("repeats"),
-    "repaired": Measured("nominal", plant="repaired_plant.yaml"),
+    "angles": Measured("angles", seed=2),
+    "repeats": Measured("repeats", seed=3),
+    "repaired": Measured("nominal", plant="repaired_plant.yaml", seed=4),
     "filtered": Measured("filter"),
     "unfiltered": Measured("filter", {"measurement_hub": {"filter_on": False}}, seed=2),
     "standing": Measured("standing"),
