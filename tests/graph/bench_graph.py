@@ -66,7 +66,7 @@ class Graph:
         client.node.create_subscription(BusInputs, "/bus/inputs", self._on_inputs, STREAM)
 
     def names(self) -> list[str]:
-        return list(self.processes.running)
+        return list(self.processes.nodes())
 
     def advance(self, cycles: int, timeout: float = 60.0) -> int:
         """Let the held bus make cycles; the number of the last one."""

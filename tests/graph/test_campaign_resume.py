@@ -67,7 +67,7 @@ def resumed(folder: Path, monkeypatch, text: str, kill_in: int) -> None:
         measure = bench.client.measure
         with pytest.raises(BenchError, match="the runner has gone"):
             measure(text, simulated=True, folder=str(data), say=Kill(bench, kill_in))
-        bench.processes.start_node("measurement_runner")
+        bench.processes.start_process("measurement_runner")
         bench.client.wait_connected(bench.processes)
         said: list[str] = []
         measure(text, simulated=True, folder=str(data), resume=True, say=said.append)

@@ -252,7 +252,7 @@ def test_node_killed(bench: FaultyGraph, name: str) -> None:
     node.wait()
     bench.cycles(AFTER)
     wheel = bench.shaft()
-    graph.nodes.start_node(name)
+    graph.nodes.start_process(name)
     bench.everybody_speaks()
     check_shaft(f"{name} killed", True, wheel, wheel["ran_on_ms"])
     graph.plank(0)
@@ -274,7 +274,7 @@ def lost(bench: FaultyGraph, word: str) -> None:
 def start_again(bench: FaultyGraph) -> None:
     """The bus and what is behind it; nothing is enabled by that."""
     nodes = bench.graph.nodes
-    nodes.start_node("ethercat_bus")
+    nodes.start_process("ethercat_bus")
     bench.graph.client.wait_connected(nodes)
     bench.find_emulator()
     bench.cycles(AFTER)

@@ -38,7 +38,7 @@ def test_a_killed_node_stops_the_wheel_within_100_ms_and_the_next_measurement_wo
         (run,) = Campaign.load(bench.data / "killed").runs
         assert len(run.table(check=False)["time"]) > 100
         bench.call(PlankSwitch, "/simulated_plant/plank", direction=0, fast=True)
-        bench.processes.start_node(name)
+        bench.processes.start_process(name)
         bench.client.wait_connected(bench.processes)
         if name == "wheel_drive":
             # the drive's own watchdog has tripped: it wants an explicit reset
@@ -55,7 +55,7 @@ def test_a_killed_recorder_leaves_a_bag_that_is_mended_at_the_next_start(tmp_pat
         bench.advance(500)
         bench.kill("recorder")
         assert bench.wheel_turns(), "a recorder is not needed to hold the slip"
-        bench.processes.start_node("recorder")
+        bench.processes.start_process("recorder")
         bench.client.wait_connected(bench.processes)
         assert load_record(bench.data / "cut").status == "interrupted"
         assert (bench.data / "cut" / "metadata.yaml").is_file()

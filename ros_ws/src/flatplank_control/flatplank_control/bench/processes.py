@@ -14,12 +14,12 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from flatplank_control.bench.fast_dds import remove_orphans
-from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.bench.setup import BenchSetup, NodeSpec
 from flatplank_hw.process import END_WITH_PARENT, STARTED
 
 STALL_TIMEOUT_S = 60.0
@@ -108,6 +108,9 @@ class StartProgress:
         return f"{name} hangs before the node is created, and uses no processor"
 
 
+BESIDE = "--beside"
+"""before the nodes of a shared process that are not in its loop"""
+
 GRACE = 30.0
 """time for the nodes to end by themselves [s]"""
 
@@ -131,34 +134,42 @@ class BenchProcesses:
         """
         self.setup = setup
         self.running: dict[str, subprocess.Popen] = {}
+        """processes by name: that of their node, or `loop`"""
         ours = {END_WITH_PARENT: str(os.getpid())}
         self._environment = {**os.environ, **ours, **(environment or {})}
         self.log = log
         self._log = open(log, "ab") if log else None  # noqa: SIM115  open as long as the nodes
-        self._without = without
+        planned = {
+            name: tuple(node for node in nodes if node.name not in without)
+            for name, nodes in setup.processes().items()
+        }
+        self._planned = {name: nodes for name, nodes in planned.items() if nodes}
         self._folder = tempfile.TemporaryDirectory(prefix="flatplank-")
         self._files = setup.write(Path(self._folder.name))
 
     def start(self) -> None:
-        for node in self.setup.nodes():
-            if node.name not in self._without:
-                self.start_node(node.name)
+        for name in self._planned:
+            self.start_process(name)
 
-    def start_node(self, name: str) -> None:
-        """Start one node of the set-up, also again after it has ended."""
-        node = next(n for n in self.setup.nodes() if n.name == name)
-        program = [sys.executable, "-m", f"{node.package}.nodes.{node.executable}"]
-        given = ["-r", f"__node:={node.name}", "--params-file", str(self._files[name])]
+    def start_process(self, name: str) -> None:
+        """Start one process of the set-up, also again after it has ended."""
+        nodes = self._planned[name]
         started = self._started(name)
         started.unlink(missing_ok=True)
         self.running[name] = subprocess.Popen(
-            [*program, "--ros-args", *given],
+            [sys.executable, "-m", *program(nodes, self._files)],
             env={**self._environment, STARTED: str(started)},
             stdin=subprocess.DEVNULL,
             stdout=self._log,
             stderr=self._log,
             start_new_session=True,
         )
+
+    def nodes(self) -> dict[str, str]:
+        """Nodes that were started -> their processes."""
+        return {
+            node.name: process for process in self.running for node in self._planned[process]
+        }
 
     def ended(self) -> dict[str, int]:
         """Nodes that have ended by themselves and their exit codes."""
@@ -173,16 +184,17 @@ class BenchProcesses:
         )
 
     def vitals(self) -> dict[str, ProcessState]:
-        """State of the processes of live nodes."""
+        """State of the processes of live nodes, by node."""
         found = {}
-        for name, process in tuple(self.running.items()):
+        for node, name in self.nodes().items():
+            process = self.running[name]
             try:
                 stat = Path(f"/proc/{process.pid}/stat").read_text()
             except OSError:
                 continue
             state, *numbers = stat.rpartition(")")[2].split()
             cpu = TICK_S * (int(numbers[10]) + int(numbers[11]))
-            found[name] = ProcessState(state, cpu, self._started(name).exists())
+            found[node] = ProcessState(state, cpu, self._started(name).exists())
         return found
 
     def stop(self) -> None:
@@ -216,9 +228,11 @@ class BenchProcesses:
             return "its last lines are above"
         lines = self.log.read_text(errors="replace").splitlines()
         lines = [line.strip() for line in lines if line.strip()]
-        others = "|".join(map(re.escape, self.running.keys() - {name})) or "$^"
-        own = [line for line in lines if f"[{name}]" in line]
-        rest = [line for line in lines if not re.search(rf"\[({others})\]", line)]
+        process_of = self.nodes()
+        others = "|".join(re.escape(n) for n, process in process_of.items() if process != name)
+        ours = [f"[{n}]" for n, process in process_of.items() if process == name]
+        own = [line for line in lines if any(node in line for node in ours)]
+        rest = [line for line in lines if not re.search(rf"\[({others or '$^'})\]", line)]
         return f"{(own or rest or ['it wrote no line'])[-1]} ({self.log})"
 
     def __enter__(self) -> BenchProcesses:
@@ -227,6 +241,18 @@ class BenchProcesses:
 
     def __exit__(self, *_: object) -> None:
         self.stop()
+
+
+def program(nodes: Sequence[NodeSpec], files: Mapping[str, Path]) -> list[str]:
+    """Module and arguments that run nodes in one process; `files`: parameter file by node."""
+    given = [word for node in nodes for word in ("--params-file", str(files[node.name]))]
+    if len(nodes) == 1:
+        (node,) = nodes
+        return [node.module, "--ros-args", "-r", f"__node:={node.name}", *given]
+    loop = [f"{node.name}={node.module}" for node in nodes if node.in_loop]
+    beside = [f"{node.name}={node.module}" for node in nodes if not node.in_loop]
+    words = [*loop, *([BESIDE, *beside] if beside else [])]
+    return ["flatplank_control.nodes.loop", *words, "--ros-args", *given]
 
 
 def _ending(code: int) -> str:

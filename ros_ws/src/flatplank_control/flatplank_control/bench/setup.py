@@ -16,7 +16,7 @@ from flatplank_hw.share import config_file
 
 
 class NodeSpec(NamedTuple):
-    """One process of the bench."""
+    """One node of the bench."""
 
     package: str
     executable: str
@@ -24,6 +24,14 @@ class NodeSpec(NamedTuple):
     in_loop: bool = False
     """true when its answer is needed within the bus cycle"""
 
+    @property
+    def module(self) -> str:
+        """Module of the node; its `NODE` makes the node, its `main` runs the node alone."""
+        return f"{self.package}.nodes.{self.executable}"
+
+
+LOOP = "loop"
+"""process of the nodes whose answers are needed within the bus cycle"""
 
 BUSES = {
     "sim": NodeSpec("flatplank_sim", "simulated_plant", "simulated_plant", True),
@@ -113,6 +121,8 @@ class BenchSetup:
     """axes driven beside the wheel: keys of DRIVEN"""
     parameters: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     """node -> further parameters"""
+    separate: bool = False
+    """every node in a process of its own; false: the nodes of the loop share one"""
     calibration: str = ""
     """calibration book with constants for the nodes; empty or missing: packaged constants"""
 
@@ -132,9 +142,24 @@ class BenchSetup:
         return cls(**{**values, **known})
 
     def nodes(self) -> tuple[NodeSpec, ...]:
-        """The processes of this bench, the owner of the bus last."""
+        """The nodes of this bench, the owner of the bus last."""
         more = [node for axis in self.axes for node in DRIVEN[axis]]
         return (*NODES, *more, BUSES[self.kind])
+
+    def processes(self) -> dict[str, tuple[NodeSpec, ...]]:
+        """The processes of this bench and their nodes.
+
+        On the simulated plant all nodes share a process. A bus of frames has a process of its own:
+        its guard stops the axes when the loop is gone. So have the recorder, which waits for the
+        disk, and the runner, which waits for services.
+        """
+        nodes = self.nodes()
+        if self.separate:
+            return {node.name: (node,) for node in nodes}
+        if self.kind == "sim":
+            return {LOOP: nodes}
+        loop = tuple(node for node in nodes if node.in_loop and node != BUSES[self.kind])
+        return {LOOP: loop, **{node.name: (node,) for node in nodes if node not in loop}}
 
     def of(self, node: NodeSpec) -> dict[str, Any]:
         """Parameters of one node."""

@@ -67,7 +67,7 @@ def main(argv: list[str]) -> int:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: over.set())
     with BenchProcesses(setup) as processes:
-        names = ", ".join(processes.running)
+        names = ", ".join(processes.nodes())
         print(
             f"bench: {names}\nbags go to {Path(setup.data).resolve()}; Ctrl-C ends it", flush=True
         )
@@ -79,7 +79,7 @@ def main(argv: list[str]) -> int:
 
 def watch(processes: BenchProcesses, over: threading.Event) -> str:
     """Print how many nodes are up, then wait; returns why the bench has ended, empty at Ctrl-C."""
-    start = StartProgress(processes.running, time.monotonic())
+    start = StartProgress(processes.nodes(), time.monotonic())
     while not over.wait(0.2):
         if why := processes.why_ended():
             return why

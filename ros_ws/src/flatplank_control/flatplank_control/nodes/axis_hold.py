@@ -40,8 +40,11 @@ class AxisHoldNode(FollowerNode):
         return fill_response(response, *self.core.hold(math.radians(request.value)))
 
 
+NODE = AxisHoldNode
+
+
 def main(args: list[str] | None = None) -> int:
-    return run_node(lambda: AxisHoldNode("steering_hold"), args)
+    return run_node(lambda: NODE("steering_hold"), args)
 
 
 if __name__ == "__main__":

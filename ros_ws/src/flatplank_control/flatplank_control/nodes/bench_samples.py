@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
-from geometry_msgs.msg import WrenchStamped
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from rclpy.task import Future
@@ -15,13 +15,12 @@ from flatplank_control.runner.steps import Snapshot
 from flatplank_hw.joining import CycleJoin
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import STREAM
-from flatplank_msgs.msg import DriveStatus, EncoderState, HubState
 
 SOURCES = {
-    "encoders": (EncoderState, "/encoders/state", convert.encoders_from_msg),
-    "hub": (HubState, "/measurement_hub/state", convert.hub_from_msg),
-    "contact": (WrenchStamped, "/measurement_hub/wrench_contact", convert.wrench_from_msg),
-    "drive": (DriveStatus, "/wheel_drive/status", convert.drive_from_msg),
+    "encoders": (convert.ENCODERS, "/encoders/state"),
+    "hub": (convert.HUB, "/measurement_hub/state"),
+    "contact": (convert.WRENCH, "/measurement_hub/wrench_contact"),
+    "drive": (convert.DRIVE, "/wheel_drive/status"),
 }
 OF_HUB = ("hub", "contact")
 """topics that form one hub sample: joined by cycle"""
@@ -38,9 +37,9 @@ class BenchSamples:
         self._listening = False
         self._subscriptions = [
             node.create_subscription(
-                kind, topic, lambda raw, name=name: self._on_message(name, raw), STREAM, raw=True
+                exchange.msg_type, topic, partial(self._on_message, name), STREAM, raw=True
             )
-            for name, (kind, topic, _) in SOURCES.items()
+            for name, (exchange, topic) in SOURCES.items()
         ]
 
     def close(self) -> None:
@@ -74,10 +73,10 @@ class BenchSamples:
         if len(self._raw) < len(SOURCES):
             return None
         read: dict[str, Any] = {
-            name: read(deserialize_message(self._raw[name], kind))
-            for name, (kind, _, read) in SOURCES.items()
+            name: exchange.read(deserialize_message(self._raw[name], exchange.msg_type))
+            for name, (exchange, _) in SOURCES.items()
         }
-        hub = read["hub"]._replace(contact=read["contact"])
+        hub = read["hub"]._replace(contact=read["contact"].wrench)
         return Snapshot(read["encoders"], hub, read["drive"])
 
     def raw_drive_message(self) -> bytes | None:

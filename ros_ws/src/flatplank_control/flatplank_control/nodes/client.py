@@ -150,7 +150,7 @@ class BenchClient:
         up, whenever it changes. Returns node -> time when it was up (time.monotonic) [s].
         """
         ours = nodes if isinstance(nodes, BenchProcesses) else None
-        names = nodes.running if isinstance(nodes, BenchProcesses) else nodes
+        names = nodes.nodes() if isinstance(nodes, BenchProcesses) else nodes
         start = StartProgress(list(names), time.monotonic(), timeout)
         asked: dict[str, tuple[Future | None, float]] = {}
         shown = ""

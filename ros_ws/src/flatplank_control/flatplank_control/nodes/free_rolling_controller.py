@@ -33,8 +33,11 @@ class FreeRollingControllerNode(SourceNode):
         return self.core.step(convert.hub_of_contact(latest["contact"], encoders), encoders)
 
 
+NODE = FreeRollingControllerNode
+
+
 def main(args: list[str] | None = None) -> int:
-    return run_node(lambda: FreeRollingControllerNode("free_rolling_controller"), args)
+    return run_node(lambda: NODE("free_rolling_controller"), args)
 
 
 if __name__ == "__main__":

@@ -30,8 +30,11 @@ class LoadControllerNode(FollowerNode):
         return fill_response(response, True, "")
 
 
+NODE = LoadControllerNode
+
+
 def main(args: list[str] | None = None) -> int:
-    return run_node(lambda: LoadControllerNode("load_controller"), args)
+    return run_node(lambda: NODE("load_controller"), args)
 
 
 if __name__ == "__main__":

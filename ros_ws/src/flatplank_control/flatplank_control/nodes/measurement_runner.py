@@ -239,8 +239,11 @@ class MeasurementRunnerNode(BenchNode):
             goal.abort()
 
 
+NODE = MeasurementRunnerNode
+
+
 def main(args: list[str] | None = None) -> int:
-    return run_node(lambda: MeasurementRunnerNode("measurement_runner"), args)
+    return run_node(lambda: NODE("measurement_runner"), args)
 
 
 if __name__ == "__main__":

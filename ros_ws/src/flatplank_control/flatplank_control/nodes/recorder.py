@@ -238,8 +238,11 @@ class RecorderNode(BenchNode):
             self.session.close()
 
 
+NODE = RecorderNode
+
+
 def main(args: list[str] | None = None) -> int:
-    return run_node(lambda: RecorderNode("recorder"), args)
+    return run_node(lambda: NODE("recorder"), args)
 
 
 if __name__ == "__main__":

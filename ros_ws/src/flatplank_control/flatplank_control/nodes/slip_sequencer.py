@@ -9,8 +9,8 @@ from typing import Any
 from flatplank_control.nodes.source import SourceNode
 from flatplank_control.sequencer import SequencerParameters, SlipSequencer
 from flatplank_hw.nodes.support import fill_response, run_node
-from flatplank_hw.samples import Reference
-from flatplank_msgs.msg import EncoderState, SequencerState
+from flatplank_hw.samples import EncoderSample, Reference
+from flatplank_msgs.msg import SequencerState
 from flatplank_msgs.srv import SetSlipStep, SetWaveform
 
 
@@ -36,10 +36,10 @@ class SlipSequencerNode(SourceNode):
         self.add_service(SetWaveform, "~/set_waveform", self.on_waveform)
         self.listen_to_mode()
 
-    def on_encoders(self, msg: EncoderState) -> None:
-        super().on_encoders(msg)
+    def on_encoders(self, sample: EncoderSample) -> None:
+        super().on_encoders(sample)
         if not self.active:
-            self.core.watch(msg.plank_position, msg.cycle)
+            self.core.watch(sample.plank_position, sample.cycle)
 
     def compute(self, latest: Mapping[str, Any]) -> Reference:
         return self.core.step(latest["encoders"])
@@ -62,8 +62,11 @@ class SlipSequencerNode(SourceNode):
         return fill_response(response, *self.core.set_waveform(request.name, values, at, radius))
 
 
+NODE = SlipSequencerNode
+
+
 def main(args: list[str] | None = None) -> int:
-    return run_node(lambda: SlipSequencerNode("slip_sequencer"), args)
+    return run_node(lambda: NODE("slip_sequencer"), args)
 
 
 if __name__ == "__main__":

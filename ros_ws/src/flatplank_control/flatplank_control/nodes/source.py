@@ -6,16 +6,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from geometry_msgs.msg import WrenchStamped
 from std_msgs.msg import String
 
 from flatplank_hw.joining import CycleJoin
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import LATCHED, REFERENCE, STREAM
 from flatplank_hw.nodes.support import BenchNode
-from flatplank_hw.samples import Reference
-from flatplank_msgs.msg import EncoderState
-from flatplank_msgs.msg import Reference as ReferenceMsg
+from flatplank_hw.samples import EncoderSample, Reference
 
 
 class SourceNode(BenchNode):
@@ -31,18 +28,19 @@ class SourceNode(BenchNode):
     drive = "wheel_drive"
 
     def connect(self) -> None:
-        self.message = ReferenceMsg()
         self.active = False
-        self.publish = self.add_publisher(
-            ReferenceMsg, f"/{self.drive}/reference", REFERENCE, needed=True
+        self.publish = self.add_sample_publisher(
+            convert.REFERENCE, f"/{self.drive}/reference", REFERENCE, needed=True
         )
-        self.add_subscription(EncoderState, "/encoders/state", self.on_encoders, STREAM)
+        self.add_sample_subscription(
+            convert.ENCODERS, "/encoders/state", self.on_encoders, STREAM
+        )
         if "contact" in self.KINDS:
             topic = "/measurement_hub/wrench_contact"
-            self.add_subscription(WrenchStamped, topic, self.on_contact, STREAM)
+            self.add_sample_subscription(convert.WRENCH, topic, self.on_contact, STREAM)
         if self.STATE is not None:
-            self.state = self.STATE()
-            self.publish_state = self.add_publisher(self.STATE, "~/state", STREAM)
+            exchange = convert.state_exchange(self.STATE)
+            self.publish_state = self.add_sample_publisher(exchange, "~/state", STREAM)
 
     def listen_to_mode(self) -> None:
         """Subscribe to the mode, last in `connect`: callbacks run in order of subscription, so the
@@ -56,27 +54,24 @@ class SourceNode(BenchNode):
             self.join = CycleJoin(self.KINDS, self.on_cycle)
         self.active = active
 
-    def on_encoders(self, msg: EncoderState) -> None:
+    def on_encoders(self, sample: EncoderSample) -> None:
         if self.active:
-            sample = convert.encoders_from_msg(msg)
             self.join.put("encoders", sample.stamp_ns, sample)
 
-    def on_contact(self, msg: WrenchStamped) -> None:
+    def on_contact(self, stamped: convert.StampedWrench) -> None:
         if self.active:
-            self.join.put("contact", convert.stamp_ns(msg.header), convert.wrench_from_msg(msg))
+            self.join.put("contact", stamped.stamp_ns, stamped.wrench)
 
     def on_cycle(self, _at: int, latest: Mapping[str, Any]) -> None:
         if any(sample is None for sample in latest.values()):
             return  # the first cycle is incomplete: no reference yet
         reference: Reference = self.compute(latest)
-        convert.reference_to_msg(reference, self.message)
-        self.publish(self.message)
+        self.publish(reference)
         if self.STATE is not None:
-            convert.set_stamp(self.state.header, reference.stamp_ns)
-            self.state.cycle = reference.cycle
-            for name, value in self.core.state._asdict().items():
-                setattr(self.state, name, value)
-            self.publish_state(self.state)
+            state = self.core.state
+            self.publish_state(
+                convert.StampedState(reference.stamp_ns, reference.cycle, state)
+            )
 
 
 class FollowerNode(SourceNode):

@@ -5,11 +5,13 @@ from __future__ import annotations
 
 import math
 from array import array
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from struct import Struct
-from typing import Any
+from typing import Any, NamedTuple
 
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import WrenchStamped
+from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
 from flatplank_hw.bus.image import (
@@ -21,10 +23,59 @@ from flatplank_hw.bus.image import (
     BusInputs,
 )
 from flatplank_hw.drive import REASONS
-from flatplank_hw.samples import SOURCES, DriveSample, EncoderSample, HubSample, Reference, Wrench
+from flatplank_hw.samples import (
+    JOINTS,
+    SOURCES,
+    DriveSample,
+    EncoderSample,
+    HubSample,
+    Reference,
+    Wrench,
+)
 from flatplank_msgs.msg import BusInputs as BusInputsMsg
 from flatplank_msgs.msg import BusOutputs, DriveStatus, EncoderState, HubState
 from flatplank_msgs.msg import Reference as ReferenceMsg
+
+
+
+class Exchange(NamedTuple):
+    """How the samples of a topic become messages and samples again."""
+
+    msg_type: type
+    fill: Callable[[Any, Any], None]
+    """`fill(sample, message)`"""
+    read: Callable[[Any], Any]
+    """message -> sample"""
+
+
+class Batch(NamedTuple):
+    """Consecutive bus cycles, oldest first, with stamps as in their message."""
+
+    cycles: Sequence[BusInputs]
+    period_ns: int
+
+
+class StampedCommand(NamedTuple):
+    """Command of an axis and the stamp of the inputs that it answers [ns]."""
+
+    stamp_ns: int
+    command: AxisCommand
+
+
+class StampedWrench(NamedTuple):
+    """Wrench and the stamp of its inputs [ns]."""
+
+    stamp_ns: int
+    wrench: Wrench
+
+
+class StampedState(NamedTuple):
+    """State of a source of references: a named tuple with the names of its message."""
+
+    stamp_ns: int
+    cycle: int
+    state: Any
+
 
 NO_WRENCH = Wrench(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 _AXES = len(AXES)
@@ -37,8 +88,12 @@ _HUB, _ENCODERS, _DRIVE = HubSample._fields[4:], EncoderSample._fields[2:], Driv
 """fields with the same name in the sample and its message"""
 
 
+def set_time(time: Time, stamp_ns: int) -> None:
+    time.sec, time.nanosec = divmod(stamp_ns, 1_000_000_000)
+
+
 def set_stamp(header: Header, stamp_ns: int) -> None:
-    header.stamp.sec, header.stamp.nanosec = divmod(stamp_ns, 1_000_000_000)
+    set_time(header.stamp, stamp_ns)
 
 
 def stamp_ns(header: Header) -> int:
@@ -51,22 +106,35 @@ def raw_stamp_ns(cdr: bytes) -> int:
     return seconds * 1_000_000_000 + nanoseconds
 
 
-def inputs_to_msg(batch: Sequence[BusInputs], period_ns: int, msg: BusInputsMsg, t0: int) -> None:
-    """Fill `msg` with consecutive cycles; `t0` [ns] is added to the bench time."""
-    last = batch[-1]
-    set_stamp(msg.header, last.stamp_ns + t0)
+def batch_of(cycles: Sequence[BusInputs], period_ns: int, t0: int) -> Batch:
+    """Batch of consecutive cycles; `t0` [ns] is added to their stamps. As in their message, the
+    stamps follow from the last one and all cycles have its health."""
+    last = cycles[-1]
+    end, health = last.stamp_ns + t0, last.health
+    same = [
+        cycle._replace(stamp_ns=end - (last.cycle - cycle.cycle) * period_ns, health=health)
+        for cycle in cycles
+    ]
+    return Batch(same, period_ns)
+
+
+def inputs_to_msg(batch: Batch, msg: BusInputsMsg) -> None:
+    """Fill `msg` with consecutive cycles."""
+    cycles, period_ns = batch
+    last = cycles[-1]
+    set_stamp(msg.header, last.stamp_ns)
     msg.cycle, msg.period_ns, msg.count, msg.health = (
-        last.cycle, period_ns, len(batch), last.health,
+        last.cycle, period_ns, len(cycles), last.health,
     )  # fmt: skip
-    msg.bridge_volts = array("d", [v for s in batch for v in s.bridge_volts])
+    msg.bridge_volts = array("d", [v for s in cycles for v in s.bridge_volts])
     for name, code in _CYCLE_ARRAYS.items():
-        setattr(msg, name, array(code, [getattr(s, name) for s in batch]))
-    columns = zip(*[axis for s in batch for axis in s.axes], strict=True)
+        setattr(msg, name, array(code, [getattr(s, name) for s in cycles]))
+    columns = zip(*[axis for s in cycles for axis in s.axes], strict=True)
     for (name, code), column in zip(_AXIS_ARRAYS.items(), columns, strict=True):
         setattr(msg, name, array(code, column))
 
 
-def inputs_from_msg(msg: BusInputsMsg) -> list[BusInputs]:
+def inputs_from_msg(msg: BusInputsMsg) -> Batch:
     """The cycles of a batch, oldest first."""
     n = msg.count
     stamp = stamp_ns(msg.header)
@@ -74,24 +142,25 @@ def inputs_from_msg(msg: BusInputsMsg) -> list[BusInputs]:
     axes = [AxisInputs._make(row) for row in rows]
     cycles = zip(*[getattr(msg, name) for name in _CYCLE_ARRAYS], strict=True)
     volts = msg.bridge_volts
-    batch = []
+    batch: list[BusInputs] = []
     for k, values in enumerate(cycles):
         back = n - 1 - k
         bridges = tuple(volts[CHANNELS * k : CHANNELS * (k + 1)])
         own = tuple(axes[_AXES * k : _AXES * (k + 1)])
         head = (msg.cycle - back, stamp - back * msg.period_ns, bridges)
         batch.append(BusInputs._make((*head, *values, msg.health, own)))
-    return batch
+    return Batch(batch, msg.period_ns)
 
 
-def command_to_msg(command: AxisCommand, stamp: int, msg: BusOutputs) -> None:
-    set_stamp(msg.header, stamp)
-    for name, value in zip(AxisCommand._fields, command, strict=True):
+def command_to_msg(stamped: StampedCommand, msg: BusOutputs) -> None:
+    set_stamp(msg.header, stamped.stamp_ns)
+    for name, value in zip(AxisCommand._fields, stamped.command, strict=True):
         setattr(msg, name, value)
 
 
-def command_from_msg(msg: BusOutputs) -> AxisCommand:
-    return AxisCommand(*[getattr(msg, name) for name in AxisCommand._fields])
+def command_from_msg(msg: BusOutputs) -> StampedCommand:
+    command = AxisCommand(*[getattr(msg, name) for name in AxisCommand._fields])
+    return StampedCommand(stamp_ns(msg.header), command)
 
 
 def _to_msg(sample: Any, msg: Any, names: Sequence[str]) -> None:
@@ -102,15 +171,16 @@ def _to_msg(sample: Any, msg: Any, names: Sequence[str]) -> None:
         setattr(msg, name, getattr(sample, name))
 
 
-def wrench_to_msg(wrench: Wrench, stamp: int, msg: WrenchStamped) -> None:
-    set_stamp(msg.header, stamp)
+def wrench_to_msg(stamped: StampedWrench, msg: WrenchStamped) -> None:
+    set_stamp(msg.header, stamped.stamp_ns)
     force, torque = msg.wrench.force, msg.wrench.torque
-    force.x, force.y, force.z, torque.x, torque.y, torque.z = wrench
+    force.x, force.y, force.z, torque.x, torque.y, torque.z = stamped.wrench
 
 
-def wrench_from_msg(msg: WrenchStamped) -> Wrench:
+def wrench_from_msg(msg: WrenchStamped) -> StampedWrench:
     force, torque = msg.wrench.force, msg.wrench.torque
-    return Wrench(force.x, force.y, force.z, torque.x, torque.y, torque.z)
+    wrench = Wrench(force.x, force.y, force.z, torque.x, torque.y, torque.z)
+    return StampedWrench(stamp_ns(msg.header), wrench)
 
 
 def hub_to_msg(sample: HubSample, msg: HubState) -> None:
@@ -157,3 +227,51 @@ def drive_to_msg(sample: DriveSample, msg: DriveStatus) -> None:
 
 def drive_from_msg(msg: DriveStatus) -> DriveSample:
     return DriveSample(msg.cycle, stamp_ns(msg.header), *[getattr(msg, name) for name in _DRIVE])
+
+
+def joints_of_encoders(sample: EncoderSample, msg: JointState) -> None:
+    """Plank [m], wheel, steering and road camber angle [rad]."""
+    set_stamp(msg.header, sample.stamp_ns)
+    msg.name = list(JOINTS)
+    angles = sample.wheel_angle, sample.steer_angle, sample.road_camber
+    msg.position = array("d", (sample.plank_position, *angles))
+    msg.velocity = array("d", (sample.plank_velocity, sample.wheel_velocity, 0.0, 0.0))
+
+
+def joint_of_axis(axis: str) -> Exchange:
+    """Exchange of drive samples with the joint state of one axis by its motor encoder."""
+
+    def fill(sample: DriveSample, msg: JointState) -> None:
+        set_stamp(msg.header, sample.stamp_ns)
+        msg.name = [axis]
+        msg.position = array("d", (sample.position,))
+        msg.velocity = array("d", (sample.velocity,))
+        msg.effort = array("d", (sample.torque,))
+
+    return Exchange(JointState, fill, _only_published)
+
+
+def state_exchange(msg_type: type) -> Exchange:
+    """Exchange of the state of a source of references."""
+
+    def fill(stamped: StampedState, msg: Any) -> None:
+        set_stamp(msg.header, stamped.stamp_ns)
+        msg.cycle = stamped.cycle
+        for name, value in stamped.state._asdict().items():
+            setattr(msg, name, value)
+
+    return Exchange(msg_type, fill, _only_published)
+
+
+def _only_published(msg: Any) -> Any:
+    raise TypeError(f"{type(msg).__name__}: no node of the bench reads this topic")
+
+
+INPUTS = Exchange(BusInputsMsg, inputs_to_msg, inputs_from_msg)
+COMMAND = Exchange(BusOutputs, command_to_msg, command_from_msg)
+HUB = Exchange(HubState, hub_to_msg, hub_from_msg)
+WRENCH = Exchange(WrenchStamped, wrench_to_msg, wrench_from_msg)
+ENCODERS = Exchange(EncoderState, encoders_to_msg, encoders_from_msg)
+ENCODER_JOINTS = Exchange(JointState, joints_of_encoders, _only_published)
+REFERENCE = Exchange(ReferenceMsg, reference_to_msg, reference_from_msg)
+DRIVE = Exchange(DriveStatus, drive_to_msg, drive_from_msg)

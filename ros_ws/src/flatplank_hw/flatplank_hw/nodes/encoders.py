@@ -3,17 +3,12 @@
 
 from __future__ import annotations
 
-from array import array
-
-from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from flatplank_hw.encoders import EncoderParameters, Encoders
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import STREAM
 from flatplank_hw.nodes.support import BenchNode, run_node
-from flatplank_hw.samples import JOINTS
-from flatplank_msgs.msg import BusInputs, EncoderState
 
 
 class EncodersNode(BenchNode):
@@ -31,27 +26,20 @@ class EncodersNode(BenchNode):
 
     def connect(self) -> None:
         self.apart = False
-        self.state, self.joints = EncoderState(), JointState()
-        self.state.header.frame_id = "bus"
-        self.joints.name = list(JOINTS)
-        self.publish_state = self.add_publisher(EncoderState, "~/state", STREAM, needed=True)
-        self.publish_joints = self.add_publisher(JointState, "~/joint_states", STREAM)
-        self.add_subscription(BusInputs, "/bus/inputs", self.on_inputs, STREAM)
+        self.publish_state = self.add_sample_publisher(
+            convert.ENCODERS, "~/state", STREAM, frame="bus", needed=True
+        )
+        self.publish_joints = self.add_sample_publisher(
+            convert.ENCODER_JOINTS, "~/joint_states", STREAM
+        )
+        self.add_sample_subscription(convert.INPUTS, "/bus/inputs", self.on_inputs, STREAM)
         self.add_request(Trigger, "~/arm", lambda _: self.encoders.arm())
 
-    def on_inputs(self, msg: BusInputs) -> None:
-        for inputs in convert.inputs_from_msg(msg):
+    def on_inputs(self, batch: convert.Batch) -> None:
+        for inputs in batch.cycles:
             sample = self.encoders.step(inputs)
-        convert.encoders_to_msg(sample, self.state)
-        self.publish_state(self.state)
-        joints = self.joints
-        joints.header.stamp = self.state.header.stamp
-        joints.position = array(
-            "d",
-            (sample.plank_position, sample.wheel_angle, sample.steer_angle, sample.road_camber),
-        )
-        joints.velocity = array("d", (sample.plank_velocity, sample.wheel_velocity, 0.0, 0.0))
-        self.publish_joints(joints)
+        self.publish_state(sample)
+        self.publish_joints(sample)
         apart = abs(sample.mismatch) > self.parameters.mismatch_limit
         if apart != self.apart:
             self.apart = apart
@@ -59,8 +47,11 @@ class EncodersNode(BenchNode):
             self.troubles.set_lasting({"cross_check": detail} if apart else {}, ("cross_check",))
 
 
+NODE = EncodersNode
+
+
 def main(args: list[str] | None = None) -> int:
-    return run_node(lambda: EncodersNode("encoders"), args)
+    return run_node(lambda: NODE("encoders"), args)
 
 
 if __name__ == "__main__":

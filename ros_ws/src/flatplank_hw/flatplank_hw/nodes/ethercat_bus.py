@@ -25,7 +25,6 @@ from flatplank_hw.nodes.qos import STREAM
 from flatplank_hw.nodes.support import BenchNode, fill_response, run_node
 from flatplank_hw.share import config_file
 from flatplank_hw.troubles import OF_HEALTH
-from flatplank_msgs.msg import BusInputs, BusOutputs
 from flatplank_msgs.srv import SdoRead, SdoWrite
 
 
@@ -76,10 +75,10 @@ class EthercatBus(BenchNode):
         return BusClient(path, p.interface, p.rate_hz, fifo=p.fifo, on_event=self.on_event)
 
     def connect(self) -> None:
-        self.message = BusInputs()
-        self.message.header.frame_id = "bus"
-        self.publish = self.add_publisher(BusInputs, "/bus/inputs", STREAM, needed=True)
-        self.add_subscription(BusOutputs, "/bus/outputs", self.on_command, STREAM)
+        self.publish = self.add_sample_publisher(
+            convert.INPUTS, "/bus/inputs", STREAM, frame="bus", needed=True
+        )
+        self.add_sample_subscription(convert.COMMAND, "/bus/outputs", self.on_command, STREAM)
         self.add_timer(1.0, self.ask_for_diagnosis)
         self.add_service(SdoRead, "~/sdo_read", self.on_sdo_read)
         self.add_service(SdoWrite, "~/sdo_write", self.on_sdo_write)
@@ -98,13 +97,12 @@ class EthercatBus(BenchNode):
                     self.ask_for_diagnosis()
                 if len(batch) >= self.parameters.batch:
                     self.cycle = image.cycle
-                    convert.inputs_to_msg(batch, self.period_ns, self.message, self.t0)
-                    self.publish(self.message)
+                    self.publish(convert.batch_of(batch, self.period_ns, self.t0))
                     batch = []
 
-    def on_command(self, msg: BusOutputs) -> None:
-        self.client.send(convert.command_from_msg(msg))
-        self.oldest = max(self.oldest, self.cycle - msg.cycle)
+    def on_command(self, stamped: convert.StampedCommand) -> None:
+        self.client.send(stamped.command)
+        self.oldest = max(self.oldest, self.cycle - stamped.command.cycle)
 
     def on_event(self, event: dict[str, Any]) -> None:
         describe = EVENTS.get(event["event"])
@@ -197,8 +195,11 @@ class EthercatBus(BenchNode):
             self.client.stop()
 
 
+NODE = EthercatBus
+
+
 def main(args: list[str] | None = None) -> int:
-    return run_node(lambda: EthercatBus("ethercat_bus"), args)
+    return run_node(lambda: NODE("ethercat_bus"), args)
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ straight to their callbacks. Services, actions and other rare events are left to
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from contextlib import ExitStack
 from itertools import chain
@@ -27,15 +28,21 @@ def _never() -> bool:
 
 
 class _Watch:
-    """Wait set of all entities that can wake the nodes and their executor."""
+    """Wait set of all entities that can wake the nodes and their executor.
 
-    def __init__(self, nodes, guards, context) -> None:
+    `wake`: the guard by which rclpy wakes the executor, for instance for a new entity; `guards`:
+    further ones.
+    """
+
+    def __init__(self, nodes, wake, guards, context) -> None:
         self.keep = ExitStack()
         self.subscriptions = self._hold(chain.from_iterable(n.subscriptions for n in nodes))
         self.timers = self._hold(chain.from_iterable(n.timers for n in nodes))
         self.clients = self._hold(chain.from_iterable(n.clients for n in nodes))
         self.services = self._hold(chain.from_iterable(n.services for n in nodes))
-        self.guards = self._hold([*chain.from_iterable(n.guards for n in nodes), *guards])
+        others = [*chain.from_iterable(n.guards for n in nodes), *guards]
+        self.guards = self._hold([wake, *others])
+        self._wake = wake.handle.pointer
         self.waitables = self._hold(chain.from_iterable(n.waitables for n in nodes), lambda w: w)
         extra = [w.get_num_entities() for w in self.waitables]
         self.keep.enter_context(context.handle)
@@ -49,7 +56,7 @@ class _Watch:
             context.handle,
         )
         self.rare = (
-            ("guard_condition", {g.handle.pointer for g in self.guards}),
+            ("guard_condition", {g.handle.pointer for g in self.guards} - {self._wake}),
             ("service", {s.handle.pointer for s in self.services}),
             ("client", {c.handle.pointer for c in self.clients}),
         )
@@ -82,6 +89,10 @@ class _Watch:
             waitable.add_to_wait_set(add)
         add.wait(nanoseconds)
 
+    def woken(self) -> bool:
+        """True when rclpy has woken the executor: the entities may have changed."""
+        return self._wake in self.set.get_ready_entities("guard_condition")
+
     def rare_entity_ready(self) -> bool:
         ready = self.set.get_ready_entities
         if any(not known.isdisjoint(ready(kind)) for kind, known in self.rare):
@@ -91,9 +102,13 @@ class _Watch:
 
 class StreamExecutor(SingleThreadedExecutor):
     """Single-threaded executor: subscriptions and timers first, callback groups only for rare
-    events."""
+    events. `due` are functions that it calls once, in its next round."""
 
     _watch: _Watch | None = None
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.due: deque[Callable[[], None]] = deque()
 
     def spin_once(self, timeout_sec: float | None = None) -> None:
         """Wait, then call the callbacks of everything that is ready.
@@ -102,8 +117,10 @@ class StreamExecutor(SingleThreadedExecutor):
             timeout_sec: longest wait [s]; None waits for ever.
         """
         if self._watch is None:
-            self._watch = _Watch(self.get_nodes(), (self._guard, self._sigint_gc), self.context)
+            self._watch = _Watch(self.get_nodes(), self._guard, (self._sigint_gc,), self.context)
         watch = self._watch
+        if self.due:
+            timeout_sec = 0.0
         try:
             watch.wait(-1 if timeout_sec is None else int(timeout_sec * 1e9))
         except InvalidHandle:  # a callback has destroyed an entity: gather the entities again
@@ -112,6 +129,7 @@ class StreamExecutor(SingleThreadedExecutor):
         if watch.rare_entity_ready():
             self.release_entities()
             self._spin_everything()
+            self._call_due()
             return
         timers = watch.set.get_ready_entities("timer")
         messages = watch.set.get_ready_entities("subscription")
@@ -124,7 +142,14 @@ class StreamExecutor(SingleThreadedExecutor):
             for subscription in watch.subscriptions:
                 if subscription.handle.pointer in messages:
                     self._take_all(subscription)
+        if watch.woken():
+            self.release_entities()
+        self._call_due()
         self._resume()
+
+    def _call_due(self) -> None:
+        for _ in range(len(self.due)):
+            self.due.popleft()()
 
     def release_entities(self) -> None:
         """Release the entities; the next wait gathers them again."""

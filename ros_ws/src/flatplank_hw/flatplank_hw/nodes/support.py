@@ -9,7 +9,7 @@ import sys
 import tempfile
 import time
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from inspect import iscoroutinefunction
 from typing import Any
@@ -17,16 +17,19 @@ from typing import Any
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import IntegerRange, ParameterDescriptor, SetParametersResult
+from rclpy import Context
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.exceptions import InvalidParameterTypeException, ParameterException
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
-from rclpy.qos import QoSProfile
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 
 from flatplank_data.params import SHELL_KEYS
+from flatplank_hw.nodes.convert import Exchange
 from flatplank_hw.nodes.executor import StreamExecutor
+from flatplank_hw.nodes.local import LocalTopics
 from flatplank_hw.nodes.parameters import (
     check_parameter_names,
     declare_parameter_set,
@@ -59,6 +62,9 @@ class BenchNode(LifecycleNode):
 
     OWNS_BUS = False
     """true: publishes /diagnostics for all nodes; without such a node each publishes its own"""
+
+    local: LocalTopics | None = None
+    """topics within this process; None: the node has the process for itself"""
 
     ended = False
     """true when the node cannot continue; it ends with exit code 1"""
@@ -109,13 +115,45 @@ class BenchNode(LifecycleNode):
         """Subscribe; a `needed` topic must have a publisher before the graph is
         connected.
         """
+        self._subscribe(msg_type, topic, callback, callback, qos, needed, raw)
+
+    def add_sample_subscription(
+        self,
+        exchange: Exchange,
+        topic: str,
+        receive: Callable[[Any], None],
+        qos: QoSProfile,
+        *,
+        needed: bool = True,
+    ) -> None:
+        """Subscribe to the samples of a topic, as `add_subscription`."""
+        read = exchange.read
+        self._subscribe(
+            exchange.msg_type, topic, lambda msg: receive(read(msg)), receive, qos, needed, False
+        )
+
+    def _subscribe(
+        self,
+        msg_type: type,
+        topic: str,
+        from_outside: Callable[[Any], None],
+        from_inside: Callable[[Any], None],
+        qos: QoSProfile | int,
+        needed: bool,
+        raw: bool,
+    ) -> None:
         quiet = SubscriptionEventCallbacks(use_default_callbacks=False)
         subscription = self.create_subscription(
-            msg_type, topic, callback, qos, event_callbacks=quiet, raw=raw
+            msg_type, topic, from_outside, qos, event_callbacks=quiet, raw=raw
         )
-        if needed:
-            self._links.append((subscription.get_publisher_count, topic))
         self._teardown.append(lambda: self.destroy_subscription(subscription))
+        count, local = subscription.get_publisher_count, self.local
+        if local is not None:
+            name = subscription.topic_name
+            self._teardown.append(local.subscribe(name, from_inside))
+            count = partial(_sum, count, partial(local.count_publishers, name))
+        if needed:
+            self._links.append((count, topic))
 
     def add_publisher(
         self, msg_type: type, topic: str, qos: QoSProfile | int, *, needed: bool = False
@@ -123,12 +161,64 @@ class BenchNode(LifecycleNode):
         """Return a publish function; a `needed` topic must have a subscription before the graph is
         connected.
         """
+        publish_outside, publish_inside, _count = self._advertise(msg_type, topic, qos, needed)
+        if publish_inside is None:
+            return publish_outside
+
+        def publish(message: Any) -> None:
+            publish_inside(message)
+            publish_outside(message)
+
+        return publish
+
+    def add_sample_publisher(
+        self,
+        exchange: Exchange,
+        topic: str,
+        qos: QoSProfile,
+        *,
+        frame: str = "",
+        needed: bool = False,
+    ) -> Callable[[Any], None]:
+        """Return a function that publishes a sample, as `add_publisher`. A message is made only
+        when somebody outside of this process receives it. `frame`: frame id of the messages.
+        """
+        publish_outside, publish_inside, count = self._advertise(
+            exchange.msg_type, topic, qos, needed
+        )
+        message, fill = exchange.msg_type(), exchange.fill
+        message.header.frame_id = frame
+
+        def publish(sample: Any) -> None:
+            if publish_inside is not None:
+                publish_inside(sample)
+            if count():
+                fill(sample, message)
+                publish_outside(message)
+
+        return publish
+
+    def _advertise(
+        self, msg_type: type, topic: str, qos: QoSProfile | int, needed: bool
+    ) -> tuple[Callable[[Any], None], Callable[[Any], None] | None, Callable[[], int]]:
+        """Functions that publish a message outside and anything inside of this process, and the
+        number of subscriptions outside."""
         quiet = PublisherEventCallbacks(use_default_callbacks=False)
         publisher = self.create_publisher(msg_type, topic, qos, event_callbacks=quiet)
-        if needed:
-            self._links.append((publisher.get_subscription_count, topic))
         self._teardown.append(lambda: self.destroy_publisher(publisher))
-        return publisher.publish
+        count, local = publisher.get_subscription_count, self.local
+        everybody, inside = count, None
+        if local is not None:
+            name = publisher.topic_name
+            self._teardown.append(local.advertise(name))
+            everybody = partial(_sum, count, partial(local.count_subscribers, name))
+            keep = isinstance(qos, QoSProfile) and (
+                qos.durability == DurabilityPolicy.TRANSIENT_LOCAL
+            )
+            inside = partial(local.publish, name, keep=keep)
+        if needed:
+            self._links.append((everybody, topic))
+        return publisher.publish, inside, count
 
     def add_service(self, srv_type: type, name: str, callback: Callable) -> None:
         # a waiting coroutine must not block other callbacks
@@ -258,14 +348,33 @@ def fill_response(
     return response
 
 
-def prepare_node(node: Any) -> None:
-    """Request real-time scheduling for a node; `flatplank doctor` shows whether it is allowed."""
-    wanted = node.has_parameter("fifo_priority") and node.get_parameter("fifo_priority").value
-    node.get_logger().debug(prepare_threads(wanted or 0))
+def _sum(*counts: Callable[[], int]) -> int:
+    return sum(count() for count in counts)
+
+
+def prepare_nodes(nodes: Sequence[Any]) -> None:
+    """Request the real-time scheduling of the most urgent node; `flatplank doctor` shows whether
+    it is allowed."""
+    key = "fifo_priority"
+    wanted = [n.get_parameter(key).value for n in nodes if n.has_parameter(key)]
+    nodes[0].get_logger().debug(prepare_threads(max(wanted, default=0)))
 
 
 def run_node(make: Callable[[], Any], args: list[str] | None = None) -> int:
-    """Start a node, spin it until it is told to end, and let it finish its work.
+    """Start a node, spin it until it is told to end, and let it finish its work."""
+    return run_nodes([make], args)
+
+
+def run_nodes(
+    makes: Sequence[Callable[..., Any]],
+    args: list[str] | None = None,
+    *,
+    local: bool = False,
+    beside: Sequence[Callable[..., Any]] = (),
+) -> int:
+    """Start the nodes of one process, spin them until they are told to end, and let them finish
+    their work. `local`: samples of `makes` for each other go there without the middleware.
+    `beside`: further nodes that communicate by the middleware alone.
 
     Under `ros2 launch` Ctrl-C arrives twice in a row, and ROS must still run when a node closes
     its bag or its bus. So the signals only set a flag.
@@ -284,7 +393,7 @@ def run_node(make: Callable[[], Any], args: list[str] | None = None) -> int:
     end_with_parent()
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     try:
-        return _live(make, told_to_end)
+        return _live(makes, told_to_end, local, [_participant(make, args) for make in beside])
     except (ParameterException, InvalidParameterTypeException) as error:
         print(f"not started: {' '.join(str(error).split())}", file=sys.stderr)
         return 1
@@ -296,28 +405,54 @@ def run_node(make: Callable[[], Any], args: list[str] | None = None) -> int:
         rclpy.try_shutdown()
 
 
-def _live(make: Callable[[], Any], told_to_end: list[int]) -> int:
-    """Run the node from construction to its end; returns the exit code."""
-    node = make()
-    failed = False
-    if isinstance(node, LifecycleNode) and node.get_parameter("autostart").value:
-        ok = TransitionCallbackReturn.SUCCESS
-        failed = node.trigger_configure() != ok or node.trigger_activate() != ok
+def _participant(make: Callable[..., Any], args: list[str] | None) -> Callable[[], Any]:
+    """A function that makes a node as a participant of its own."""
+    context = Context()
+    context.init(args)
+    return partial(make, context=context)
+
+
+def _live(
+    makes: Sequence[Callable[[], Any]],
+    told_to_end: list[int],
+    local: bool,
+    beside: Sequence[Callable[[], Any]],
+) -> int:
+    """Run the nodes from construction to their end; returns the exit code."""
     executor = StreamExecutor()
-    executor.add_node(node)
-    prepare_node(node)
+    topics = LocalTopics(executor.due.append) if local else None
+    nodes = []
+    for make in makes:
+        node = make()
+        if topics is not None:
+            node.local = topics
+        nodes.append(node)
+    nodes += [make() for make in beside]
+    failed = not all(map(_started, nodes))
+    for node in nodes:
+        executor.add_node(node)
+    prepare_nodes(nodes)
     if not failed:
         report_started()
     try:
         while not failed and rclpy.ok() and not told_to_end:
             executor.spin_once(timeout_sec=LOOK_AT_SIGNALS)
-            failed = getattr(node, "ended", False)
+            failed = any(getattr(node, "ended", False) for node in nodes)
     finally:
         executor.release_entities()
-        getattr(node, "finish", lambda: None)()
+        for node in nodes:
+            getattr(node, "finish", lambda: None)()
     code = 1 if failed else 0
     end_within(TO_END, code)
     return code
+
+
+def _started(node: Any) -> bool:
+    """Configure and activate a node that starts by itself; false when the node refuses."""
+    if not (isinstance(node, LifecycleNode) and node.get_parameter("autostart").value):
+        return True
+    ok = TransitionCallbackReturn.SUCCESS
+    return node.trigger_configure() == ok and node.trigger_activate() == ok
 
 
 def _words(error: Exception) -> str:

@@ -6,12 +6,10 @@ and file.
 from __future__ import annotations
 
 import math
-from array import array
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from rclpy.qos import QoSProfile
-from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
@@ -23,8 +21,6 @@ from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import LATCHED, REFERENCE, STREAM
 from flatplank_hw.nodes.support import BenchNode, fill_response, run_node
 from flatplank_hw.troubles import DRIVE
-from flatplank_msgs.msg import BusInputs, BusOutputs, DriveStatus, EncoderState, HubState
-from flatplank_msgs.msg import Reference as ReferenceMsg
 from flatplank_msgs.srv import Claim, MoveTo, SetOperationMode, SetValue
 
 REFERENCES = {"reference", "reference_gone"}
@@ -42,25 +38,26 @@ class DriveNode(BenchNode):
         self.linear = parameters.unit == "m"
 
     def connect(self) -> None:
-        self.command, self.status, self.joints = BusOutputs(), DriveStatus(), JointState()
         axis = self.parameters.axis
-        self.command.header.frame_id = self.status.header.frame_id = axis
-        self.joints.name = [axis]
         self.join = CycleJoin(("inputs", "encoders", "hub", "reference"), self.on_cycle)
         self.published_mode = ""
         self.reported: tuple[int, int, bool, bool] | None = None
-        self.publish = self.add_publisher(BusOutputs, "/bus/outputs", STREAM, needed=True)
-        self.publish_status = self.add_publisher(DriveStatus, "~/status", STREAM)
-        self.publish_joints = self.add_publisher(JointState, "~/joint_states", STREAM)
+        self.publish = self.add_sample_publisher(
+            convert.COMMAND, "/bus/outputs", STREAM, frame=axis, needed=True
+        )
+        self.publish_status = self.add_sample_publisher(
+            convert.DRIVE, "~/status", STREAM, frame=axis
+        )
+        self.publish_joints = self.add_sample_publisher(
+            convert.joint_of_axis(axis), "~/joint_states", STREAM
+        )
         self.publish_mode = self.add_publisher(String, "~/mode", LATCHED)
         self.publish_mode_change(self.drive.mode)
-        self.add_subscription(BusInputs, "/bus/inputs", self.on_inputs, STREAM)
-        self.join_topic("hub", HubState, "/measurement_hub/state", convert.hub_from_msg)
-        self.join_topic("encoders", EncoderState, "/encoders/state", convert.encoders_from_msg)
+        self.add_sample_subscription(convert.INPUTS, "/bus/inputs", self.on_inputs, STREAM)
+        self.join_topic("hub", convert.HUB, "/measurement_hub/state")
+        self.join_topic("encoders", convert.ENCODERS, "/encoders/state")
         led = not REFERENCES.isdisjoint(self.parameters.rules)
-        self.join_topic(
-            "reference", ReferenceMsg, "~/reference", convert.reference_from_msg, REFERENCE, led
-        )
+        self.join_topic("reference", convert.REFERENCE, "~/reference", REFERENCE, led)
         drive = self.drive
         self.add_service(SetOperationMode, "~/set_operation_mode", self.on_mode)
         self.add_service(MoveTo, "~/move_to", self.on_move)
@@ -83,41 +80,32 @@ class DriveNode(BenchNode):
         self.add_subscription(String, "/operator/heartbeat", self.on_heartbeat, 10, needed=False)
 
     # samples
-    def on_inputs(self, msg: BusInputs) -> None:
-        inputs = convert.inputs_from_msg(msg)[-1]
+    def on_inputs(self, batch: convert.Batch) -> None:
+        inputs = batch.cycles[-1]
         self.join.put("inputs", inputs.stamp_ns, inputs)
 
     def join_topic(
         self,
         kind: str,
-        msg_type: type,
+        exchange: convert.Exchange,
         topic: str,
-        read: Callable[[Any], Any],
         qos: QoSProfile = STREAM,
         needed: bool = True,
     ) -> None:
         """Subscribe to a topic and join its samples by cycle."""
 
-        def take(msg: Any) -> None:
-            sample = read(msg)
+        def take(sample: Any) -> None:
             self.join.put(kind, sample.stamp_ns, sample)
 
-        self.add_subscription(msg_type, topic, take, qos, needed=needed)
+        self.add_sample_subscription(exchange, topic, take, qos, needed=needed)
 
     def on_cycle(self, _at: int, latest: Mapping[str, Any]) -> None:
         command, sample = self.drive.step(
             latest["inputs"], latest["encoders"], latest["hub"], latest["reference"]
         )
-        convert.command_to_msg(command, sample.stamp_ns, self.command)
-        self.publish(self.command)
-        convert.drive_to_msg(sample, self.status)
-        self.publish_status(self.status)
-        joints = self.joints
-        joints.header.stamp = self.status.header.stamp
-        joints.position = array("d", (sample.position,))
-        joints.velocity = array("d", (sample.velocity,))
-        joints.effort = array("d", (sample.torque,))
-        self.publish_joints(joints)
+        self.publish(convert.StampedCommand(sample.stamp_ns, command))
+        self.publish_status(sample)
+        self.publish_joints(sample)
         if self.drive.mode != self.published_mode:
             self.publish_mode_change(self.drive.mode)
         drive = self.drive
@@ -162,8 +150,11 @@ class DriveNode(BenchNode):
         self.drive.heartbeat(msg.data)
 
 
+NODE = DriveNode
+
+
 def main(args: list[str] | None = None) -> int:
-    return run_node(lambda: DriveNode("wheel_drive"), args)
+    return run_node(lambda: NODE("wheel_drive"), args)
 
 
 if __name__ == "__main__":

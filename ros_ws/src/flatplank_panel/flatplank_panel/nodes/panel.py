@@ -148,9 +148,9 @@ class PanelNode:
         m = self._latest
         samples = Samples()
         if "inputs" in m:
-            samples.inputs = convert.inputs_from_msg(m["inputs"])[-1]
+            samples.inputs = convert.inputs_from_msg(m["inputs"]).cycles[-1]
         if "hub" in m and "contact" in m:
-            contact = convert.wrench_from_msg(m["contact"])
+            contact = convert.wrench_from_msg(m["contact"]).wrench
             samples.hub = convert.hub_from_msg(m["hub"])._replace(contact=contact)
         if "encoders" in m:
             samples.encoders = convert.encoders_from_msg(m["encoders"])

@@ -68,8 +68,11 @@ class EmulatedBusNode(EthercatBus):
             self.emulated = None
 
 
+NODE = EmulatedBusNode
+
+
 def main(args: list[str] | None = None) -> int:
-    return run_node(lambda: EmulatedBusNode("ethercat_bus"), args)
+    return run_node(lambda: NODE("ethercat_bus"), args)
 
 
 if __name__ == "__main__":

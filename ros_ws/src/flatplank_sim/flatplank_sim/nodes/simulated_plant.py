@@ -18,7 +18,6 @@ from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import STREAM
 from flatplank_hw.nodes.reporting import SHOWN
 from flatplank_hw.nodes.support import BenchNode, fill_response, run_node
-from flatplank_msgs.msg import BusInputs, BusOutputs
 from flatplank_msgs.srv import Advance, SetPace
 from flatplank_sim.nodes.operator_services import OperatorServices
 from flatplank_sim.plant import Plant, PlantConfig
@@ -74,11 +73,12 @@ class SimulatedPlant(BenchNode):
 
     def connect(self) -> None:
         p = self.parameters
-        self.message, self.clock = BusInputs(), Clock()
-        self.message.header.frame_id = "bus"
-        self.publish = self.add_publisher(BusInputs, "/bus/inputs", STREAM, needed=True)
+        self.clock = Clock()
+        self.publish = self.add_sample_publisher(
+            convert.INPUTS, "/bus/inputs", STREAM, frame="bus", needed=True
+        )
         self.publish_clock = self.add_publisher(Clock, "/clock", 10)
-        self.add_subscription(BusOutputs, "/bus/outputs", self.on_command, STREAM)
+        self.add_sample_subscription(convert.COMMAND, "/bus/outputs", self.on_command, STREAM)
         self.skipped, self.slow_at = 0, 0.0
         """number of reported lost batches, and time of the report [s]"""
         self.add_timer(p.batch / p.rate_hz, self.on_tick)
@@ -91,12 +91,13 @@ class SimulatedPlant(BenchNode):
         )
 
     # time
-    def on_command(self, msg: BusOutputs) -> None:
-        if msg.cycle > self.cycle:
+    def on_command(self, stamped: convert.StampedCommand) -> None:
+        command = stamped.command
+        if command.cycle > self.cycle:
             return  # an answer to the bus before a clean-up
-        self.commands[msg.axis] = convert.command_from_msg(msg)
-        self.ages[min(self.cycle - msg.cycle, len(self.ages) - 1)] += 1
-        go_on = self.pacer.register_answer(msg.axis, msg.cycle)
+        self.commands[command.axis] = command
+        self.ages[min(self.cycle - command.cycle, len(self.ages) - 1)] += 1
+        go_on = self.pacer.register_answer(command.axis, command.cycle)
         self.release()
         if go_on:
             self.go()
@@ -140,11 +141,11 @@ class SimulatedPlant(BenchNode):
         batch = [self.plant.step(tuple(self.commands.values())) for _ in range(self.pacer.batch)]
         self.cycle = batch[-1].cycle
         self.pacer.register_batch(self.cycle, time.monotonic())
-        convert.inputs_to_msg(batch, self.period_ns, self.message, self.t0)
-        self.publish(self.message)
+        sent = convert.batch_of(batch, self.period_ns, self.t0)
+        self.publish(sent)
         if self.pacer.pace != "realtime" and self.cycle - self.clock_cycle >= CLOCK_CYCLES:
             self.clock_cycle = self.cycle
-            self.clock.clock = self.message.header.stamp
+            convert.set_time(self.clock.clock, sent.cycles[-1].stamp_ns)
             self.publish_clock(self.clock)
 
     async def on_advance(
@@ -174,8 +175,11 @@ class SimulatedPlant(BenchNode):
         return fill_response(response, True, f"pace is {request.pace}", cycle=self.cycle + 1)
 
 
+NODE = SimulatedPlant
+
+
 def main(args: list[str] | None = None) -> int:
-    return run_node(lambda: SimulatedPlant("simulated_plant"), args)
+    return run_node(lambda: NODE("simulated_plant"), args)
 
 
 if __name__ == "__main__":
