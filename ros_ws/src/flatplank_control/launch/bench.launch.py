@@ -12,6 +12,8 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from flatplank_control.bench.launching import ARGUMENTS, check_argument_names, setup_of, why_ended
+from flatplank_control.bench.processes import arguments_of_files, words_of_nodes
+from flatplank_control.bench.setup import LOOP, NodeSpec
 from launch import LaunchContext, LaunchDescription
 
 
@@ -34,17 +36,28 @@ def make_nodes(context: LaunchContext) -> list[Node]:
         check_argument_names(sys.argv)
     setup = setup_of({name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS})
     files = setup.write(Path(tempfile.mkdtemp(prefix="flatplank-")))
-    return [
-        Node(
-            package=node.package,
-            executable=node.executable,
-            name=node.name,
-            parameters=[str(files[node.name])],
+    return [make_process(name, nodes, files) for name, nodes in setup.processes().items()]
+
+
+def make_process(name: str, nodes: tuple[NodeSpec, ...], files: dict[str, Path]) -> Node:
+    if len(nodes) > 1:
+        return Node(
+            package="flatplank_control",
+            executable=LOOP,
+            arguments=words_of_nodes(nodes),
+            ros_arguments=arguments_of_files(nodes, files),
             output="screen",
-            on_exit=on_exit(node.name),
+            on_exit=on_exit(name),
         )
-        for node in setup.nodes()
-    ]
+    (node,) = nodes
+    return Node(
+        package=node.package,
+        executable=node.executable,
+        name=node.name,
+        parameters=[str(files[node.name])],
+        output="screen",
+        on_exit=on_exit(node.name),
+    )
 
 
 def generate_launch_description() -> LaunchDescription:

@@ -36,6 +36,7 @@ ARGUMENTS = {
     "bus": Argument("", "bus file of the EtherCAT bus; empty: ours, with placeholders"),
     "data": Argument("data", "folder for the bags"),
     "calibration": Argument("", "book of the calibrations; empty: of data, else the one here"),
+    "separate": Argument("false", "true: every node in a process of its own", ("true", "false")),
     "axes": Argument("", f"driven beside the wheel, of {','.join(DRIVEN)}"),
 }
 
@@ -65,13 +66,16 @@ def setup_of(value: Mapping[str, str]) -> BenchSetup:
         raise ValueError(f"bus:={bus}: no such bus file; give a path, or leave it empty")
     if Path(data).expanduser().is_file():
         raise ValueError(f"data:={data}: is a file; give a folder")
-    texts = {name: text for name, text in value.items() if name not in ("sim", "bus")}
+    others = ("sim", "bus", "separate")
+    texts = {name: text for name, text in value.items() if name not in others}
     numbers = {
         "seed": _number("seed", value["seed"], 0, 2**31 - 1),
         "rate_hz": _number("rate_hz", value["rate_hz"], 50, 1000),
         "batch": _number("batch", value["batch"], 1, 50),
     }
-    kind = {"kind": "sim" if sim else "lab", "bus_file": bus}
+    kind = {
+        "kind": "sim" if sim else "lab", "bus_file": bus, "separate": value["separate"] == "true",
+    }  # fmt: skip
     setup = BenchSetup.from_arguments({**texts, **numbers, **kind}, "{}:={}")
     if sim:
         try:

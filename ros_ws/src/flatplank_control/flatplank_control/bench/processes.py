@@ -167,9 +167,7 @@ class BenchProcesses:
 
     def nodes(self) -> dict[str, str]:
         """Nodes that were started -> their processes."""
-        return {
-            node.name: process for process in self.running for node in self._planned[process]
-        }
+        return {node.name: process for process in self.running for node in self._planned[process]}
 
     def ended(self) -> dict[str, int]:
         """Nodes that have ended by themselves and their exit codes."""
@@ -245,14 +243,23 @@ class BenchProcesses:
 
 def program(nodes: Sequence[NodeSpec], files: Mapping[str, Path]) -> list[str]:
     """Module and arguments that run nodes in one process; `files`: parameter file by node."""
-    given = [word for node in nodes for word in ("--params-file", str(files[node.name]))]
+    given = arguments_of_files(nodes, files)
     if len(nodes) == 1:
         (node,) = nodes
         return [node.module, "--ros-args", "-r", f"__node:={node.name}", *given]
+    return ["flatplank_control.nodes.loop", *words_of_nodes(nodes), "--ros-args", *given]
+
+
+def words_of_nodes(nodes: Sequence[NodeSpec]) -> list[str]:
+    """Arguments of the program `loop`: its nodes, and those that run beside the loop."""
     loop = [f"{node.name}={node.module}" for node in nodes if node.in_loop]
     beside = [f"{node.name}={node.module}" for node in nodes if not node.in_loop]
-    words = [*loop, *([BESIDE, *beside] if beside else [])]
-    return ["flatplank_control.nodes.loop", *words, "--ros-args", *given]
+    return [*loop, *([BESIDE, *beside] if beside else [])]
+
+
+def arguments_of_files(nodes: Sequence[NodeSpec], files: Mapping[str, Path]) -> list[str]:
+    """ROS arguments that name the parameter files."""
+    return [word for node in nodes for word in ("--params-file", str(files[node.name]))]
 
 
 def _ending(code: int) -> str:

@@ -12,6 +12,7 @@ import threading
 import time
 from pathlib import Path
 
+from flatplank_analysis.cli.main import run_reporting_errors
 from flatplank_control.bench.processes import BenchProcesses, StartProgress
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.road_map import with_road
@@ -41,6 +42,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--rate", dest="rate_hz", type=int, default=250, help="bus rate [Hz]")
     p.add_argument("--batch", type=int, default=1, help="bus cycles per message")
     p.add_argument("--pace", default="realtime", choices=PACES)
+    p.add_argument("--separate", action="store_true", help="every node in a process of its own")
     p.add_argument("--axes", default="", help="driven beside the wheel: plank,vertical,...")
     p.add_argument("--road", default="", help="slip by the road's travel: follow, or a map's file")
     p.add_argument("--interface", default="", help="network interface of the bus, with --lab")
@@ -75,6 +77,11 @@ def main(argv: list[str]) -> int:
     if why:
         print(f"flatplank bench: {why}", file=sys.stderr)
     return int(bool(why))
+
+
+def program() -> int:
+    """The verb as a program of its own, for `ros2 run flatplank_control bench`."""
+    return run_reporting_errors("bench", lambda: main(sys.argv[1:]))
 
 
 def watch(processes: BenchProcesses, over: threading.Event) -> str:

@@ -32,9 +32,7 @@ class SourceNode(BenchNode):
         self.publish = self.add_sample_publisher(
             convert.REFERENCE, f"/{self.drive}/reference", REFERENCE, needed=True
         )
-        self.add_sample_subscription(
-            convert.ENCODERS, "/encoders/state", self.on_encoders, STREAM
-        )
+        self.add_sample_subscription(convert.ENCODERS, "/encoders/state", self.on_encoders, STREAM)
         if "contact" in self.KINDS:
             topic = "/measurement_hub/wrench_contact"
             self.add_sample_subscription(convert.WRENCH, topic, self.on_contact, STREAM)
@@ -69,9 +67,7 @@ class SourceNode(BenchNode):
         self.publish(reference)
         if self.STATE is not None:
             state = self.core.state
-            self.publish_state(
-                convert.StampedState(reference.stamp_ns, reference.cycle, state)
-            )
+            self.publish_state(convert.StampedState(reference.stamp_ns, reference.cycle, state))
 
 
 class FollowerNode(SourceNode):

@@ -37,7 +37,6 @@ from flatplank_msgs.msg import BusOutputs, DriveStatus, EncoderState, HubState
 from flatplank_msgs.msg import Reference as ReferenceMsg
 
 
-
 class Exchange(NamedTuple):
     """How the samples of a topic become messages and samples again."""
 

@@ -43,7 +43,7 @@ class LocalTopics:
         self._scheduled = False
 
     def subscribe(self, topic: str, receive: Receive) -> Callable[[], None]:
-        """Receive the samples of a topic, a kept one at once; returns a function that ends this."""
+        """Receive the samples of a topic, a kept one at once. Returns a function that ends it."""
         receivers = self._receivers.setdefault(topic, [])
         receivers.append(receive)
         if topic in self._kept:
@@ -111,7 +111,7 @@ def ignore_local_endpoints() -> Iterator[bool]:
 
 
 def _with_property(given: str | None) -> ElementTree.ElementTree:
-    """The profiles of a file, or none, in which the default participant ignores local endpoints."""
+    """The profiles of a file, or none; its default participant ignores local endpoints."""
     ElementTree.register_namespace("", NAMESPACE)
     root = ElementTree.parse(given).getroot() if given else ElementTree.Element(_tag("profiles"))
     profiles = root if root.tag == _tag("profiles") else _child(root, "profiles")
