@@ -17,7 +17,7 @@ from flatplank_control.bench.processes import (
     ProcessState,
     StartProgress,
 )
-from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.bench.setup import EVERY_NODE, BenchSetup
 
 NAMES = ("encoders", "recorder")
 LOADING = ProcessState("S", 0.0, False)
@@ -82,7 +82,7 @@ def test_everybody_up() -> None:
 
 
 def processes(tmp_path: Path, names: set[str], **environment: str) -> BenchProcesses:
-    setup = BenchSetup(pace="hold", data=str(tmp_path))
+    setup = BenchSetup(pace="hold", data=str(tmp_path), separate=(EVERY_NODE,))
     others = frozenset(node.name for node in setup.nodes()) - names
     log = tmp_path / "nodes.log"
     return BenchProcesses(setup, log=log, without=others, environment=environment)

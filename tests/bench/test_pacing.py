@@ -7,6 +7,7 @@ import pytest
 
 from flatplank_hw.bus.histogram import percentile
 from flatplank_hw.bus.pacing import ABSENT_TIMEOUT_S, CATCH_UP, Pacer
+from flatplank_hw.nodes import convert
 from flatplank_msgs.msg import BusOutputs
 from flatplank_sim.nodes.simulated_plant import SimulatedPlant
 
@@ -36,8 +37,9 @@ def test_a_command_of_the_bus_before_a_clean_up_is_dropped():
     plant = SimpleNamespace(
         commands={}, ages=[0] * 64, cycle=-1, pacer=lockstep(), release=lambda: None
     )
-    SimulatedPlant.on_command(plant, BusOutputs(axis=0, cycle=500))
-    SimulatedPlant.on_command(plant, BusOutputs(axis=0, cycle=5))
+    for cycle in (500, 5):
+        old = convert.COMMAND.read(BusOutputs(axis=0, cycle=cycle))
+        SimulatedPlant.on_command(plant, old)
     assert not plant.commands and not any(plant.ages)
 
 

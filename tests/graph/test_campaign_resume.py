@@ -63,7 +63,7 @@ def resumed(folder: Path, monkeypatch, text: str, kill_in: int) -> None:
     data = folder / "data"
     # the middleware needs 20 s to notice, which is long enough
     monkeypatch.setattr(client, "SERVER_GONE", 1.0)
-    with graph(folder, monkeypatch) as bench:
+    with graph(folder, monkeypatch, separate=("measurement_runner",)) as bench:
         measure = bench.client.measure
         with pytest.raises(BenchError, match="the runner has gone"):
             measure(text, simulated=True, folder=str(data), say=Kill(bench, kill_in))

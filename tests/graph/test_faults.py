@@ -27,7 +27,7 @@ def measures_again(bench) -> None:
 def test_a_killed_node_stops_the_wheel_within_100_ms_and_the_next_measurement_works(
     name, tmp_path, monkeypatch
 ):
-    with graph(tmp_path, monkeypatch) as bench:
+    with graph(tmp_path, monkeypatch, separate=(name,)) as bench:
         bench.roll(record="killed")
         assert bench.wheel_turns()
         bench.wait_written(bench.data / "killed")  # what a killed node had not sent yet is lost
@@ -50,7 +50,7 @@ def test_a_killed_node_stops_the_wheel_within_100_ms_and_the_next_measurement_wo
 
 
 def test_a_killed_recorder_leaves_a_bag_that_is_mended_at_the_next_start(tmp_path, monkeypatch):
-    with graph(tmp_path, monkeypatch) as bench:
+    with graph(tmp_path, monkeypatch, separate=("recorder",)) as bench:
         bench.roll(record="cut")
         bench.advance(500)
         bench.kill("recorder")

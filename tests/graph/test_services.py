@@ -63,7 +63,7 @@ REFUSED = [
 
 
 def test_bad_requests_are_refused_with_a_reason_and_change_nothing(tmp_path, monkeypatch):
-    with graph(tmp_path, monkeypatch) as bench:
+    with graph(tmp_path, monkeypatch, separate=("encoders",)) as bench:
         bench.advance(10)
         for kind, name, fields, reason in REFUSED:
             response = bench.client.call(kind, name, **fields)

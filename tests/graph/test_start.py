@@ -13,7 +13,7 @@ from bench_graph import loopback, next_domain
 
 from flatplank_control.bench.fast_dds import SHARED_MEMORY
 from flatplank_control.bench.processes import BenchProcesses
-from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.bench.setup import EVERY_NODE, BenchSetup
 from flatplank_control.nodes.client import BenchClient, BenchError
 from flatplank_validation.bench.cold_start import busy, forget_files, without_byte_code
 
@@ -22,7 +22,7 @@ pytestmark = [pytest.mark.graph, pytest.mark.timeout(900)]
 
 def bench_in(folder: Path, **environment: str) -> BenchProcesses:
     folder.mkdir(parents=True, exist_ok=True)
-    setup = BenchSetup(pace="hold", data=str(folder / "data"))
+    setup = BenchSetup(pace="hold", data=str(folder / "data"), separate=(EVERY_NODE,))
     return BenchProcesses(setup, environment=environment, log=folder / "nodes.log")
 
 

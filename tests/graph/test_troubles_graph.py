@@ -92,7 +92,7 @@ WRONG = {"measurement_hub": {"saturation_volts": SATURATION}, "encoders": {"gear
 
 
 def test_troubles_are_in_diagnostics_in_the_log_and_in_the_bag(tmp_path, monkeypatch):
-    with graph(tmp_path, monkeypatch, parameters=WRONG) as bench:
+    with graph(tmp_path, monkeypatch, parameters=WRONG, separate=("slip_sequencer",)) as bench:
         seen = Listener(bench, tmp_path / "nodes.log")
         bench.advance(10)
         names = set(bench.names())

@@ -253,7 +253,7 @@ class Observer:
     # at the plant
     @property
     def inputs(self) -> Any:
-        return convert.inputs_from_msg(self.latest["inputs"])[-1]
+        return convert.inputs_from_msg(self.latest["inputs"]).cycles[-1]
 
     @property
     def running(self) -> bool:

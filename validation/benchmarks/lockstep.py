@@ -1,22 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compares the bench in lockstep with the same graph without cores, in one run: cycles per second
-and ratio.
+"""Cost of the held bench in one run: its nodes in one process, each in a process of its own, and
+the same graph without cores.
 """
 
 from __future__ import annotations
 
+import math
 import os
 import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import NamedTuple
 
 from std_srvs.srv import SetBool
 
 from flatplank_control.bench.fast_dds import loopback_environment
 from flatplank_control.bench.processes import BenchProcesses
-from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.bench.setup import EVERY_NODE, BenchSetup
 from flatplank_control.nodes.client import BenchClient
 from flatplank_msgs.srv import (
     Advance,
@@ -52,18 +54,31 @@ def bare_rate(cycles: int, executor: str, domain: int) -> float:
     return float(line.split()[1])
 
 
-def bench_rate(cycles: int, domain: int) -> float:
-    """Bus cycles per second of the bench in slip control over a moving road, recording."""
+class Cost(NamedTuple):
+    """Cost of a bus cycle in slip control over a moving road, recorded or not."""
+
+    cycles_per_s: float
+    processor_ms: float
+
+
+def bench_cost(cycles: int, domain: int, separate: tuple[str, ...], recorded: bool) -> Cost:
+    """Cost with the recorder, or without recorder and runner."""
     os.environ.update(loopback_environment(), ROS_DOMAIN_ID=str(domain))
+    without = frozenset() if recorded else frozenset({"recorder", "measurement_runner"})
     with tempfile.TemporaryDirectory() as folder:
-        setup = BenchSetup(pace="hold", data=folder)
+        setup = BenchSetup(pace="hold", data=folder, separate=separate)
         log = Path(folder) / "nodes.log"
-        with BenchProcesses(setup, log=log) as bench, BenchClient() as client:
+        with BenchProcesses(setup, log=log, without=without) as bench, BenchClient() as client:
             client.wait_connected(bench)
-            return _rolling(client, cycles)
+            return _rolling(client, bench, cycles, recorded)
 
 
-def _rolling(client: BenchClient, cycles: int) -> float:
+def processor_s(bench: BenchProcesses) -> float:
+    """Processor time of all processes so far [s]."""
+    return sum({bench.nodes()[n]: state.cpu_s for n, state in bench.vitals().items()}.values())
+
+
+def _rolling(client: BenchClient, bench: BenchProcesses, cycles: int, recorded: bool) -> Cost:
     plant = "/simulated_plant"
 
     def advance(n: int) -> None:
@@ -80,27 +95,47 @@ def _rolling(client: BenchClient, cycles: int) -> float:
     )  # fmt: skip
     client.call(SetOperationMode, "/wheel_drive/set_operation_mode", mode="slip")
     client.call(SetBool, "/wheel_drive/enable", data=True)
-    client.call(
-        StartRecording, "/recorder/start", name="benchmark", record="tire: TOY", at_once=True
-    )
+    if recorded:
+        client.call(
+            StartRecording, "/recorder/start", name="benchmark", record="tire: TOY", at_once=True
+        )
     client.call(PlankSwitch, f"{plant}/plank", direction=1, fast=True, stop_at=float("nan"))
     client.call(SetPace, f"{plant}/set_pace", pace="hold", batch=1)
     advance(cycles // 10)
-    begin = time.perf_counter()
+    begin, used = time.perf_counter(), processor_s(bench)
     advance(cycles)
-    return cycles / (time.perf_counter() - begin)
+    used, wall = processor_s(bench) - used, time.perf_counter() - begin
+    return Cost(cycles / wall, 1e3 * used / cycles)
+
+
+CASES = {
+    "one process": ((), False),
+    "one process, recorded": ((), True),
+    "eight processes": ((EVERY_NODE,), False),
+    "eight processes, recorded": ((EVERY_NODE,), True),
+}
+"""case -> nodes with a process of their own, and whether the bench records"""
+WANTED_MS = {"one process": 0.6, "one process, recorded": 0.9}
 
 
 def main(cycles: int = 3000, repeats: int = 2) -> None:
     domain = 60 + os.getpid() % 20
-    print(f"lock-stepped graph, {cycles} cycles, {repeats} times, best of each")
-    bare, ours = 0.0, 0.0
+    print(f"held bench in slip control, {cycles} cycles, {repeats} times in turn, best of each")
+    bare, best = 0.0, dict.fromkeys(CASES, Cost(0.0, math.inf))
     for _ in range(repeats):
         bare = max(bare, bare_rate(cycles, "default", domain))
-        ours = max(ours, bench_rate(cycles, domain + 20))
-    print(f"bare rclpy graph {bare:8.1f} cycles/s")
-    print(f"bench            {ours:8.1f} cycles/s")
-    print(f"ratio            {ours / bare:8.2f} (wanted: 0.7)")
+        for name, (separate, recorded) in CASES.items():
+            cost = bench_cost(cycles, domain + 20, separate, recorded)
+            best[name] = min(best[name], cost, key=lambda c: c.processor_ms)
+    print(f"{'bare rclpy graph':28}{bare:8.0f} cycles/s")
+    for name, cost in best.items():
+        goal = f"  (wanted: {WANTED_MS[name]} ms)" if name in WANTED_MS else ""
+        print(f"{name:28}{cost.cycles_per_s:8.0f} cycles/s{cost.processor_ms:8.2f} ms of processor"
+              f" per cycle{goal}")  # fmt: skip
+    for name in ("", ", recorded"):
+        one, eight = best[f"one process{name}"], best[f"eight processes{name}"]
+        print(f"eight processes{name} / one process{name}: {eight.processor_ms / one.processor_ms:.1f}"
+              f" in processor time, {one.cycles_per_s / eight.cycles_per_s:.1f} in rate")  # fmt: skip
 
 
 if __name__ == "__main__":

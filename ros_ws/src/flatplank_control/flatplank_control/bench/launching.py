@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from flatplank_control.bench.setup import DRIVEN, BenchSetup
+from flatplank_control.bench.setup import DRIVEN, EVERY_NODE, BenchSetup
 from flatplank_control.bench.simulator import simulator
 from flatplank_data.params import nearest_hint
 from flatplank_hw.bus.pacing import PACES
@@ -74,7 +74,7 @@ def setup_of(value: Mapping[str, str]) -> BenchSetup:
         "batch": _number("batch", value["batch"], 1, 50),
     }
     kind = {
-        "kind": "sim" if sim else "lab", "bus_file": bus, "separate": value["separate"] == "true",
+        "kind": "sim" if sim else "lab", "bus_file": bus, "separate": (EVERY_NODE,) if value["separate"] == "true" else (),
     }  # fmt: skip
     setup = BenchSetup.from_arguments({**texts, **numbers, **kind}, "{}:={}")
     if sim:

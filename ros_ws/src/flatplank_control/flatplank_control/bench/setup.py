@@ -33,6 +33,8 @@ class NodeSpec(NamedTuple):
 LOOP = "loop"
 """process of the nodes whose answers are needed within the bus cycle"""
 
+EVERY_NODE = "every node"
+
 BUSES = {
     "sim": NodeSpec("flatplank_sim", "simulated_plant", "simulated_plant", True),
     "emulated": NodeSpec("flatplank_sim", "emulated_bus", "ethercat_bus", True),
@@ -121,8 +123,8 @@ class BenchSetup:
     """axes driven beside the wheel: keys of DRIVEN"""
     parameters: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     """node -> further parameters"""
-    separate: bool = False
-    """every node in a process of its own; false: the nodes of the loop share one"""
+    separate: tuple[str, ...] = ()
+    """nodes with a process of their own, or `EVERY_NODE`; the others share one"""
     calibration: str = ""
     """calibration book with constants for the nodes; empty or missing: packaged constants"""
 
@@ -149,17 +151,18 @@ class BenchSetup:
     def processes(self) -> dict[str, tuple[NodeSpec, ...]]:
         """The processes of this bench and their nodes.
 
-        On the simulated plant all nodes share a process. A bus of frames has a process of its own:
+        On the simulated plant the nodes share a process. A bus of frames has a process of its own:
         its guard stops the axes when the loop is gone. So have the recorder, which waits for the
         disk, and the runner, which waits for services.
         """
         nodes = self.nodes()
-        if self.separate:
-            return {node.name: (node,) for node in nodes}
-        if self.kind == "sim":
-            return {LOOP: nodes}
-        loop = tuple(node for node in nodes if node.in_loop and node != BUSES[self.kind])
-        return {LOOP: loop, **{node.name: (node,) for node in nodes if node not in loop}}
+        of_frames = (
+            () if self.kind == "sim" else ("ethercat_bus", "recorder", "measurement_runner")
+        )
+        apart = {*self.separate, *of_frames}
+        shared = tuple(n for n in nodes if not apart.intersection((n.name, EVERY_NODE)))
+        alone = {node.name: (node,) for node in nodes if node not in shared}
+        return {**alone, LOOP: shared} if shared else alone
 
     def of(self, node: NodeSpec) -> dict[str, Any]:
         """Parameters of one node."""
@@ -175,9 +178,9 @@ class BenchSetup:
         return {name: {key: given[name][key] for key in keys} for name, keys in CALIBRATED.items()}
 
     def _scheduling(self, node: NodeSpec) -> dict[str, int]:
-        """Real-time priority for a bench that runs by the clock."""
-        by_the_clock = self.kind != "sim" or self.pace == "realtime"
-        return {"fifo_priority": LOOP_PRIORITY} if node.in_loop and by_the_clock else {}
+        """Real-time priority in the loop of a bus of frames. The simulated plant takes its turn:
+        with a priority it would stop everything else on a computer that is too slow for it."""
+        return {"fifo_priority": LOOP_PRIORITY} if node.in_loop and self.kind != "sim" else {}
 
     def _shared(self, name: str) -> dict[str, Any]:
         rate = float(self.rate_hz)

@@ -24,7 +24,7 @@ PROFILES = ("FASTDDS_DEFAULT_PROFILES_FILE", "FASTRTPS_DEFAULT_PROFILES_FILE")
 NAMESPACE = "http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles"
 IGNORE_LOCAL = "fastdds.ignore_local_endpoints"
 DELIVERY_S = 0.004
-"""longest delivery in one go: then services, timers and messages from outside have their turn [s]"""
+"""longest delivery in one go [s]; services, timers and messages from outside come after it"""
 
 
 class LocalTopics:
