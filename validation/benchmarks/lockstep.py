@@ -132,10 +132,13 @@ def main(cycles: int = 3000, repeats: int = 2) -> None:
         goal = f"  (wanted: {WANTED_MS[name]} ms)" if name in WANTED_MS else ""
         print(f"{name:28}{cost.cycles_per_s:8.0f} cycles/s{cost.processor_ms:8.2f} ms of processor"
               f" per cycle{goal}")  # fmt: skip
-    for name in ("", ", recorded"):
-        one, eight = best[f"one process{name}"], best[f"eight processes{name}"]
-        print(f"eight processes{name} / one process{name}: {eight.processor_ms / one.processor_ms:.1f}"
-              f" in processor time, {one.cycles_per_s / eight.cycles_per_s:.1f} in rate")  # fmt: skip
+    for recorded in ("", ", recorded"):
+        one, eight = best[f"one process{recorded}"], best[f"eight processes{recorded}"]
+        processor = eight.processor_ms / one.processor_ms
+        rate = one.cycles_per_s / eight.cycles_per_s
+        print(
+            f"one process{recorded}: {processor:.1f} times less processor, {rate:.1f} times faster"
+        )
 
 
 if __name__ == "__main__":

@@ -73,9 +73,8 @@ def setup_of(value: Mapping[str, str]) -> BenchSetup:
         "rate_hz": _number("rate_hz", value["rate_hz"], 50, 1000),
         "batch": _number("batch", value["batch"], 1, 50),
     }
-    kind = {
-        "kind": "sim" if sim else "lab", "bus_file": bus, "separate": (EVERY_NODE,) if value["separate"] == "true" else (),
-    }  # fmt: skip
+    separate = (EVERY_NODE,) if value["separate"] == "true" else ()
+    kind = {"kind": "sim" if sim else "lab", "bus_file": bus, "separate": separate}
     setup = BenchSetup.from_arguments({**texts, **numbers, **kind}, "{}:={}")
     if sim:
         try:
