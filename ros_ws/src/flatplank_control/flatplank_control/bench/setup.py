@@ -161,8 +161,8 @@ class BenchSetup:
         )
         apart = {*self.separate, *of_frames}
         shared = tuple(n for n in nodes if not apart.intersection((n.name, EVERY_NODE)))
-        alone = {node.name: (node,) for node in nodes if node not in shared}
-        return {**alone, LOOP: shared} if shared else alone
+        found = {node.name: (node,) for node in nodes if node not in shared}
+        return found | ({LOOP: shared} if shared else {})
 
     def of(self, node: NodeSpec) -> dict[str, Any]:
         """Parameters of one node."""

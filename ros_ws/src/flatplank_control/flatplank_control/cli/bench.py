@@ -12,7 +12,6 @@ import threading
 import time
 from pathlib import Path
 
-from flatplank_analysis.cli.main import run_reporting_errors
 from flatplank_control.bench.processes import BenchProcesses, StartProgress
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.road_map import with_road
@@ -81,7 +80,11 @@ def main(argv: list[str]) -> int:
 
 def program() -> int:
     """The verb as a program of its own, for `ros2 run flatplank_control bench`."""
-    return run_reporting_errors("bench", lambda: main(sys.argv[1:]))
+    try:
+        return main(sys.argv[1:])
+    except (ValueError, OSError) as error:
+        print(f"bench: {' '.join(str(error).split())}", file=sys.stderr)
+        return 2
 
 
 def watch(processes: BenchProcesses, over: threading.Event) -> str:
