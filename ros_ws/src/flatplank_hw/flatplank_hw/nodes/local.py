@@ -83,9 +83,11 @@ class LocalTopics:
         """Deliver what is queued, for `DELIVERY_S` at most."""
         queue, end = self._queue, time.monotonic() + DELIVERY_S
         try:
-            while queue and time.monotonic() < end:
+            while queue:
                 receive, sample = queue.popleft()
                 receive(sample)
+                if time.monotonic() > end:
+                    break
         finally:
             self._scheduled = bool(queue)
             if queue:
