@@ -35,7 +35,9 @@ HELD = {
     "rack_backlash": ("held_fast",),
     "load_loss_braking": ("seen",),
 } | {f"crosstalk_{c}": ("tared",) for c in ("fy", "fz", "mx", "mz")}
-FROM_DATA = ("worn_patch", "mesh_ripple", "load_undulation", "measured_load", "crosstalk_fy")
+FROM_DATA = (
+    "worn_patch", "mesh_ripple", "load_undulation", "measured_load", "crosstalk_fy", "torn_weld",
+)  # fmt: skip
 """what they are looked for in depends on the runs"""
 
 
@@ -47,6 +49,16 @@ def test_what_an_effect_is_looked_for_in(name):
     assert effect.starts() == starts and effect.scanned(runs) == price
     assert effect.variants(runs, runs.measured) == settings
     assert effect.held() == HELD.get(name, ())
+
+
+def test_a_torn_weld_is_looked_for_where_the_runs_drive():
+    """A crack holds a share of the largest driving force; runs that brake show none."""
+    effect, runs = library()["torn_weld"], measured(0).runs
+    most = runs.measured[0].max()
+    holds = [v["hold"] for v in effect.variants(runs, runs.measured)]
+    assert len(holds) == effect.scanned(runs) and 0.0 < min(holds) < max(holds) < most
+    assert effect.separable(runs)
+    assert not effect.separable(replace(runs, measured=-abs(runs.measured)))
 
 
 def placed(values: np.ndarray, channels=("fx", "fy", "fz"), **facts):

@@ -13,6 +13,7 @@ from flatplank_sim.plant.bridges import past_of_bridges
 from flatplank_sim.plant.config import PlantConfig
 from flatplank_sim.plant.records import build_records, initial_state
 from flatplank_sim.plant.rolling import roll
+from flatplank_sim.plant.scatter import draw_run, scatters
 
 COLUMNS = [
     "time", "plank_position", "plank_velocity", "wheel_angle", "wheel_velocity",
@@ -104,6 +105,8 @@ class Campaign:
         out = np.empty((rows, len(COLUMNS) + len(TRUTHS)))
         noise = random.standard_normal((rows, 8))
         history = past_of_bridges(float(m["skew"][0]), self.dt)
+        if scatters(r):
+            draw_run(r, s, random)
         delay = run.start_delay + float(r.drives["start_delay"][0])
         n = roll(
             m, s, r.tire, state["tire_state"], state["bristles"], op, r.curve, r.road_map, r.mix,

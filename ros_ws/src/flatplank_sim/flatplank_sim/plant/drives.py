@@ -178,6 +178,18 @@ def hold_start(d, ds, dt):
 
 
 @inner
+def hold_step(d, ds, dt, delay):
+    """Step delay: a turning motor keeps its speed for a while when its set-point jumps."""
+    turns = ds.kind == VELOCITY and abs(ds.held) > d.velocity_window
+    if turns and abs(ds.v_ref - ds.held) > d.velocity_window and ds.late < delay:
+        ds.late += dt
+        ds.v_ref = ds.held
+        return
+    ds.late = 0.0
+    ds.held = ds.v_ref if ds.kind == VELOCITY else 0.0
+
+
+@inner
 def drive(d, ds, command, age, dt, allowed):
     """One bus cycle of the drive: sets the set-point of the motor (kind, v_start, v_ref,
     slope_torque).

@@ -48,7 +48,8 @@ MACHINE = _record(
     "noise_bridge noise_lvdt noise_torque hum hum_frequency "
     # kinematic chain
     "road_gap road_friction rack_gap rack_friction gap_damping mesh_tooth mesh_pitch mesh_turn "
-    "mesh_phase speed_error scale_error droop "
+    "mesh_phase speed_error scale_error droop scatter_travel scatter_pitch scatter_delay "
+    "weld_gap weld_hold weld_spread weld_speed weld_seen "
     "support_gap_y support_gap_z support_from support_to support_friction "
     "wander wander_period wander_phase "
     "steer_error steer_play steer_friction steer_damping steer_arm "
@@ -66,7 +67,7 @@ MACHINE_STATE = _record(
     "lateral slope_force height steer steer_play wheel_camber road_camber pressure "
     "alpha gamma fz kappa "
     "theta omega motor motor_velocity offset torque spring joined stuck_motor wheel_shaft "
-    "drag push",
+    "drag push w_weld weld_hold step_delay",
     "cycle run armed limit_front limit_rear friction_sign region",
 )
 
@@ -83,7 +84,8 @@ DRIVE = _record(
 )
 
 DRIVE_STATE = _record(
-    "motor velocity torque v_ref v_start integral target slope_torque home blocked load waited",
+    "motor velocity torque v_ref v_start integral target slope_torque home blocked load waited "
+    "held late",
     "state mode kind error control control_before last_target homing_done reached stuck inject",
 )
 
@@ -160,6 +162,6 @@ MAP_START = 0.2
 """distance from the first row of the road map to the rest position of the plank [m]"""
 MAP_STEP = 0.002
 """row spacing of the road map [m]; columns: friction factor, height of the plank, height of a
-cleat"""
+cleat, error of the plank's travel in this run"""
 MAP_ROWS = 1.0 / MAP_STEP
 """rows of the road map per metre"""

@@ -16,6 +16,7 @@ from flatplank_sim.plant.cycle import cycle as run_cycle
 from flatplank_sim.plant.layout import Truth
 from flatplank_sim.plant.operator import Operator
 from flatplank_sim.plant.records import build_records, initial_state
+from flatplank_sim.plant.scatter import draw_run, scatters
 
 NOISE_ROWS = 2048
 NOISE_CHANNELS = 8
@@ -43,6 +44,7 @@ class Plant:
         self._volts, self._counts = np.zeros(7), np.zeros(36, np.int64)
         self._truth = np.zeros(len(Truth._fields))
         self._random = np.random.default_rng(seed)
+        self._seed, self._scatters, self._drawn = seed, scatters(r), -1
         self._noise = np.empty((NOISE_ROWS, NOISE_CHANNELS))
         self._noisy = any(
             float(r.machine[f"noise_{n}"][0]) > 0.0 for n in ("bridge", "lvdt", "torque")
@@ -81,6 +83,9 @@ class Plant:
             self._row = 0
             if self._noisy:
                 self._random.standard_normal(out=self._noise)
+        if self._scatters and self._drawn != (run := int(self._state["run"][0])):
+            self._drawn = run
+            draw_run(self._records, self._state, np.random.default_rng((self._seed, run)))
         run_cycle(*self._arguments, self._row, count, self._volts, self._counts, self._truth)
         self._row += 1
         v = self._volts.tolist()

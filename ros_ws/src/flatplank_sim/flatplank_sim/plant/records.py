@@ -84,6 +84,7 @@ def machine_record(c: PlantConfig, dt: float) -> np.ndarray:
     m["road_encoder"] = int(e.road_encoder_fitted)
     m["steer_on_hub"] = int(e.steer_on_hub)
     m["mesh_pitch"], m["wander_period"], m["gap_damping"] = 1.0, 1.0, 5e3
+    m["scatter_pitch"] = 1.0
     m["steer_damping"] = 500.0
     m["support_to"] = 1.0
     m["dt"] = dt
@@ -115,7 +116,7 @@ def build_records(c: PlantConfig, dt: float) -> Records:
         k = AXES.index(axis)
         servo_record(drives[k : k + 1], c.servos[axis], c.watchdog_cycles)
     rows = int((c.plank.road_length + 3.0 * layout.MAP_START) / layout.MAP_STEP)
-    road_map = np.zeros((rows, 3))
+    road_map = np.zeros((rows, 4))
     road_map[:, 0] = 1.0
     w = c.wheel_drive
     curve = np.array([w.friction_speed, w.friction_torque]).T.copy()

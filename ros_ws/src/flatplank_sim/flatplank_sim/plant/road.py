@@ -82,18 +82,38 @@ def mesh_error(m, x):
 
 
 @inner
-def move_road(m, s, ts, v_pinion, dt):
+def torn_weld(m, s, v_drive, dt):
+    """Speed of the pinion ahead of its drive [m/s], through the torn weld of its shaft: a driving
+    tire that pushes beyond the hold of the crack turns the pinion on, up to the gap."""
+    if m.weld_gap <= 0.0:
+        return 0.0
+    ahead = 0.0
+    if s.push > (0.0 if s.w_weld > 0.0 else s.weld_hold) and s.w_weld < m.weld_gap:
+        ahead = min(m.weld_speed, (m.weld_gap - s.w_weld) / dt)
+    elif s.push < 0.0 and s.w_weld > 0.0 or v_drive <= 0.0:
+        ahead = -min(m.weld_speed, s.w_weld / dt)
+    s.w_weld += ahead * dt
+    return ahead
+
+
+@inner
+def move_road(m, s, ts, road_map, v_drive, dt):
     """Travel of the road along the plank and across it in this step [m]."""
     cos = math.cos(s.alpha)
     sin = math.sin(s.alpha)
     s.push = ts.fx * cos + ts.fy * sin
     stiffness = ts.gx * cos * cos + ts.gy * sin * sin
+    v_pinion = v_drive + m.weld_seen * torn_weld(m, s, v_drive, dt)
     s.pinion += v_pinion * dt
     s.pinion_velocity = v_pinion
     rack_gap(m, s, stiffness, v_pinion, dt)
     s.plank = (
         s.pinion * (1.0 + m.scale_error) + mesh_error(m, s.pinion) - mesh_error(m, 0.0) + s.w_rack
     )
+    if m.weld_gap > 0.0:
+        s.plank += (1.0 - m.weld_seen) * s.w_weld
+    if m.scatter_travel > 0.0:
+        s.plank += road_map_value(road_map, s.pinion, 3)
     s.w_road = position_in_gap(
         s.w_road, m.road_gap, m.road_friction, m.gap_damping, s.push, stiffness, dt
     )
@@ -177,7 +197,7 @@ def advance_road(m, s, p, ts, road_map, v_pinion, dt):
     """Advance road, steering and load by dt [s]; returns the travel of the wheel over the road
     along and across its plane [m], and its turn about z [rad].
     """
-    dx_road, dy_road = move_road(m, s, ts, v_pinion, dt)
+    dx_road, dy_road = move_road(m, s, ts, road_map, v_pinion, dt)
     turn = -steer_hub(m, s, ts, dt)
     s.road_velocity = dx_road / dt
     s.fz = vertical_load(m, s, p, ts, road_map)

@@ -112,7 +112,7 @@ def roll(
             before = (n - 1) * m.dt + i * dt
             moving = min(max((before + dt - delay) / dt, 0.0), 1.0)
             since = encoder_position(m, s) - (m.trigger_at if math.isnan(zero) else zero)
-            kappa = interpolate(profile, since + 0.5 * dt * s.pinion_velocity)
+            kappa = interpolate(profile, since + (0.5 * dt - s.step_delay) * s.pinion_velocity)
             omega = moving * m.fast * cos * (1.0 + kappa) / radius
             tire_step(m, s, p, ts, bristles, op, road_map, omega, dt)
         x = encoder_position(m, s)

@@ -29,7 +29,8 @@ class Site(NamedTuple):
     tire: np.ndarray
     wheel_servo: np.ndarray
     road_map: np.ndarray
-    """over plank position: friction factor, height of the plank [m], height of a cleat [m]"""
+    """over plank position: friction factor, height of the plank [m], height of a cleat [m], error
+    of the travel in this run [m]"""
     mix: np.ndarray
     """matrix from true to measured (Fx, Fy, Fz, Mx, Mz) at the wheel centre"""
     drift: np.ndarray

@@ -28,6 +28,40 @@ class MeshRipple(Defect):
 
 
 @dataclass(frozen=True)
+class TravelScatter(Defect):
+    """Wear and debris between the teeth of rack and pinion: the plank travels a little further or
+    less at each tooth, and otherwise in each run.
+
+    The encoder on the pinion cannot see it.
+    """
+
+    tooth: float = defect_param(
+        1.0e-4, "m", "standard deviation of the travel at a tooth", (0.0, 0.005), "scatter_travel"
+    )
+    pitch: float = defect_param(0.01571, "m", "travel of one tooth", (0.001, 0.2), "scatter_pitch")
+
+    source = "thesis 3.1, hardware issue 5; section 6.3, repetitions"
+    touches = frozenset({"fx"})
+    spares = frozenset({"plank_counts", "wheel_counts", "steer_counts", "lvdt_volts", "fy"})
+
+
+@dataclass(frozen=True)
+class StepDelay(Defect):
+    """The turning wheel follows a step of its speed late, and otherwise in each run.
+
+    The delay is anything between zero and `most`, drawn anew for each run.
+    """
+
+    most: float = defect_param(
+        0.7, "s", "largest time from the step to the change", (0.0, 5.0), "scatter_delay"
+    )
+
+    source = "thesis 6.3: the force rests after the step, not equally long in ten repetitions"
+    touches = frozenset({"fx", "motor_position", "wheel_counts"})
+    spares = frozenset({"plank_counts", "steer_counts", "lvdt_volts", "fy"})
+
+
+@dataclass(frozen=True)
 class SpeedDroop(Defect):
     """The speed of the plank drive depends on the tire force: driving raises it, braking lowers
     it.
@@ -45,6 +79,38 @@ class SpeedDroop(Defect):
 
     def install(self, site: Site) -> None:
         site.machine["droop"] = self.per_kn / 1000.0
+
+
+@dataclass(frozen=True)
+class TornWeld(Defect):
+    """The weld between the drive of the plank and the shaft of its pinions is torn.
+
+    A driving tire that pushes beyond what the crack holds turns the pinions ahead of their drive,
+    once per run, up to the gap: the speed spikes, on the encoder too, and fx drops. The hold
+    differs from run to run.
+    """
+
+    gap: float = defect_param(
+        0.0018, "m", "travel of the plank across the crack", (0.0, 0.05), "weld_gap"
+    )
+    hold: float = defect_param(
+        1450.0, "N", "driving force that the crack holds", (0.0, 20000.0), "weld_hold"
+    )
+    spread: float = defect_param(
+        0.03, "-", "standard deviation of the hold between runs", (0.0, 1.0), "weld_spread"
+    )
+    speed: float = defect_param(
+        0.01, "m/s", "of the plank ahead of its drive", (1e-4, 1.0), "weld_speed"
+    )
+
+    seen: float = defect_param(
+        1.0, "-", "share of it that the encoder shows; 0: it sits before the crack", (0.0, 1.0),
+        "weld_seen",
+    )  # fmt: skip
+
+    source = "thesis 3.1, hardware issue 12; figures 6.22, 6.23"
+    touches = frozenset({"fx", "plank_counts"})
+    spares = frozenset({"steer_counts", "lvdt_volts", "fy"})
 
 
 @dataclass(frozen=True)
