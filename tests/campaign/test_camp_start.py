@@ -9,7 +9,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from flatplank_control.free_rolling.design import Machine, design_gains, phase_margin
+from flatplank_control.free_rolling.design import Machine, design_gains
+from flatplank_control.free_rolling.loop import phase_margin
 from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA, FreeRollingParameters
 from flatplank_sim.plant.truth import truth_row
 from flatplank_validation.bench.driven_plank import DrivenPlank

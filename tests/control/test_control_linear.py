@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import control
+from flatplank_control.cli.tune import main as tune
 from flatplank_control.free_rolling import FreeRollingController, FreeRollingParameters
 from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA
 from flatplank_hw.samples import EncoderSample, HubSample, Wrench
@@ -57,11 +58,20 @@ def test_settling_time(band, time):
     assert settling_time(thesis_loop(), band) == pytest.approx(time, abs=0.02)
 
 
-def test_margin_agrees_with_the_library():
-    _, phase, _, crossover = control.margin(thesis_loop())
-    loop = figures(thesis_loop())
-    assert loop.phase_margin == pytest.approx(phase, abs=1e-3)
-    assert loop.crossover == pytest.approx(crossover / (2 * math.pi), rel=1e-4)
+def test_tune_without_delay_is_the_loop_of_the_thesis(capsys, tmp_path):
+    """39.9 deg, 5.2 Hz, and a step that is drawn to the end of its 32.7 s."""
+    picture = tmp_path / "tune.png"
+    words = ["--cfk", "90.65", "--sigma", "0.4505", "--delay-cycles", "0"]
+    assert tune([*words, "--figure", str(picture)]) == 0
+    (line,) = [x for x in capsys.readouterr().out.splitlines() if x.startswith("thesis")]
+    for part in ("39.92 deg", "3.14 Hz", "bandwidth 5.22 Hz", "settles to 0.5 % in 32.7 s"):
+        assert part in line, line
+    assert picture.stat().st_size > 10_000
+
+
+def test_the_printed_inertia_is_that_of_half_the_efficiency():
+    """1287 kg m2 of table 5.1 is (5.5) with 0.50 in place of 0.392."""
+    assert Actuator(efficiency=0.50).j_eff == pytest.approx(1287.0, abs=0.5)
 
 
 @pytest.mark.parametrize("rate", [250.0, 500.0, 1000.0])

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from flatplank_control.free_rolling.design import phase_margin
+from flatplank_control.free_rolling.loop import phase_margin
 from flatplank_control.road_map import Run, identify_road_map
 from flatplank_sim.plant.truth import truth_row
 from flatplank_validation.bench.start_bench import StartBench

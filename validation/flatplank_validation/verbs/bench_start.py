@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from flatplank_control.free_rolling.design import phase_margin
+from flatplank_control.free_rolling.loop import phase_margin
 from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA
 from flatplank_data.arguments import Parser
 from flatplank_sim.plant.truth import truth_row

@@ -82,23 +82,3 @@ def design_gains(
     pi = math.hypot(1.0, zero / omega)
     proportional = 1.0 / (plant * lead * pi)
     return Gains(proportional, zero * proportional, lead_time, alpha)
-
-
-def phase_margin(
-    gains: Gains, stiffness: float, relaxation: float, delay: float, machine: Machine | None = None
-) -> float:
-    """Smallest phase margin over all crossovers [deg]; the delay [s] includes the hold."""
-    machine = machine or Machine()
-    worst, before = 180.0, None
-    for k in range(4000):
-        omega = 0.01 * 10.0 ** (k / 800.0)
-        s = 1j * omega
-        c = gains.proportional + gains.integral / s
-        c *= (gains.lead_time * s + 1.0) / (gains.lead_alpha * gains.lead_time * s + 1.0)
-        loop = c * machine.response(omega, stiffness, relaxation)
-        turned = math.degrees(math.atan2(loop.imag, loop.real) - omega * delay)
-        above = abs(loop) > 1.0
-        if before is not None and before != above:
-            worst = min(worst, (turned + 180.0 + 180.0) % 360.0 - 180.0)
-        before = above
-    return worst
