@@ -13,8 +13,8 @@ from flatplank_analysis.effects.base import Motion, TireEffect
 
 SHARES = (0.4, 0.55, 0.7, 0.85)
 """first values of the hold, over the largest driving force of the runs"""
-CLEAR = 200.0
-"""[N] driving force below which a weld is no matter"""
+LEAST = 0.25
+"""least driving force of runs that can show it, over their largest force"""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,8 @@ class TornWeld(TireEffect):
 
     @classmethod
     def separable(cls, runs: RunSet, values: dict[str, float] | None = None) -> bool:
-        return float(runs.measured[0].max()) > CLEAR
+        force = runs.measured[0]
+        return float(force.max()) > LEAST * float(np.abs(force).max())
 
     @classmethod
     def scanned(cls, runs: RunSet) -> int:
