@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,7 +51,7 @@ class TornWeld(TireEffect):
         return [{"hold": share * most} for share in SHARES]
 
     @classmethod
-    def separable(cls, runs: RunSet, values: dict[str, float] | None = None) -> bool:
+    def separable(cls, runs: RunSet, values: Mapping[str, float] | None = None) -> bool:
         force = runs.measured[0]
         return float(force.max()) > LEAST * float(np.abs(force).max())
 
