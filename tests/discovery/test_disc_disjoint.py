@@ -66,12 +66,10 @@ def test_runs_of_the_search_are_refused_whatever_they_are_called(way, search, tm
         new_sessions(Session.open(str(search)), [folder])
 
 
-def test_one_run_among_new_ones_is_found_and_so_is_a_set_given_twice(search, other) -> None:
+def test_one_run_among_new_ones_is_found(search, other) -> None:
     session = Session.open(str(search))
     ((_, new),) = new_sessions(session, [str(other)])
     assert len(new.campaign.runs) == 8
     mixed = [*new.campaign.runs, session.campaign.runs[3]]
     file = session.campaign.runs[3].info.file
     assert shared_runs(mixed, session.campaign.runs) == [(file, file)]
-    with pytest.raises(FlatplankError, match="given twice"):
-        new_sessions(session, [str(other), f"{other}/."])

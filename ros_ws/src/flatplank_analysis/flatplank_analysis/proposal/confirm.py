@@ -106,17 +106,15 @@ def fit_with_effect(session: Session, model: ModelFile | None, name: str) -> Ste
 def new_sessions(
     session: Session, folders: Sequence[str], mapping: Any = None
 ) -> list[tuple[str, Session]]:
-    """Sessions of the folders with new runs; FlatplankError when a run took part in the search, or
-    is in two of the folders, under whatever name and in whatever format."""
+    """Sessions of the folders with new runs; FlatplankError when a run took part in the search,
+    under whatever name and in whatever format."""
     opened = [(folder, Session.open(folder, session.files, mapping)) for folder in folders]
-    before = list(session.campaign.runs)
     for folder, new in opened:
-        if shared := shared_runs(new.campaign.runs, before):
+        if shared := shared_runs(new.campaign.runs, session.campaign.runs):
             file, same = shared[0]
             more = f" and {len(shared) - 1} more" if len(shared) > 1 else ""
-            what = f"are the runs of the search, or given twice: {file} is {same}{more}"
+            what = f"are the runs of the search: {file} is {same}{more}"
             raise FlatplankError(what, folder, "measure new runs: their own folder")
-        before += new.campaign.runs
     return opened
 
 
