@@ -43,9 +43,9 @@ WAYS = {"thesis": "the thesis's controller", "ours": "ours"}
 
 
 def runs(lab: Lab, name: str) -> list[MeasurementTable]:
-    """Free-rolling runs of a campaign from the motion trigger on, in the order of the plan."""
+    """Free-rolling runs of a campaign, from the motion trigger to the stop of the plank."""
     if name not in lab.kept:
-        lab.kept[name] = lab.tables(name, COLUMNS)
+        lab.kept[name] = [until_stop(table) for table in lab.tables(name, COLUMNS)]
     return lab.kept[name]
 
 
