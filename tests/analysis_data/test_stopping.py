@@ -36,7 +36,7 @@ def test_a_run_is_kept_up_to_where_the_plank_begins_to_stop(make_step):
 
 
 def test_neither_fits_nor_repeatability_see_the_stop(write_campaign, make_step):
-    plain = [make_step(0.02, start) for start in (1, 2, 3)]
+    plain = [make_step(0.02, start, noise=5.0) for start in (1, 2, 3)]
     runs = Campaign.load(write_campaign([stopping(t) for t in plain])).runs
     steps, _, problems = read_group(runs)
     assert not problems
