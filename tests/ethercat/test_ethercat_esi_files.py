@@ -244,7 +244,7 @@ def test_the_command_says_what_it_leaves_out_and_refuses_in_one_line(tmp_path, c
                   [*words, "--out", str(tmp_path / "no" / "folder" / "b.yaml")]):  # fmt: skip
         assert main(wrong) == 2
         (line,) = capsys.readouterr().err.strip().splitlines()
-        assert line.startswith("esi: ")
+        assert line.startswith("flatplank esi: ")
     with pytest.raises(SystemExit) as stopped:
         main([*words, "--product", "0b1"])
     assert stopped.value.code == 2

@@ -13,7 +13,7 @@ import time
 from pathlib import Path
 
 from flatplank_control.bench.processes import BenchProcesses, StartProgress
-from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.bench.setup import EVERY_NODE, BenchSetup
 from flatplank_control.road_map import with_road
 from flatplank_data.arguments import Parser
 from flatplank_hw.bus.pacing import PACES
@@ -41,7 +41,10 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--rate", dest="rate_hz", type=int, default=250, help="bus rate [Hz]")
     p.add_argument("--batch", type=int, default=1, help="bus cycles per message")
     p.add_argument("--pace", default="realtime", choices=PACES)
-    p.add_argument("--separate", action="store_true", help="every node in a process of its own")
+    p.add_argument(
+        "--separate", action="store_const", const=(EVERY_NODE,), default=(),
+        help="every node in a process of its own",
+    )  # fmt: skip
     p.add_argument("--axes", default="", help="driven beside the wheel: plank,vertical,...")
     p.add_argument("--road", default="", help="slip by the road's travel: follow, or a map's file")
     p.add_argument("--interface", default="", help="network interface of the bus, with --lab")

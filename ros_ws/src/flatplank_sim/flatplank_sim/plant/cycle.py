@@ -177,7 +177,7 @@ def command_drives(m, s, op, d, ds, commands, count):
             age = count - 1 - commands[a, 5]
             allowed = not op.estop or (a == WHEEL and not m.estop_wheel)
             drive(d[a], ds[a], commands[a], age, m.dt, allowed)
-    if s.step_delay > 0.0 and ds[WHEEL].state == ENABLED:
+    if s.step_delay > 0.0 and s.pinion_velocity != 0.0 and ds[WHEEL].state == ENABLED:
         hold_step(d[WHEEL], ds[WHEEL], m.dt, s.step_delay)
     s.stuck_motor = 1.0 if ds[WHEEL].stuck else 0.0
 

@@ -66,10 +66,10 @@ def main(argv: list[str] | None = None) -> int:
     except (ValueError, OSError) as error:
         text = " ".join(str(error).split())
         where = "" if options.file in text else f"{options.file}: "
-        print(f"esi: {where}{text}", file=sys.stderr)
+        print(f"flatplank esi: {where}{text}", file=sys.stderr)
         return 2
     for note in device.notes if device else ():
-        print(f"esi: note: {note}", file=sys.stderr)
+        print(f"flatplank esi: note: {note}", file=sys.stderr)
     if not (device and options.out):
         print(text)
     return 0

@@ -47,7 +47,7 @@ class TravelScatter(Defect):
 
 @dataclass(frozen=True)
 class StepDelay(Defect):
-    """The turning wheel follows a step of its speed late, and otherwise in each run.
+    """On the moving road the wheel follows a step of its speed late, and otherwise in each run.
 
     The delay is anything between zero and `most`, drawn anew for each run.
     """
