@@ -47,16 +47,24 @@ def test_spin_axis_moment_is_an_option() -> None:
     assert wheel.mz == pytest.approx(expected, abs=1e-9)
 
 
-def noisy_run(seed: int) -> list:
-    plant = Plant(PlantConfig.load(preset="thesis2023"), seed)
+NOISE = {"defects": {"sensor_noise": {"bridge": 0.003}}}
+
+
+def noisy_run(seed: int, **what) -> list:
+    plant = Plant(PlantConfig.load(**what), seed)
     plant.operator.load_to(3000.0)
     plant.operator.plank(1, fast=True)
     return [plant.step() for _ in range(3000)]
 
 
 def test_the_same_seed_gives_the_same_bits_and_another_does_not() -> None:
-    one, two, other = noisy_run(3), noisy_run(3), noisy_run(4)
+    one, two, other = (noisy_run(seed, preset="thesis2023") for seed in (3, 3, 4))
     assert one == two
+    assert one != other
+
+
+def test_noise_moves_nothing() -> None:
+    one, other = (noisy_run(seed, overrides=NOISE) for seed in (3, 4))
     assert one != other
     assert [r.plank_counts for r in one] == [r.plank_counts for r in other]
 
