@@ -109,7 +109,7 @@ def test_the_operator_refuses_what_cannot_be() -> None:
         lambda: operator.plank(1, stop_at=9.0),
         lambda: operator.axle_height(math.nan),
         lambda: operator.load_to(-1.0),
-        lambda: operator.steer(1.0),
+        lambda: operator.steer(2.0),
         lambda: operator.wheel_camber(math.inf),
         lambda: operator.pressure(30.0),
     ):
