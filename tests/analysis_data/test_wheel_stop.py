@@ -76,6 +76,14 @@ def test_a_wheel_that_begins_late_waits_or_ends_with_the_road_was_not_stopped() 
     assert wheel_stop(run | {"drive_state": np.where(x > 4.2, 1.0, 4.0)}) is None
 
 
+def test_a_wheel_over_a_standing_plank_is_not_stopped_on_the_road() -> None:
+    """The plank's encoder shows a step now and then while the plank stands."""
+    columns = stopped(controlled(0.05))
+    step = 2.0 * np.pi * 0.05 / 20000.0
+    rest = 0.05 + step * np.random.default_rng(1).integers(0, 2, columns["time"].size)
+    assert wheel_stop(columns | {"plank_position": rest}) is None
+
+
 def test_a_run_that_nobody_described_is_recorded_as_stopped(tmp_path: Path) -> None:
     said = requested_record("")
     write_run(tmp_path / "bag", stopped(controlled(0.05)), said.record.to_yaml(), "bag")

@@ -96,7 +96,7 @@ def test_an_axle_height_that_is_no_number_is_refused_in_one_line(handler: Reques
             raise ControlError(str(error)) from None
 
     node: Any = SimpleNamespace(emulated=SimpleNamespace(operate=operate))
-    with pytest.raises(ValueError, match="axle_height: nan m is outside"):
+    with pytest.raises(ValueError, match="axle_height is nan, must be finite"):
         EmulatedBusNode.operate(node, "axle_height", math.nan)
     EmulatedBusNode.operate(node, "plank", 1, True, math.nan)
     EmulatedBusNode.operate(node, "plank", 0, True, math.nan)

@@ -157,13 +157,15 @@ class EmulatedGraph:
 
 
 @contextmanager
-def emulated_graph(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[EmulatedGraph]:
+def emulated_graph(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, separate: tuple[str, ...] = ()
+) -> Iterator[EmulatedGraph]:
     """A running emulated bench in a domain of its own, or a skipped test that says why."""
     namespace().close()
     environment = loopback(next_domain())
     for key, value in environment.items():
         monkeypatch.setenv(key, value)
-    setup = BenchSetup(kind="emulated", data=str(tmp_path / "data"))
+    setup = BenchSetup(kind="emulated", data=str(tmp_path / "data"), separate=separate)
     nodes = BenchProcesses(setup, environment=environment, log=tmp_path / "nodes.log")
     with nodes, BenchClient() as client:
         client.wait_connected(nodes)
@@ -171,10 +173,10 @@ def emulated_graph(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[
     assert not nodes.running
 
 
-def table_of(bag: str) -> MeasurementTable:
-    """What the analysis reads from a closed bag without a lost cycle."""
+def table_of(bag: str, status: str = "complete") -> MeasurementTable:
+    """What the analysis reads from a closed bag of this status, without a lost cycle."""
     campaign = Campaign.load(bag)
     assert not campaign.problems, campaign.problems
     record = yaml.safe_load((Path(bag) / "run.yaml").read_text(encoding="utf-8"))
-    assert (record["status"], record["cycles_lost"]) == ("complete", 0), record
+    assert (record["status"], record["cycles_lost"]) == (status, 0), record
     return campaign.runs[0].table(check=False)

@@ -11,12 +11,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flatplank_data.machine import USABLE_ROAD
+from flatplank_data.machine import SLOW, USABLE_ROAD
 
 ENABLED = 4
 """`state` of a DriveStatus: CiA 402 operation enabled"""
 MOVING = 0.2
-"""the plank moves above this share of its usual speed [-]"""
+"""the plank moves above this share of its usual speed, at least of its slow one [-]"""
 LOCKED = 0.05
 """a wheel is locked when its rim is slower than this share of its usual speed over the road [-]"""
 WINDOW = 0.1
@@ -51,7 +51,8 @@ def road_moves(columns: Columns) -> np.ndarray:
     if len(time) < 3 or not np.all(np.diff(time) > 0.0):
         return np.zeros(len(time), bool)
     speed = np.abs(speed_of(time, columns["plank_position"]))
-    return speed > MOVING * float(np.nanpercentile(speed, 90))
+    # the steps of the encoder of a standing plank are no motion
+    return speed > MOVING * max(float(np.nanpercentile(speed, 90)), SLOW)
 
 
 def wheel_stop(columns: Columns) -> WheelStop | None:
