@@ -30,7 +30,7 @@ def bench_by_hand(folder):
             [*plant, "--params-file", str(parameters)], stdout=out, stderr=out
         )
         try:
-            yield [*nodes.running, "simulated_plant"]
+            yield [*nodes.nodes(), "simulated_plant"]
         finally:
             process.terminate()
             process.wait()
