@@ -49,7 +49,10 @@ def folder(tmp_path_factory):
             for start in (1, 2):
                 name = f"TOY_REL_LNG_{100 * kappa:g}perc_T_p25_Fz{fz:g}_{start}.parquet"
                 table = step_table(kappa, start, 15.0, fz=fz, file=name)
-                tables.append(table.with_columns(fz=np.full(len(table), fz)))
+                # no two runs of a machine have the same samples
+                own = np.random.default_rng(int(fz)).normal(size=len(table))
+                load = np.full(len(table), fz)
+                tables.append(table.with_columns(fz=load, fx=table["fx"] + own))
     rolling = step_table(
         0.0, 1, measurement="free_rolling", file="TOY_ERR_REL_LNG_T_p25_Fz3700_1.parquet"
     )
