@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -66,7 +66,7 @@ class Diagnosis:
     """sizes of consequence in the first channel"""
     search: Search | None = None
     notes: tuple[str, ...] = field(default_factory=tuple)
-    conditions: tuple[dict[str, Any], ...] = ()
+    conditions: Sequence[dict[str, Any]] = ()
     """error and floor of every condition at the end, see `Floor.rows`"""
 
     def drawable(self, campaign: str) -> Search:
@@ -83,7 +83,7 @@ class Diagnosis:
             "effects": [effect_dict(f) for f in self.found],
             "runs": self.search.last.state.runs.runs if self.search else 0,
             "floor_rmse": six_digits(self.floor),
-            "conditions": self.conditions,
+            "conditions": list(self.conditions),
             **self.source.to_dict(),
             "rmse_before": six_digits(self.rmse_before),
             "rmse_after": six_digits(self.rmse_after),
@@ -208,7 +208,7 @@ def diagnose(search: Search, next_run: dict[str, Any] | None = None) -> Diagnosi
         limits=counts,
         search=search,
         notes=tuple(_notes(runs, search)),
-        conditions=tuple(levels.rows(runs)),
+        conditions=levels.rows(runs),
     )
 
 
