@@ -12,6 +12,7 @@ import pytest
 
 from flatplank_control.bench.fast_dds import PROFILE
 from flatplank_hw.nodes import local
+from flatplank_control.nodes import loop
 from flatplank_hw.nodes.local import IGNORE_LOCAL, PROFILES, LocalTopics, ignore_local_endpoints
 
 
@@ -108,6 +109,7 @@ def test_the_profile_ignores_local_endpoints_and_keeps_what_was_there(given, mon
         monkeypatch.delenv(name, raising=False)
     if given:
         monkeypatch.setenv(PROFILES[1], str(given))
+    around = dict(os.environ)
     with ignore_local_endpoints() as local_only:
         assert local_only
         files = {os.environ[name] for name in PROFILES}
@@ -116,6 +118,18 @@ def test_the_profile_ignores_local_endpoints_and_keeps_what_was_there(given, mon
         before = {e.tag for e in ElementTree.parse(given).iter()} if given else set()
         assert before <= {e.tag for e in ElementTree.parse(file).iter()}
     assert not Path(file).exists()
+    assert dict(os.environ) == around
+
+
+@pytest.mark.parametrize("text", [None, "<profiles>"], ids=["no file", "torn"])
+def test_profiles_that_cannot_be_read_are_named(text, tmp_path, monkeypatch, capsys) -> None:
+    file = tmp_path / "profiles.xml"
+    if text:
+        file.write_text(text)
+    monkeypatch.setenv(PROFILES[0], str(file))
+    assert loop.main(["loop", "--ros-args"]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert str(file) in line and PROFILES[0] in line
 
 
 def test_another_middleware_delivers_everything_itself(monkeypatch) -> None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterable
+from contextlib import ExitStack
 from functools import partial
 from importlib import import_module
 from typing import Any
@@ -32,7 +33,12 @@ def main(argv: list[str] | None = None) -> int:
     given = (sys.argv if argv is None else argv)[1:]
     words, ros = given[: given.index(ROS_ARGS)], given[given.index(ROS_ARGS) :]
     loop = words[: words.index(BESIDE)] if BESIDE in words else words
-    with ignore_local_endpoints() as local:
+    with ExitStack() as stack:
+        try:
+            local = stack.enter_context(ignore_local_endpoints())
+        except ValueError as error:
+            print(error, file=sys.stderr)
+            return 1
         return run_nodes(makers(loop), ros, local=local, beside=makers(words[len(loop) + 1 :]))
 
 

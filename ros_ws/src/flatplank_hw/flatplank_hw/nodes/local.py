@@ -98,24 +98,38 @@ class LocalTopics:
 def ignore_local_endpoints() -> Iterator[bool]:
     """Let Fast DDS leave out what stays within a participant; to be entered before rclpy.init.
 
-    Profiles that the environment names are kept. Yields False with another middleware, which has
-    no such property: then all samples take the way through the middleware.
+    Profiles that the environment names are kept; a ValueError names a file of profiles that cannot
+    be read. The environment is as before at the end. Yields False with another middleware, which
+    has no such property: then all samples take the way through the middleware.
     """
     if "fastrtps" not in os.environ.get("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp"):
         yield False
         return
-    given = next((os.environ[name] for name in PROFILES if os.environ.get(name)), None)
+    before = {name: os.environ.get(name) for name in PROFILES}
+    given = next(filter(None, before.values()), None)
     with tempfile.NamedTemporaryFile(suffix=".xml", prefix="flatplank-") as file:
         _with_property(given).write(file, encoding="utf-8", xml_declaration=True)
         file.flush()
         os.environ.update(dict.fromkeys(PROFILES, file.name))
-        yield True
+        try:
+            yield True
+        finally:
+            for name, value in before.items():
+                if value is None:
+                    del os.environ[name]
+                else:
+                    os.environ[name] = value
 
 
 def _with_property(given: str | None) -> ElementTree.ElementTree:
     """The profiles of a file, or none; its default participant ignores local endpoints."""
     ElementTree.register_namespace("", NAMESPACE)
-    root = ElementTree.parse(given).getroot() if given else ElementTree.Element(_tag("profiles"))
+    try:
+        root = (
+            ElementTree.parse(given).getroot() if given else ElementTree.Element(_tag("profiles"))
+        )
+    except (OSError, ElementTree.ParseError) as error:
+        raise ValueError(f"profiles of Fast DDS ({PROFILES[0]}): {given}: {error}") from None
     profiles = root if root.tag == _tag("profiles") else _child(root, "profiles")
     known = profiles.iter(_tag("participant"))
     element = next((p for p in known if p.get("is_default_profile") == "true"), None)
