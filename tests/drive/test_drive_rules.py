@@ -27,7 +27,7 @@ CALM = Situation(
     plank_velocity=0.03, plank_position=1.0, steer_angle=0.1, loaded_radius=0.3, fz=3700.0,
     speed=0.1, claimed=True, heartbeat_age_ns=400 * MS, sample_age_ns=40 * MS, gap_ns=40 * MS,
     reference_age_ns=40 * MS, fz_high_ns=40 * MS, torque_high_ns=40 * MS, following_error=0.02,
-    following_limit=0.03, torque_off_ns=249 * MS,
+    following_limit=0.03, torque_off_ns=499 * MS,
 )  # fmt: skip
 """a loaded wheel that follows the plank: everything just within its limit"""
 
@@ -63,7 +63,7 @@ STOPS: dict[str, list[dict]] = {
     "reference_gone": [{"reference_age_ns": 43 * MS}],
     "following_error": [
         {"following_error": 0.031}, {"following_error": -0.031}, {"following_error": NAN},
-        {"following_limit": NAN}, {"torque_off_ns": 251 * MS},
+        {"following_limit": NAN}, {"torque_off_ns": 501 * MS},
     ],
     "wheel_stopped": [
         {"wheel_left": True},

@@ -82,7 +82,7 @@ def test_the_wheel_stops_in_time_and_says_why(name):
     cause, _ = CAUSES[name]
     start = rig.n
     cause(rig)
-    waits = {"heartbeat": 0.5, "fz": 0.05, "torque": 0.05, "following_error": 0.37}.get(name, 0.0)
+    waits = {"heartbeat": 0.5, "fz": 0.05, "torque": 0.05, "following_error": 0.625}.get(name, 0.0)
     # the ideal motor of the rig must get the message early enough to leave time for braking
     while rig.velocity != 0.0 or not rig.samples[-1].stop_reason:
         rig.cycle()
@@ -99,7 +99,7 @@ def test_a_latched_stop_stays_until_it_is_enabled_again(name):
     rig = running()
     cause, cure = CAUSES[name]
     cause(rig)
-    rig.run(150, until=lambda s: s.stop_reason == RULES[name].code)
+    rig.run(200, until=lambda s: s.stop_reason == RULES[name].code)
     rig.run(5)
     still_there = name not in (
         "heartbeat", "speed", "torque", "plank_stopped", "reference", "following_error"

@@ -5,8 +5,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from flatplank_hw.drive import DriveParameters
 from flatplank_validation.trust.faults import FAULTS
 from flatplank_validation.trust.registry import Tally, rows
+from flatplank_validation.trust.scenario import most_s
 
 Found = Mapping[str, tuple[Tally, float]]
 """row -> tally and time [s]"""
@@ -24,8 +26,8 @@ TAIL = """\
 
 The wheel slips under load on the moving plank, rolls freely there, or turns in the air. The
 faults begin within half a second of each other. The shaft of the simulated machine must rest, or
-turn as its good source wants it to; it may do otherwise for 1 s, in which the slowest rules
-notice a drive that obeys nothing, and stop it. A drive that is deaf keeps
+turn as its good source wants it to; it may do otherwise for {most:.2f} s, in which the slowest
+rules notice a drive that obeys nothing, and stop it. A drive that is deaf keeps
 its last set-point; its bus chip has a watchdog of its own, as every EtherCAT drive has. What stops
 what: [decisions/stop-authorities.md](decisions/stop-authorities.md).
 
@@ -50,7 +52,6 @@ def table(found: Found) -> list[str]:
 
 def page(found: Found, command: str) -> str:
     """The whole page."""
-    names = ", ".join(FAULTS)
-    return "\n".join(
-        [HEAD, f"Written by `{command}`.", "", *table(found), "", f"{TAIL}{names}.", ""]
-    )
+    names, most = ", ".join(FAULTS), most_s(DriveParameters())
+    tail = f"{TAIL.format(most=most)}{names}."
+    return "\n".join([HEAD, f"Written by `{command}`.", "", *table(found), "", tail, ""])

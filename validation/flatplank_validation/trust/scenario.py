@@ -3,8 +3,7 @@
 
 The shaft must rest, or turn as the good source of its mode wants it to while the drive is in
 operation. It may do otherwise until the fault is noticed and the wheel is stopped. The slowest is
-a drive that obeys no command at all: a following error, then the reaction that a drive is given
-(0.25 s), then the watchdog of the drive (0.06 s).
+a drive that obeys no command at all (`most_s`).
 """
 
 from __future__ import annotations
@@ -18,19 +17,34 @@ from flatplank_control.bench.setup import BenchSetup
 from flatplank_data.machine import FAST
 from flatplank_hw.answers import Answer
 from flatplank_hw.cia402 import State
+from flatplank_hw.drive import DriveParameters
 from flatplank_hw.samples import DriveSample
 from flatplank_sim.twin.twin import Twin
 from flatplank_validation.trust.faults import FAULTS
 from flatplank_validation.trust.faulty import FaultyTwin
 
-WATCHED_S, MOST_S = 2.0, 1.0
-"""time from the last fault on in which the wheel is watched, and the longest in it for which it
-may turn uncommanded [s]"""
+WATCHED_S = 2.5
+"""time from the last fault on in which the wheel is watched [s]"""
+WATCHDOG_S = 0.06
+"""the drive's own watchdog, 15 cycles"""
 KAPPA, RADIUS, SPEED, LOAD = 0.05, 0.31, 0.1, 3700.0
 """slip [-], effective rolling radius [m], wheel speed when it hangs free [rad/s], load [N]"""
 OFF = 0.2
 """largest difference from the wanted speed, as a share of that on the fast plank: covers the
 transients of the tire, and is far below a wheel that turns at a limit of its drive"""
+
+
+def most_s(p: DriveParameters) -> float:
+    """Longest time for which the wheel may turn uncommanded [s], at the speed v of the scenarios.
+
+    A drive that obeys nothing while it is braked, v / 2 a until half of v is missing; then the
+    following error, (standstill_speed + v) following_time + v^2 / 2 a at v; then the time that the
+    drive is given to leave operation, and its watchdog.
+    """
+    v = FAST * (1.0 + KAPPA) / RADIUS
+    braked = 0.5 * v / p.acceleration
+    following = (1.0 + p.standstill_speed / v) * p.following_time + braked
+    return braked + following + p.stop_timeout + WATCHDOG_S
 
 
 @dataclass(frozen=True)
@@ -128,13 +142,14 @@ def failure(scenario: Scenario) -> str:
         for _ in range(wait):
             twin.cycle()
         bench.begin(FAULTS[name]())
-    rest, uncommanded = twin.drive.parameters.standstill_speed, 0
+    p = twin.drive.parameters
+    rest, uncommanded, most = p.standstill_speed, 0, most_s(p) * twin.rate_hz
     for _ in range(round(WATCHED_S * twin.rate_hz)):
         sample = twin.cycle().drive
         speed = twin.plant.truth.wheel_velocity
         turns = abs(speed) > rest and not _as_wanted(twin, sample, scenario.motion, speed)
         uncommanded = uncommanded + 1 if turns else 0
-        if uncommanded > MOST_S * twin.rate_hz:
+        if uncommanded > most:
             return f"{scenario.text}: {speed:.3f} rad/s, stop reason {sample.stop_reason}"
     return ""
 

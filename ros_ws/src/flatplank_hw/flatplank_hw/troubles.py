@@ -141,7 +141,8 @@ DRIVE = table_of_troubles(
         "the motor is further from its commands than (standstill_speed + v) following_time + "
         "v^2 / (2 acceleration) allows, v the largest change of speed since it obeyed last, "
         "commanded or missing, in position control the largest speed; in torque control: the "
-        "torque is off by more than torque_trip - torque_limit for longer than following_time",
+        "torque is off by more than torque_trip - torque_limit for longer than following_time; in "
+        "free rolling: the same error from the range in which a tire rolls, standing to kappa 0.5",
         f"look for what blocks the axis, and at mode and display of the drive, {AGAIN}",
     ),
     Trouble(
@@ -162,7 +163,7 @@ DRIVE = table_of_troubles(
     ),
     Trouble(
         "does_not_stop", _ERROR, "the drive does not stop: no command is sent to it any more",
-        "it stayed in operation for following_time although it was told to stop; without new "
+        "it stayed in operation for stop_timeout although it was told to stop; without new "
         "commands the guard of the bus and the drive's watchdog stop it",
         "press the emergency stop, then look at the drive",
     ),

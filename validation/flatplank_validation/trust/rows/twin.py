@@ -9,11 +9,12 @@ from collections.abc import Iterable
 from contextlib import nullcontext
 
 from flatplank_analysis.parallel import Serial, worker_pool
+from flatplank_hw.drive import DriveParameters
 from flatplank_validation.trust.faults import FAULTS
 from flatplank_validation.trust.registry import Options, Tally, row
-from flatplank_validation.trust.scenario import MOTIONS, Scenario, judge
+from flatplank_validation.trust.scenario import MOTIONS, Scenario, judge, most_s
 
-BAR = "the wheel turns uncommanded for more than 1 s"
+BAR = f"the wheel turns uncommanded for more than {most_s(DriveParameters()):.2f} s"
 NIGHT = 20_000
 """scenarios with three faults of a night"""
 APART = 25

@@ -9,10 +9,19 @@ v is the largest change of speed since the drive obeyed last, commanded or missi
 control the largest speed. The first term is the travel during the reaction of the drive, the
 second is that of speeding up, braking or reversing. The play of the gears does not count: the
 motor's encoder sits in front of it.
+
+Free rolling commands a torque, so the road takes the place of the commanded speed: a tire that
+rolls turns between standing, kappa = -1, and
+
+    (1 + kappa_max) V_x / r_0
+
+with the road speed V_x and the largest slip of the machine, because r_e is below r_0. The error is
+the travel outside of that range; the allowed one has the same form, v is the speed outside.
 """
 
 from __future__ import annotations
 
+from flatplank_data.limits import LIMITS
 from flatplank_hw.drive.modes import SetPoint
 from flatplank_hw.drive.params import DriveParameters
 from flatplank_hw.drive.safety import Situation
@@ -21,6 +30,8 @@ from flatplank_hw.drive.shaft import Shaft
 OBEYS = 0.1
 """a drive obeys when its speed differs by less than this share from the commanded one; a larger
 share hides a drive that slips, a smaller one counts the ripple of its speed"""
+MOST = 1.0 + LIMITS["kappa"].high
+"""fastest rolling, relative to free rolling"""
 
 
 class Following:
@@ -51,7 +62,11 @@ class Following:
         if torque == torque:
             off = not -self._play <= torque - shaft.torque <= self._play
             s.torque_off_ns = s.torque_off_ns + dt_ns if off else 0
-            s.following_error, self._peak, self._from = 0.0, 0.0, shaft.velocity
+            self._from = shaft.velocity
+            if s.follows_reference:
+                self._update_from_road(s, position - before, dt_ns * 1e-9)
+            else:
+                s.following_error, self._peak = 0.0, 0.0
             return
         s.torque_off_ns = 0
         p, turns = self._p, shaft.velocity
@@ -67,7 +82,24 @@ class Following:
             if obeys:
                 self._from = velocity
             speed = max(abs(velocity - turns), abs(velocity - self._from))
-        self._peak = peak = speed if obeys else max(self._peak, speed)
+        self._peak = speed if obeys else max(self._peak, speed)
+        self._set(s, error)
+
+    def _update_from_road(self, s: Situation, travel: float, dt: float) -> None:
+        """Following error of a torque that a source commands: the tire rolls with the road."""
+        p = self._p
+        low = -p.standstill_speed * dt
+        high = (MOST * s.plank_velocity / p.free_radius + p.standstill_speed) * dt
+        if low <= travel <= high:
+            self._peak = error = 0.0
+        else:
+            outside = travel - (high if travel > 0.0 else low)
+            error = s.following_error - outside
+            self._peak = max(self._peak, abs(outside) / dt)
+        self._set(s, error)
+
+    def _set(self, s: Situation, error: float) -> None:
+        p, peak = self._p, self._peak
         s.following_error = error
         s.following_limit = (
             self._rest + peak * p.following_time + 0.5 * peak * peak / p.acceleration

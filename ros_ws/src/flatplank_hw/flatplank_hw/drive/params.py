@@ -63,9 +63,17 @@ class DriveParameters(Params):
         bounds=(0.05, 10.0),
     )
 
-    following_time: float = param(
+    stop_timeout: float = param(
         0.25,
-        "following error: a drive may react so late; a motor at rest takes 0.15 s, thesis 4.3",
+        "the drive must leave operation within this time when it is told to",
+        unit="s",
+        bounds=(0.02, 10.0),
+    )
+
+    following_time: float = param(
+        0.5,
+        "following error: a drive may react so late; on the machine of thesis 6.3 a step of the "
+        "speed comes up to 0.45 s late",
         unit="s",
         bounds=(0.02, 10.0),
     )

@@ -83,7 +83,7 @@ class DriveRequests:
     def does_not_stop(self) -> bool:
         """True when the drive stays in operation although it was told to stop; its commands then
         keep the number of an old cycle, so that guard and watchdog act."""
-        return self._unstopped_ns > self.parameters.following_time * NS
+        return self._unstopped_ns > self.parameters.stop_timeout * NS
 
     @property
     def position(self) -> float:
