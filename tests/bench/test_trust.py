@@ -7,12 +7,14 @@ import itertools
 
 import pytest
 
-from flatplank_hw.drive import AxisDrive
+from flatplank_control.runner.plans import PLANS
+from flatplank_hw.drive import AxisDrive, safety
 from flatplank_hw.drive.following import Following
 from flatplank_validation.trust import registry, scenario
 from flatplank_validation.trust.faults import FAULTS
 from flatplank_validation.trust.page import table
 from flatplank_validation.trust.registry import Options, Tally, rows
+from flatplank_validation.trust.rows import work
 from flatplank_validation.trust.rows.twin import APART, pairs, triples
 from flatplank_validation.trust.scenario import MOTIONS, Scenario, failure
 from flatplank_validation.verbs.bench_trust import main
@@ -90,10 +92,26 @@ def test_two_rows_of_one_name_and_an_unknown_row_are_refused():
         main(["--only", "pair"])
 
 
+def test_a_measurement_without_a_fault_finishes_and_a_false_alarm_is_seen(monkeypatch):
+    case = work.drawn(1, seed=20261128)[0]
+    assert case.measurement.measurement == "slip"
+    assert work.failure(case) == ""
+    monkeypatch.setitem(safety.DETAILS, "following_error", lambda s, p: "")
+    monkeypatch.setattr(Following, "update", lambda self, s, *_: setattr(s, "torque_off_ns", 1e10))
+    assert "the drive does not follow its commands" in work.failure(case)
+
+
+def test_every_kind_of_measurement_is_asked():
+    cases = work.drawn(3 * len(PLANS), seed=1)
+    assert {case.measurement.measurement for case in cases} == set(PLANS)
+    assert {case.rate_hz for case in cases} == set(work.RATES)
+    assert {case.preset for case in cases} == set(work.PRESETS)
+
+
 @pytest.mark.long
 @pytest.mark.timeout(3600)
-@pytest.mark.parametrize("name", ["pairs", "triples"])
+@pytest.mark.parametrize("name", ["pairs", "triples", "work"])
 def test_a_tenth_of_a_night(name):
     found = rows()[name].run(Options(share=0.1, seed=7, jobs=2))
-    assert found.many > 100
+    assert found.many >= 60
     assert not found.failures

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from flatplank_analysis.parallel import Serial, worker_pool
 from flatplank_control.bench.setup import BenchSetup
-from flatplank_control.runner.measurement import Measurement
+from flatplank_control.runner.measurement import PROFILED, Measurement
 from flatplank_control.runner.plans import PLANS, axes_of, plan_of
 from flatplank_control.runner.steps import PlanFailed
 from flatplank_data.run_record import RunRecord
@@ -25,6 +25,8 @@ PRESETS = ("", "thesis2023")
 RATES = (250, 1000)
 SLIP = (-0.3, 0.3)
 FZ = (1500.0, 6000.0)
+PROFILE = {"amplitude": 0.1, "rate": 0.05}
+"""[rad], [rad/s]"""
 
 
 class NoLog:
@@ -76,6 +78,7 @@ def drawn(count: int, seed: int) -> list[Work]:
             Measurement(
                 measurement=kinds[k % len(kinds)], kappa=draw.uniform(*SLIP),
                 fz=draw.uniform(*FZ), step_position=0.4, end_position=0.9, profile_time=10.0,
+                profile_parameters=PROFILE if kinds[k % len(kinds)] in PROFILED else {},
             ),
             draw.choice(TIRES), draw.choice(RATES), draw.choice(PRESETS), draw.random() < 0.5, k,
         )
