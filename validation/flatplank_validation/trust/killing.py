@@ -23,7 +23,7 @@ PLAN = """format: flatplank-plan/1
 name: killed
 tire: TOY
 attempts: 1
-common: {step_position: 0.1, end_position: 0.3}
+common: {step_position: 0.3, end_position: 0.6}
 quality: {settling: 10000, load_error: 1, load_drift: 1, force_error: 1000, plateau: 10,
           repeatability: 10000, speed_error: 1, once_per_turn: 10000}
 runs:
