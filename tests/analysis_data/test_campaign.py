@@ -7,11 +7,14 @@ import dataclasses
 import pickle
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError, NothingUsableError
 from flatplank_data.naming import facts_of_name, name_of, numbered
+from flatplank_data.readers.parquet import INFO_KEY
 from flatplank_data.run_record import RunRecord, read_run
 from flatplank_data.table import MeasurementTable
 
@@ -185,6 +188,35 @@ def test_names_of_appendix_f(name, facts):
     parsed = facts_of_name(name)
     assert {key: parsed[key] for key in facts} == pytest.approx(facts)
     assert numbered(name_of(vars(RunRecord(**parsed))), parsed["repeat"]) == name
+
+
+TREE = {
+    "ERR/TOY_ERR_REL_LNG_T_p25_Fz3700_1": ("free_rolling", 0.0, 0.0, 0.0, 1),
+    "REL_COM_CAM/TOY_REL_COM_CAM_5deg_1deg_2perc_T_p25_Fz3700_3": ("slip", 5.0, 1.0, 0.02, 3),
+    "REL_LNG/TOY_REL_LNG_5perc_T_p25_Fz3700_2": ("slip", 0.0, 0.0, 0.05, 2),
+    "REP_REL/TOY_REP_REL_5deg_1perc_T_p25_Fz3700_1": ("slip", 0.0, 5.0, 0.01, 1),
+}
+"""folder per type and name of Appendix F -> measurement, camber, side slip, slip, start"""
+
+
+@pytest.mark.parametrize("protocol", ("", "file://"))
+def test_the_folders_of_appendix_f_are_one_campaign(protocol, make_step, tmp_path):
+    top = tmp_path / "TASS Aertssen"
+    for name, (*_, kappa, start) in TREE.items():
+        table = make_step(kappa, start)
+        known = {INFO_KEY: b'{"step_position": 1.5, "effective_rolling_radius": 0.31}'}
+        (top / name).parent.mkdir(parents=True)
+        pq.write_table(pa.table(dict(table.columns), metadata=known), top / f"{name}.parquet")
+    (top / "figures").mkdir()
+    (top / "figures" / "TOY_REL_LNG_1perc_T_p25_Fz3700_1.parquet").write_bytes(b"no run")
+    campaign = Campaign.load(f"{protocol}{top}")
+    found = {
+        i.name: (i.measurement, i.gamma_deg, i.alpha_deg, i.kappa, i.start)
+        for i in campaign.infos
+    }
+    assert found == {name.split("/")[1]: facts for name, facts in TREE.items()}
+    assert len(list(campaign.tables())) == len(TREE), campaign.problems
+    assert {i.file for i in campaign.infos} == {f"{name}.parquet" for name in TREE}
 
 
 def test_run_record_round_trip():

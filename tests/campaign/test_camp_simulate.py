@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from flatplank_analysis.models.tire_record import FILE, read_record
+from flatplank_control.cli.operator import NOT_ALL_GOOD
 from flatplank_data.campaign import Campaign
 from flatplank_sim.cli.simulate import main, parser, tire_and_radius
 from flatplank_sim.plant.config import PlantConfig
@@ -78,3 +79,27 @@ def test_a_slower_bus_measures_too(rate, tmp_path):
     (run,) = Campaign.load(folder).tables()
     step = np.diff(run["time"])
     assert np.median(step) == pytest.approx(1.0 / rate, rel=1e-6)
+
+
+PRELOADED = """format: flatplank-plan/1
+name: preloaded
+tire: TOY
+attempts: 2
+r_e: given
+runs:
+- measurement: slip
+  kappa: 0.0
+  effective_rolling_radius: 0.3108
+  step_position: 0.3
+  end_position: 2.0
+"""
+
+
+def test_a_preloaded_shaft_without_a_filter_is_told_once_with_what_to_do(tmp_path, capsys):
+    plan = tmp_path / "preloaded.yaml"
+    plan.write_text(PRELOADED)
+    words = [str(tmp_path / "runs"), "--plan", str(plan), "--preset", "thesis2023", "--jobs", "1"]
+    assert main(words) == NOT_ALL_GOOD
+    told = [line for line in capsys.readouterr().out.splitlines() if "once_per_turn" in line]
+    assert len(told) == 3, "two attempts, and the flagged run at the end"
+    assert ["calibrate parasitic" in line and "--sim" in line for line in told] == [1, 0, 0]

@@ -10,8 +10,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from flatplank_sim.plant import Plant, PlantConfig
+from flatplank_sim.plant import Plant, PlantConfig, plant
 from flatplank_sim.plant.campaign import Campaign, CampaignRun
+from flatplank_validation.bench.start_bench import StartBench
 
 GRID = np.arange(1.5, 4.1, 0.002)
 PUBLISHED = {(0.01, 0.0): 41.0, (0.01, 5.0): 27.0, (0.05, 0.0): 70.0, (0.05, 5.0): 32.0}
@@ -96,3 +97,20 @@ def test_two_plants_of_one_seed_scatter_alike_and_two_runs_do_not():
 
     assert (errors(1, 4) == errors(1, 4)).all()
     assert not (errors(1, 4) == errors(1, 5)).all() and not (errors(1, 4) == errors(2, 4)).all()
+
+
+@pytest.mark.parametrize("kappa", (-0.1, 0.1))
+def test_no_delay_of_a_step_is_taken_for_a_drive_that_does_not_follow(kappa, monkeypatch):
+    """The drive is allowed to react late; the catch-up of the start ends without a delay."""
+
+    def longest(records, state, _random):
+        state["step_delay"] = records.machine[0]["scatter_delay"]
+
+    monkeypatch.setattr(plant, "draw_run", longest)
+    bench = StartBench(preset="thesis2023", sequencer={"follow_until": 0.25})
+    rows = bench.slip(5550.0, kappa, at=0.3, distance=0.45)
+    assert bench.stop_reason == 0
+    late = rows[rows[:, 0] > 0.4, 2]
+    assert late.mean() == pytest.approx(kappa, abs=0.02)
+    before = rows[(rows[:, 0] > 0.28) & (rows[:, 0] < 0.3), 2]
+    assert abs(before.mean()) < 0.02

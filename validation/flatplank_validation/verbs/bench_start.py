@@ -6,14 +6,20 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Mapping
+from datetime import date
+from functools import cache
 from typing import Any
 
 import numpy as np
 
+from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.free_rolling.loop import phase_margin
 from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA
 from flatplank_data.arguments import Parser
+from flatplank_hw.hub.identify import identify_fit
+from flatplank_hw.hub.parasitic import ParasiticFit
 from flatplank_sim.plant.truth import truth_row
+from flatplank_sim.simulator import turn_on_twin
 from flatplank_validation.bench.driven_plank import DrivenPlank
 from flatplank_validation.bench.start_bench import StartBench
 from flatplank_validation.bench.start_cases import FURTHER, FZ, further, slip_errors
@@ -53,9 +59,25 @@ def settled(rows: np.ndarray) -> float:
     return float(rows[outside[-1] + WINDOW // 2, 0]) if outside.size else 0.0
 
 
+@cache
+def fit_of(tire: str, preset: str) -> ParasiticFit:
+    """Parasitic fit of this machine, by unloaded turns on the twin."""
+    turns = turn_on_twin(BenchSetup(tire=tire, preset=preset, pace="hold"))
+    return identify_fit(turns.angle, turns.volts, tire, date.today().isoformat())
+
+
+def bench_of(tire: str, preset: str | None, **nodes: Mapping[str, Any]) -> StartBench:
+    """The bench; with the defects of a preset the parasitic filter is on."""
+    bench = StartBench(tire, preset=preset, **nodes)
+    if preset:
+        for done in (bench.hub.use_fit(fit_of(tire, preset)), bench.hub.set_filter(True)):
+            assert done.accepted, done.reason
+    return bench
+
+
 def free_rolling(tire: str, fz: float, way: str, preset: str | None) -> dict[str, float]:
     """Figures of a run of the free-rolling controller."""
-    bench = StartBench(tire, preset=preset, controller=CONTROLLERS[way])
+    bench = bench_of(tire, preset, controller=CONTROLLERS[way])
     rows = bench.free_rolling(fz, 2.5)
     late = rows[rows[:, 0] > 1.8, 1]
     config = bench.config
@@ -87,7 +109,7 @@ def driven(tire: str, fz: float, way: str) -> dict[str, float]:
 
 def slip(tire: str, fz: float, way: str, preset: str | None) -> dict[str, float]:
     """Force before a slip step at 0.3 m."""
-    bench = StartBench(tire, preset=preset, sequencer=SEQUENCERS[way])
+    bench = bench_of(tire, preset, sequencer=SEQUENCERS[way])
     rows = bench.slip(fz, 0.0, at=0.28, distance=0.32)
     before = rows[(rows[:, 0] > 0.28) & (rows[:, 0] < 0.3), 1]
     return {"force_before_step_at_0_3_m_n": float(before.mean())}

@@ -21,7 +21,7 @@ from flatplank_data.measured import (
     with_measured_values,
     with_values_in_use,
 )
-from flatplank_data.naming import facts_of_name
+from flatplank_data.naming import FOLDERS, facts_of_name
 from flatplank_data.problem import Problem, problem_from_error
 from flatplank_data.readers import Request, read_description, reader_for, suffixes
 from flatplank_data.readers.bag import MEASURED, METADATA_FILE
@@ -328,8 +328,12 @@ def _records(store: Store, problems: list[Problem]) -> dict[str, Any]:
 
 
 def _found(store: Store) -> list[dict[str, Any]]:
+    """Runs by their file names: in the folder itself, and in the folders of Appendix F."""
     out: list[dict[str, Any]] = []
-    for name in store.names():
+    top = store.names()
+    folders = [name for name in top if name in FOLDERS and store.is_dir(name)]
+    below = [f"{folder}/{name}" for folder in folders for name in store.names(folder)]
+    for name in [*top, *below]:
         known = name.lower().endswith(tuple(suffixes()))
         if known or _is_bag(store, name):
             facts = facts_of_name(stem_of(name))
@@ -359,7 +363,8 @@ def _left_out(file: str, facts: Mapping[str, Any]) -> Problem:
 
 def _is_bag(store: Store, name: str) -> bool:
     """True for a folder with metadata.yaml, or with the bag file that a killed recorder left."""
-    files = (METADATA_FILE, f"{name}_0.mcap", f"{name}_0.db3")
+    stem = name.rsplit("/", 1)[-1]
+    files = (METADATA_FILE, f"{stem}_0.mcap", f"{stem}_0.db3")
     return store.is_dir(name) and any(store.exists(f"{name}/{file}") for file in files)
 
 

@@ -20,9 +20,9 @@ class LocalStore:
 
     root: str
 
-    def names(self) -> list[str]:
-        """Files and folders directly in the root, sorted."""
-        return sorted(os.listdir(self.root))
+    def names(self, folder: str = "") -> list[str]:
+        """Files and folders directly in the root, or in a folder of the root, sorted."""
+        return sorted(os.listdir(self._path(folder)))
 
     def exists(self, name: str) -> bool:
         return os.path.exists(self._path(name))
@@ -61,9 +61,10 @@ class RemoteStore:
             raise FlatplankError(what, self.root, "pip install fsspec") from error
         return fsspec.core.url_to_fs(self.root)
 
-    def names(self) -> list[str]:
+    def names(self, folder: str = "") -> list[str]:
         fs, path = self._fs()
-        return sorted(posixpath.basename(p.rstrip("/")) for p in fs.ls(path, detail=False))
+        found = fs.ls(posixpath.join(path, folder).rstrip("/"), detail=False)
+        return sorted(posixpath.basename(p.rstrip("/")) for p in found)
 
     def exists(self, name: str) -> bool:
         fs, path = self._fs()

@@ -14,7 +14,7 @@ from flatplank_analysis.steady.rolling_radius import radius_of_run
 from flatplank_control.calibration.book import FREE
 from flatplank_control.calibration.fits import mounting_warning
 from flatplank_control.free_rolling import FreeRollingParameters
-from flatplank_control.runner.campaign.conductor import Conductor, Job, Outcome
+from flatplank_control.runner.campaign.conductor import FILTER_ON, Conductor, Job, Outcome
 from flatplank_control.runner.campaign.quality import (
     EVALUATIONS,
     Finding,
@@ -74,7 +74,7 @@ def outcome_of(
         turned = float(abs(table.columns["wheel_angle"][-1] - table.columns["wheel_angle"][0]))
         hidden = 0.0 if after.filter_on or turned < STOOD else PRELOAD
         zeros = [Finding("zero_change", change, ZERO_LIMIT + hidden)]
-        facts |= {"before": before.facts(), "after": after.facts()}
+        facts |= {"before": before.facts(), "after": after.facts(), FILTER_ON: after.filter_on}
     if turn is not None and turn.left == turn.left:
         facts["once_per_turn_unloaded"] = round(turn.left, 1)
         if turn.filter_on and (warning := mounting_warning(turn.left)):

@@ -179,12 +179,15 @@ def hold_start(d, ds, dt):
 
 @inner
 def hold_step(d, ds, dt, delay):
-    """Step delay: a turning motor keeps its speed for a while when its set-point jumps."""
+    """Step delay: a motor that has turned evenly for longer than the delay keeps its speed for the
+    delay when its set-point jumps. A speed that is controlled changes all the time."""
     turns = ds.kind == VELOCITY and abs(ds.held) > d.velocity_window
-    if turns and abs(ds.v_ref - ds.held) > d.velocity_window and ds.late < delay:
+    jumps = turns and abs(ds.v_ref - ds.held) > d.velocity_window
+    if jumps and ds.even > delay and ds.late < delay:
         ds.late += dt
         ds.v_ref = ds.held
         return
+    ds.even = ds.even + dt if turns and not jumps else 0.0
     ds.late = 0.0
     ds.held = ds.v_ref if ds.kind == VELOCITY else 0.0
 

@@ -85,7 +85,7 @@ DRIVE = _record(
 
 DRIVE_STATE = _record(
     "motor velocity torque v_ref v_start integral target slope_torque home blocked load waited "
-    "held late",
+    "held even late",
     "state mode kind error control control_before last_target homing_done reached stuck inject",
 )
 

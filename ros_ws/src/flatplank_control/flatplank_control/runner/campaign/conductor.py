@@ -12,13 +12,20 @@ from typing import Any, NamedTuple
 from flatplank_control.runner.campaign.journal import Journal, RunEnd
 from flatplank_control.runner.campaign.order import PlannedRun
 from flatplank_control.runner.campaign.plan import CampaignPlan
-from flatplank_control.runner.campaign.quality import Verdict
+from flatplank_control.runner.campaign.quality import Verdict, once_per_turn
 from flatplank_control.runner.measurement import Measurement
 from flatplank_data.run_record import FILE_NAME, load_record, record_from_dict
 
 R_E_HOLDS = 5e-4
 """largest relative change of r_e before slip runs with the old value are repeated; equals the
 accuracy required of slip [-]"""
+
+FILTER_ON = "filter_on"
+"""fact of a run: whether the parasitic filter was on"""
+UNFILTERED = (
+    "no parasitic filter is on: first make its fit, ./flatplank calibrate parasitic --mounting NAME "
+    "with --bag TURN, or with --sim and the --preset"
+)
 
 
 class Job(NamedTuple):
@@ -45,6 +52,17 @@ class Outcome:
     def text(self) -> str:
         """One line with the verdict and warnings for the operator."""
         return "; ".join([self.verdict.text(), *self.facts.get("warnings", ())])
+
+    def warned(self, text: str) -> Outcome:
+        """The same with one warning more."""
+        warnings = (*self.facts.get("warnings", ()), text)
+        return replace(self, facts={**self.facts, "warnings": warnings})
+
+    @property
+    def unfiltered(self) -> bool:
+        """Whether a force that turns with the wheel flagged a run without the parasitic filter."""
+        bad = {f.name for f in self.verdict.findings if not f.ok}
+        return once_per_turn.__name__ in bad and not self.facts.get(FILTER_ON, True)
 
 
 class Conductor:
@@ -90,7 +108,10 @@ class Conductor:
 
     def finish(self, job: Job, outcome: Outcome) -> Outcome:
         """Enter the outcome into the journal; returns it with a warning when other runs must be
-        repeated."""
+        repeated, and once when the parasitic filter is missing."""
+        told = any(UNFILTERED in d.facts.get("warnings", ()) for d in self.journal.done.values())
+        if outcome.unfiltered and not told:
+            outcome = outcome.warned(UNFILTERED)
         final = outcome.verdict.ok or job.attempt >= self.plan.attempts
         facts = {**outcome.verdict.plain(), "verdict": outcome.text(), **outcome.facts}
         record = job.measurement.record()
@@ -99,9 +120,9 @@ class Conductor:
         others = sum(run.needs == job.run.key for run in self.outdated())
         if not others:
             return outcome
-        text = f"r_e is another than before: {others} runs that rest on the old one are made again"
-        warnings = (*outcome.facts.get("warnings", ()), text)
-        return replace(outcome, facts={**outcome.facts, "warnings": warnings})
+        return outcome.warned(
+            f"r_e is another than before: {others} runs that rest on the old one are made again"
+        )
 
     def kept(self) -> list[RunEnd]:
         """Existing results of all runs that are not skipped, in the order of the plan."""
