@@ -211,8 +211,7 @@ def test_the_folders_of_appendix_f_are_one_campaign(protocol, make_step, tmp_pat
     (top / "figures" / "TOY_REL_LNG_1perc_T_p25_Fz3700_1.parquet").write_bytes(b"no run")
     campaign = Campaign.load(f"{protocol}{top}")
     found = {
-        i.name: (i.measurement, i.gamma_deg, i.alpha_deg, i.kappa, i.start)
-        for i in campaign.infos
+        i.name: (i.measurement, i.gamma_deg, i.alpha_deg, i.kappa, i.start) for i in campaign.infos
     }
     assert found == {name.split("/")[1]: facts for name, facts in TREE.items()}
     assert len(list(campaign.tables())) == len(TREE), campaign.problems

@@ -152,10 +152,13 @@ class Pair(NamedTuple):
 
 def pairs(lab: Lab) -> dict[float, Pair]:
     """The pairs by slip."""
-    plain, filtered = (
-        {t.info.kappa: t for t in lab.tables(name, COLUMNS)} for name in ("unfiltered", "filtered")
-    )
-    return {kappa: _pair(plain[kappa], filtered[kappa], lab.turn.fit) for kappa in SLIPS}
+    if "pairs" not in lab.kept:
+        plain, filtered = (
+            {t.info.kappa: t for t in lab.tables(name, COLUMNS)}
+            for name in ("unfiltered", "filtered")
+        )
+        lab.kept["pairs"] = {k: _pair(plain[k], filtered[k], lab.turn.fit) for k in SLIPS}
+    return lab.kept["pairs"]
 
 
 def _pair(plain: MeasurementTable, filtered: MeasurementTable, fit: ParasiticFit) -> Pair:

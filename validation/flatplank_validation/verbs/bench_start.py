@@ -66,7 +66,7 @@ def fit_of(tire: str, preset: str) -> ParasiticFit:
     return identify_fit(turns.angle, turns.volts, tire, date.today().isoformat())
 
 
-def bench_of(tire: str, preset: str | None, **nodes: Mapping[str, Any]) -> StartBench:
+def bench_of(tire: str, preset: str | None, **nodes: Any) -> StartBench:
     """The bench; with the defects of a preset the parasitic filter is on."""
     bench = StartBench(tire, preset=preset, **nodes)
     if preset:

@@ -27,9 +27,7 @@ SETTINGS = {
 }
 """Kind in a name -> settings in the name, in this order. A repeat (REP_REL) in pure longitudinal
 slip has no angle in its name; the camber of repeats is zero."""
-FOLDERS = frozenset(
-    ("ERR", "REL_COM", "REL_COM_CAM", "REL_LNG", "REL_LNG_CAM", "REP_REL", "STF")
-)
+FOLDERS = frozenset(("ERR", "REL_COM", "REL_COM_CAM", "REL_LNG", "REL_LNG_CAM", "REP_REL", "STF"))
 """folders of a campaign that is stored as Appendix F has it: one per type of measurement"""
 _KINDS = {
     "slip": "REL",

@@ -23,8 +23,8 @@ accuracy required of slip [-]"""
 FILTER_ON = "filter_on"
 """fact of a run: whether the parasitic filter was on"""
 UNFILTERED = (
-    "no parasitic filter is on: first make its fit, ./flatplank calibrate parasitic --mounting NAME "
-    "with --bag TURN, or with --sim and the --preset"
+    "no parasitic filter is on: first make its fit, ./flatplank calibrate parasitic --mounting "
+    "NAME with --bag TURN, or with --sim and the --preset"
 )
 
 
