@@ -66,7 +66,7 @@ def simulated(setting: str, value: float) -> str:
     OperatorServices(node, lambda *_: None, lambda: 0)
     (service,) = [name for name, (key, *_) in VALUES.items() if key == setting][:1]
     response = SimpleNamespace(accepted=None, reason="", cycle=0)
-    served[f"/simulated_plant/{service}"](SimpleNamespace(value=value), response)
+    served[f"simulated_plant/{service}"](SimpleNamespace(value=value), response)
     return response.reason
 
 

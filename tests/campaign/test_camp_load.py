@@ -94,13 +94,12 @@ def test_a_new_set_point_is_reached_without_overshoot():
 
 
 @pytest.mark.parametrize("fz", [8001.0, -1.0, math.nan, math.inf])
-def test_off_by_default_and_an_impossible_load_is_refused(fz):
+def test_an_impossible_load_is_refused(fz):
     controller = LoadController(LoadParameters())
     words = f"fz is {fz:g}(, must be finite| N, must be within 0 .. 8000)"
     with pytest.raises(ValueError, match=words):
         controller.set_load(fz)
     controller.set_load(8000.0)
-    assert not controller.parameters.enabled and not HoldParameters().enabled
 
 
 def test_the_steering_is_held_against_its_play():
@@ -110,7 +109,7 @@ def test_the_steering_is_held_against_its_play():
     for _ in range(2500):
         motor += hold.step(0.0, motor + play) / 250.0
     assert abs(motor + play) < math.radians(0.03)
-    assert SteeringHold(HoldParameters()).step(0.0, 0.1) == 0.0
+    assert SteeringHold(HoldParameters(enabled=False)).step(0.0, 0.1) == 0.0
 
 
 @pytest.mark.parametrize("name", PROFILES)

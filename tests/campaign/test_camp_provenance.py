@@ -34,8 +34,7 @@ def test_a_bench_as_it_comes_is_told_shortly():
     record = of(BenchSetup(preset="thesis2023", seed=7))
     assert record.plant == {"tire": "toyo", "preset": "thesis2023", "config": "", "seed": 7}
     assert record.parameters["session"] == {"paper_batch": "7"}
-    assert record.parameters["slip_sequencer"] == {"follow_until": 0.25}
-    assert record.parameters["free_rolling_controller"] == {"automatic": True}
+    assert record.parameters.keys() == {"session"}
     assert record.calibration["motor"] == {"status": "absent", "gear_ratio": 1425.04}
     assert record.slip_angle_offset_deg == 0.0
 

@@ -12,7 +12,7 @@ import pytest
 from flatplank_control.free_rolling import FreeRollingController, FreeRollingParameters
 from flatplank_hw.samples import EncoderSample, HubSample, Wrench
 
-P = FreeRollingParameters()
+P = FreeRollingParameters(automatic=False)
 
 
 def samples(n: int, fx: float, moving: bool = True, velocity: float = 0.03092):

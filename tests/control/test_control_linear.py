@@ -23,7 +23,7 @@ from flatplank_validation.free_rolling.linear import (
     thesis_loop,
 )
 
-P = FreeRollingParameters()
+P = FreeRollingParameters(automatic=False)
 THESIS = replace(P, lead_alpha=THESIS_LEAD_ALPHA)
 
 

@@ -20,7 +20,7 @@ from flatplank_validation.free_rolling.nonlinear import (
     simulate,
 )
 
-P = FreeRollingParameters()
+P = FreeRollingParameters(automatic=False)
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,7 @@ from flatplank_control.sequencer.waveforms import MAX_SLIP, WAVEFORMS
 from flatplank_data.params import from_mapping, parameter_infos, to_mapping
 from flatplank_hw.samples import EncoderSample
 
-P = SequencerParameters()
+P = SequencerParameters(follow_until=0.0)
 RE = 0.3108
 V = P.commanded_speed
 
@@ -104,20 +104,20 @@ def test_the_wrong_speed_switch_makes_the_reference_invalid():
         assert reference.valid == (n * 0.004 <= P.speed_patience)
     assert s.step(sample(200, 0.3)).valid
     assert s.step(sample(201, 0.3, velocity=0.0)).valid
-    slow = SlipSequencer(SequencerParameters(commanded_speed=0.0015))
+    slow = SlipSequencer(SequencerParameters(follow_until=0.0, commanded_speed=0.0015))
     slow.set_slip_step(0.05, 1.0, RE)
     assert all(slow.step(sample(n, 0.1, velocity=0.0015)).valid for n in range(300))
 
 
 def test_measured_speed_can_be_used_instead():
-    s = SlipSequencer(SequencerParameters(use_measured_speed=True))
+    s = SlipSequencer(SequencerParameters(follow_until=0.0, use_measured_speed=True))
     s.set_slip_step(0.05, 1.0, RE)
     assert s.step(sample(0, 0.5, velocity=0.0311)).value == pytest.approx(0.0311 / RE)
 
 
 @pytest.mark.parametrize(("from_motor", "slip"), [(True, 0.05), (False, 0.02)])
 def test_actual_slip_is_from_measured_velocities(from_motor, slip):
-    s = SlipSequencer(SequencerParameters(slip_from_motor=from_motor))
+    s = SlipSequencer(SequencerParameters(follow_until=0.0, slip_from_motor=from_motor))
     s.set_slip_step(0.05, 1.0, RE)
     v = 0.03096
     s.step(

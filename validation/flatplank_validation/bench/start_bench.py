@@ -44,9 +44,11 @@ class StartBench:
         self.hub = MeasurementHub(HubParameters())
         self.encoders = Encoders(EncoderParameters(rate_hz=rate, **(encoders or {})))
         self.controller = FreeRollingController(
-            FreeRollingParameters(rate_hz=rate, **(controller or {}))
+            FreeRollingParameters(rate_hz=rate, **{"automatic": False, **(controller or {})})
         )
-        self.sequencer = SlipSequencer(SequencerParameters(rate_hz=rate, **(sequencer or {})))
+        self.sequencer = SlipSequencer(
+            SequencerParameters(rate_hz=rate, **{"follow_until": 0.0, **(sequencer or {})})
+        )
         self.drive = AxisDrive(DriveParameters(free_radius=self.config.tire.free_radius))
         self._commands: tuple = ()
 

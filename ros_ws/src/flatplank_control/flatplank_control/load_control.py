@@ -18,7 +18,7 @@ from flatplank_hw.samples import FOLLOW, EncoderSample, HubSample, Reference
 class LoadParameters(Params):
     """Parameters of the load controller. The gain is the crossover over C_z."""
 
-    enabled: bool = param(False, "hold Fz instead of the axle's height")
+    enabled: bool = param(True, "hold Fz instead of the axle's height")
     rate_hz: float = param(250.0, "bus rate", unit="Hz", bounds=(10.0, 4000.0))
     vertical_stiffness: float = param(
         2.13e5, "C_z of the tire, the Toyo's at 2.5 bar, G.2", unit="N/m", bounds=(1e4, 1e7)

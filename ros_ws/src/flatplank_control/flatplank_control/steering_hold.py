@@ -129,7 +129,7 @@ PROFILES: dict[str, type[Profile]] = {
 class HoldParameters(Params):
     """Parameters of the hold. `play` is 0 when the encoder is on the hub."""
 
-    enabled: bool = param(False, "hold the hub's angle instead of the motor's")
+    enabled: bool = param(True, "hold the hub's angle instead of the motor's")
     gain: float = param(6.0, "speed over angle error", unit="1/s", bounds=(0.1, 100.0))
     dead_band: float = param(
         3.5e-4, "error without a correction: 0.02 deg", unit="rad", bounds=(0.0, 0.1)

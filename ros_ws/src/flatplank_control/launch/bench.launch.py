@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Start the whole bench: `ros2 launch flatplank_control bench.launch.py sim:=true`."""
 
+import os
 import sys
 import tempfile
 from collections.abc import Callable
@@ -14,6 +15,7 @@ from launch_ros.actions import Node
 from flatplank_control.bench.launching import ARGUMENTS, check_argument_names, setup_of, why_ended
 from flatplank_control.bench.processes import arguments_of_files, words_of_nodes
 from flatplank_control.bench.setup import LOOP, NodeSpec
+from flatplank_hw.process import END_WITH_PARENT
 from launch import LaunchContext, LaunchDescription
 
 
@@ -36,18 +38,28 @@ def make_nodes(context: LaunchContext) -> list[Node]:
         check_argument_names(sys.argv)
     setup = setup_of({name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS})
     files = setup.write(Path(tempfile.mkdtemp(prefix="flatplank-")))
-    return [make_process(name, nodes, files) for name, nodes in setup.processes().items()]
+    return [
+        make_process(name, nodes, files, setup.namespace)
+        for name, nodes in setup.processes().items()
+    ]
 
 
-def make_process(name: str, nodes: tuple[NodeSpec, ...], files: dict[str, Path]) -> Node:
+def make_process(
+    name: str, nodes: tuple[NodeSpec, ...], files: dict[str, Path], namespace: str
+) -> Node:
+    common = {
+        "namespace": namespace,
+        "output": "screen",
+        "additional_env": {END_WITH_PARENT: str(os.getpid())},
+        "on_exit": on_exit(name),
+    }
     if len(nodes) > 1:
         return Node(
             package="flatplank_control",
             executable=LOOP,
             arguments=words_of_nodes(nodes),
             ros_arguments=arguments_of_files(nodes, files),
-            output="screen",
-            on_exit=on_exit(name),
+            **common,
         )
     (node,) = nodes
     return Node(
@@ -55,8 +67,7 @@ def make_process(name: str, nodes: tuple[NodeSpec, ...], files: dict[str, Path])
         executable=node.executable,
         name=node.name,
         parameters=[str(files[node.name])],
-        output="screen",
-        on_exit=on_exit(node.name),
+        **common,
     )
 
 

@@ -18,7 +18,7 @@ from typing import Any, ClassVar, NamedTuple, Protocol, TypeVar
 from flatplank_data.limits import Limit
 from flatplank_data.yaml_text import load_yaml
 
-SHELL_KEYS = frozenset({"use_sim_time", "autostart", "fifo_priority"})
+SHELL_KEYS = frozenset({"use_sim_time", "autostart", "fifo_priority", "constants_from"})
 """Keys of a parameter file that belong to the ROS node, not to its core."""
 
 

@@ -6,6 +6,9 @@ from __future__ import annotations
 import os
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
+
+from flatplank_data.params import load_parameters
 
 
 def config_file(package: str, name: str) -> Path | None:
@@ -15,6 +18,12 @@ def config_file(package: str, name: str) -> Path | None:
         if path.is_file():
             return path
     return None
+
+
+def packaged_parameters(package: str, node: str) -> dict[str, Any]:
+    """Parameters of a node in the file that its package has for it; none without such a file."""
+    path = config_file(package, f"{node}.yaml")
+    return load_parameters(path, node) if path else {}
 
 
 def _bases(package: str):

@@ -219,6 +219,12 @@ BUS = table_of_troubles(
         "end other programs, or use pace lockstep, a lower rate or batches",
     ),
     Trouble(
+        "second_commander", _ERROR, "another node commands an axis of this bench",
+        "a second drive node, or a program that publishes on /bus/outputs; where the bench cannot "
+        "tell which of the two is its own, it passes on no command, and the drive stops",
+        "end the node that does not belong to this bench, or give it a namespace of its own",
+    ),
+    Trouble(
         "drives_silent", _ERROR, "no commands come from a drive node",
         "the simulated bus went on without the answer of an axis: its node has ended or hangs",
         "see that the drive nodes run; start the bench again",
@@ -240,6 +246,13 @@ MEASURING = table_of_troubles(
         "what is not finite or beyond 100 V counts as no number: neither filter nor tare take it, "
         "and the drives stop by `fz` or `plank_stands`",
         "unload, look at cable and amplifier of the channel, make the run again",
+    ),
+    Trouble(
+        "not_calibrated", _WARN, "the constants of this node are not calibrated",
+        "the node was started by hand, or the machine has no calibration book: it measures with "
+        "the constants of its package",
+        "start the bench by `ros2 launch` or `flatplank bench`, with a book; `flatplank calibrate` "
+        "makes one",
     ),
     Trouble(
         "tare_given_up", _WARN, "the zero of the hub was not set anew",

@@ -42,9 +42,14 @@ class Host:
     """Starts and ends the nodes of a bench."""
 
     def __init__(
-        self, data: Path, log: Path, parameters: Mapping[str, Mapping[str, Any]] | None = None
+        self,
+        data: Path,
+        log: Path,
+        parameters: Mapping[str, Mapping[str, Any]] | None = None,
+        namespace: str = "",
     ) -> None:
         """`parameters`: node name -> parameters that override those of the packages."""
+        self.namespace = namespace
         self.data, self.log, self.parameters = data, log, parameters or {}
         self.setup: BenchSetup | None = None
         self._processes: BenchProcesses | None = None
@@ -87,6 +92,7 @@ class Host:
             interface=wiring[0],
             bus_file=wiring[1],
             parameters=self.parameters,
+            namespace=self.namespace,
             calibration=str(book_for(self.data).path),
         )
         self._processes = BenchProcesses(self.setup, log=self.log)

@@ -37,6 +37,7 @@ ARGUMENTS = {
     "data": Argument("data", "folder for the bags"),
     "calibration": Argument("", "book of the calibrations; empty: of data, else the one here"),
     "separate": Argument("false", "true: every node in a process of its own", ("true", "false")),
+    "namespace": Argument("", "of all nodes, as in bench2; two benches may run side by side"),
     "axes": Argument("", f"driven beside the wheel, of {','.join(DRIVEN)}"),
 }
 

@@ -157,7 +157,7 @@ class BenchProcesses:
         started = self._started(name)
         started.unlink(missing_ok=True)
         self.running[name] = subprocess.Popen(
-            [sys.executable, "-m", *program(nodes, self._files)],
+            [sys.executable, "-m", *program(nodes, self._files, self.setup.namespace)],
             env={**self._environment, STARTED: str(started)},
             stdin=subprocess.DEVNULL,
             stdout=self._log,
@@ -241,9 +241,12 @@ class BenchProcesses:
         self.stop()
 
 
-def program(nodes: Sequence[NodeSpec], files: Mapping[str, Path]) -> list[str]:
+def program(
+    nodes: Sequence[NodeSpec], files: Mapping[str, Path], namespace: str = ""
+) -> list[str]:
     """Module and arguments that run nodes in one process; `files`: parameter file by node."""
-    given = arguments_of_files(nodes, files)
+    where = ["-r", f"__ns:={namespace}"] if namespace else []
+    given = [*where, *arguments_of_files(nodes, files)]
     if len(nodes) == 1:
         (node,) = nodes
         return [node.module, "--ros-args", "-r", f"__node:={node.name}", *given]

@@ -10,9 +10,10 @@ from typing import Any, NamedTuple
 
 from flatplank_control.bench.simulator import simulator
 from flatplank_control.calibration.book import CALIBRATED, CalibrationBook, book_for
-from flatplank_data.params import load_parameters, nearest_hint
+from flatplank_data.arguments import namespace_of
+from flatplank_data.params import nearest_hint
 from flatplank_data.yaml_text import dump_yaml
-from flatplank_hw.share import config_file
+from flatplank_hw.share import packaged_parameters
 
 
 class NodeSpec(NamedTuple):
@@ -34,6 +35,9 @@ LOOP = "loop"
 """process of the nodes whose answers are needed within the bus cycle"""
 
 EVERY_NODE = "every node"
+
+MEASURING = ("measurement_hub", "encoders")
+"""nodes that turn signals into measured values by calibrated constants"""
 
 BUSES = {
     "sim": NodeSpec("flatplank_sim", "simulated_plant", "simulated_plant", True),
@@ -97,9 +101,6 @@ def parse_axes(text: str, argument: str) -> tuple[str, ...]:
 LOOP_PRIORITY = 20
 """SCHED_FIFO priority of the nodes in the loop, below the bus process and the emulator"""
 
-FOLLOW_UNTIL = 0.25
-"""road up to which the wheel recovers a late start, before the earliest slip at 0.3 m [m]"""
-
 
 @dataclass(frozen=True)
 class BenchSetup:
@@ -125,6 +126,8 @@ class BenchSetup:
     """node -> further parameters"""
     separate: tuple[str, ...] = ()
     """nodes with a process of their own, or `EVERY_NODE`; the others share one"""
+    namespace: str = ""
+    """ROS namespace of all nodes, as in `/bench2`; empty: `/`"""
     calibration: str = ""
     """calibration book with constants for the nodes; empty or missing: packaged constants"""
 
@@ -141,6 +144,10 @@ class BenchSetup:
             raise ValueError(f"{argument}: no such file; `flatplank calibrate` makes a book")
         path = Path(book).resolve() if book else book_for(Path(values["data"])).path
         known = {"axes": parse_axes(axes, written.format("axes", axes)), "calibration": str(path)}
+        try:
+            known["namespace"] = namespace_of(values["namespace"])
+        except ValueError as error:
+            raise ValueError(f"{written.format('namespace', '')}: {error}") from None
         return cls(**{**values, **known})
 
     def nodes(self) -> tuple[NodeSpec, ...]:
@@ -166,11 +173,18 @@ class BenchSetup:
 
     def of(self, node: NodeSpec) -> dict[str, Any]:
         """Parameters of one node."""
-        path = config_file(node.package, f"{node.name}.yaml")
-        own = load_parameters(path, node.name) if path else {}
+        own = packaged_parameters(node.package, node.name)
         shared = {**self._shared(node.name), **self._scheduling(node)}
         known = CalibrationBook(Path(self.calibration)).parameters() if self.calibration else {}
-        return {**own, **known.get(node.name, {}), **shared, **self.parameters.get(node.name, {})}
+        known = known.get(node.name, {})
+        origin = self._origin_of_constants(bool(known)) if node.name in MEASURING else {}
+        return {**own, **known, **origin, **shared, **self.parameters.get(node.name, {})}
+
+    def _origin_of_constants(self, calibrated: bool) -> dict[str, str]:
+        """Origin of the constants of a measuring node; of a machine without a book: none."""
+        if self.kind != "lab":
+            return {"constants_from": "the simulated machine"}
+        return {"constants_from": self.calibration} if calibrated else {}
 
     def constants(self) -> dict[str, dict[str, Any]]:
         """Calibrated parameters that the nodes are given: node -> parameter -> value."""
@@ -184,7 +198,6 @@ class BenchSetup:
 
     def _shared(self, name: str) -> dict[str, Any]:
         rate = float(self.rate_hz)
-        graph_rate = rate / self.batch
         # r_0 of the simulated tire [m], by which the drive recognises an unloaded tire
         lab = self.kind == "lab"
         radius = {} if lab else {"free_radius": simulator().free_radius(self.tire)}
@@ -192,7 +205,7 @@ class BenchSetup:
         machine = {
             "tire": self.tire, "preset": self.preset, "config": self.plant_file, "seed": self.seed,
         }  # fmt: skip
-        on = {"rate_hz": graph_rate, "enabled": True}
+        of_graph = {"rate_hz": rate / self.batch}
         shared: dict[str, dict[str, Any]] = {
             "simulated_plant": {
                 **machine,
@@ -206,12 +219,12 @@ class BenchSetup:
                 **(machine if self.kind == "emulated" else {"interface": self.interface}),
             },
             "encoders": {"rate_hz": rate},
-            "free_rolling_controller": {"rate_hz": graph_rate, "automatic": True},
-            "slip_sequencer": {"rate_hz": graph_rate, "follow_until": FOLLOW_UNTIL},
+            "free_rolling_controller": of_graph,
+            "slip_sequencer": of_graph,
             "wheel_drive": radius,
-            "load_controller": on,
-            "steering_hold": on,
-            "camber_hold": {**on, "axis": "camber"},
+            "load_controller": of_graph,
+            "steering_hold": of_graph,
+            "camber_hold": of_graph,
             "recorder": {"folder": self.data, "calibration": self.calibration},
             "measurement_runner": {
                 "held": self.pace == "hold",
@@ -226,6 +239,6 @@ class BenchSetup:
         files = {}
         for node in self.nodes():
             path = files[node.name] = folder / f"{node.name}.yaml"
-            content = {node.name: {"ros__parameters": self.of(node)}}
+            content = {f"/**/{node.name}": {"ros__parameters": self.of(node)}}
             path.write_text(dump_yaml(content), encoding="utf-8")
         return files

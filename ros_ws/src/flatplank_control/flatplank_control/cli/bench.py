@@ -15,7 +15,7 @@ from pathlib import Path
 from flatplank_control.bench.processes import BenchProcesses, StartProgress
 from flatplank_control.bench.setup import EVERY_NODE, BenchSetup
 from flatplank_control.road_map import with_road
-from flatplank_data.arguments import Parser
+from flatplank_data.arguments import Parser, add_namespace
 from flatplank_hw.bus.pacing import PACES
 
 
@@ -45,6 +45,7 @@ def parser() -> argparse.ArgumentParser:
         "--separate", action="store_const", const=(EVERY_NODE,), default=(),
         help="every node in a process of its own",
     )  # fmt: skip
+    add_namespace(p)
     p.add_argument("--axes", default="", help="driven beside the wheel: plank,vertical,...")
     p.add_argument("--road", default="", help="slip by the road's travel: follow, or a map's file")
     p.add_argument("--interface", default="", help="network interface of the bus, with --lab")

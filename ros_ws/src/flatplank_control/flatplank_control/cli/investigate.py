@@ -25,7 +25,7 @@ from flatplank_control.investigate.opening import (
 )
 from flatplank_control.runner.campaign import SUFFIX, CampaignPlan
 from flatplank_control.runner.steps import PlanFailed
-from flatplank_data.arguments import Parser
+from flatplank_data.arguments import Parser, add_namespace
 from flatplank_data.errors import FlatplankError
 
 STOPPED = 130
@@ -38,6 +38,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--tire", default="", help="of config/tires.yaml; default: as the runs say")
     common.effect_arguments(p)
     p.add_argument("--lab", action="store_true", help="manual steps are asked for")
+    add_namespace(p)
     p.add_argument("--sim", action="store_true", help="on the twin, in this process")
     p.add_argument("--preset", default="", help="with --sim: defects of the machine")
     p.add_argument("--plant", default="", help="with --sim: YAML file laid over the plant")
@@ -95,7 +96,7 @@ def _executor(o: argparse.Namespace, folder: Path) -> Execute:
         raise FlatplankError("--preset and --plant", "investigate", "go with --sim only")
     if sys.stdin.isatty():
         print_to_stderr("keys: " + ", ".join(f"{k} {what}" for k, what in KEYS.items()))
-    return executor_on_graph(folder, not o.lab)
+    return executor_on_graph(folder, not o.lab, o.namespace)
 
 
 @contextmanager
@@ -105,7 +106,7 @@ def offer_keys(client: Any, journal: Path) -> Iterator[Callable[[], None]]:
         yield lambda: act_on_key(keys, client, journal)
 
 
-def executor_on_graph(folder: Path, simulated: bool) -> Execute:
+def executor_on_graph(folder: Path, simulated: bool, namespace: str) -> Execute:
     """Let the runner of the running bench make the batches; the operator may press keys."""
 
     def execute(plan: CampaignPlan, text: str, left: float) -> None:
@@ -121,7 +122,7 @@ def executor_on_graph(folder: Path, simulated: bool) -> Execute:
                 last_line[0] = line
                 print_to_stderr(f"{line}; {left + f.time_left / 60.0:.0f} min left")
 
-        with BenchClient() as client, offer_keys(client, journal) as idle:
+        with BenchClient(namespace=namespace) as client, offer_keys(client, journal) as idle:
             client.measure(
                 text, simulated=simulated, folder=str(folder), resume=True, hear=hear,
                 idle=idle,

@@ -71,7 +71,7 @@ def call_service_of_key(client: Any, keys: Mapping[str, OperatorKey], key: str) 
         return
     from std_srvs.srv import Trigger
 
-    answer = client.call(Trigger, f"/measurement_runner/{keys[key].service}")
+    answer = client.call(Trigger, f"measurement_runner/{keys[key].service}")
     print(keys[key].text if answer.success else answer.message, flush=True)
 
 

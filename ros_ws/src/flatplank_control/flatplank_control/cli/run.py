@@ -33,7 +33,7 @@ from flatplank_control.runner.campaign import (
 )
 from flatplank_control.runner.dry_run import DryRun, dry_run
 from flatplank_control.runner.steps import PlanFailed
-from flatplank_data.arguments import Parser
+from flatplank_data.arguments import Parser, add_namespace
 
 STOPPED = 130
 KEYS = {
@@ -51,6 +51,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--dry-run", action="store_true", help="check only, and print what it takes")
     p.add_argument("--data", type=Path, help="campaign folder; default: data/NAME")
     p.add_argument("--lab", action="store_true", help="manual steps are asked for")
+    add_namespace(p)
     p.add_argument("--new", action="store_true", help="refuse to go on with an earlier campaign")
     p.add_argument("--redo", action="store_true", help="make flagged and skipped runs once more")
     p.add_argument("--jobs", type=int, help="processes of the twin; default: all cores")
@@ -128,7 +129,7 @@ def measure_on_bench(plan: CampaignPlan, o: argparse.Namespace, folder: Path) ->
         talk(done, f.measurements, f.prompt or f.step, f.time_left, asks=bool(f.prompt))
 
     try:
-        with BenchClient() as client, Keys() as keys:
+        with BenchClient(namespace=o.namespace) as client, Keys() as keys:
             print("keys: " + ", ".join(f"{k} {what}" for k, what in KEYS.items()), flush=True)
             client.measure(
                 text, simulated=not o.lab, folder=str(folder), resume=not o.new,

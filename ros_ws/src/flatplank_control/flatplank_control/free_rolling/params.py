@@ -45,7 +45,7 @@ class FreeRollingParameters(Params):
         8.0, "highest output", unit="N m", bounds=(0.0, 100.0), placeholder=True
     )
     automatic: bool = param(
-        False, "estimate the tire in the first millimetres, make up the lost travel, set the gains"
+        True, "estimate the tire in the first millimetres, make up the lost travel, set the gains"
     )
     delay_cycles: float = param(
         2.0, "sample to effect, without the hold, for automatic gains", bounds=(0.0, 20.0)

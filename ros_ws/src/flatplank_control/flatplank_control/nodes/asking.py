@@ -94,4 +94,4 @@ class NodeParameters:
 
 def parameter_clients(node: Node) -> dict[str, Client]:
     """Parameter clients of all nodes whose parameters go into a run record."""
-    return {name: node.create_client(GetParameters, f"/{name}/get_parameters") for name in ASKED}
+    return {name: node.create_client(GetParameters, f"{name}/get_parameters") for name in ASKED}

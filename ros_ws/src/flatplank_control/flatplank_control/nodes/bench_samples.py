@@ -17,10 +17,10 @@ from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import STREAM
 
 SOURCES = {
-    "encoders": (convert.ENCODERS, "/encoders/state"),
-    "hub": (convert.HUB, "/measurement_hub/state"),
-    "contact": (convert.WRENCH, "/measurement_hub/wrench_contact"),
-    "drive": (convert.DRIVE, "/wheel_drive/status"),
+    "encoders": (convert.ENCODERS, "encoders/state"),
+    "hub": (convert.HUB, "measurement_hub/state"),
+    "contact": (convert.WRENCH, "measurement_hub/wrench_contact"),
+    "drive": (convert.DRIVE, "wheel_drive/status"),
 }
 OF_HUB = ("hub", "contact")
 """topics that form one hub sample: joined by cycle"""

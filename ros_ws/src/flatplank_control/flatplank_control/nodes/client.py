@@ -102,10 +102,11 @@ class BenchError(FlatplankError):
 class BenchClient:
     """Client of the bench as a short-lived node; a context manager."""
 
-    def __init__(self, name: str = "flatplank_client") -> None:
+    def __init__(self, name: str = "flatplank_client", namespace: str = "") -> None:
+        """`namespace`: ROS namespace of the bench, in which relative names of services are."""
         # with its own signal handlers rclpy would shut down before a Ctrl-C can cancel a goal
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-        self.node = Node(name)
+        self.node = Node(name, namespace=namespace)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self.node)
         self._clients: dict[str, Any] = {}
@@ -125,11 +126,11 @@ class BenchClient:
         """Call a service; BenchError when it does not answer in time [s of wall clock]."""
         client = self._client(kind, name)
         if not client.wait_for_service(timeout_sec=timeout):
-            raise BenchError(f"{name}: not there after {timeout:g} s; is the bench running?")
+            raise BenchError(f"{client.service_name}: not there after {timeout:g} s; is the bench running?")
         future = client.call_async(kind.Request(**fields))
         self._until(future, timeout)
         if not future.done():
-            raise BenchError(f"{name}: no answer within {timeout:g} s")
+            raise BenchError(f"{client.service_name}: no answer within {timeout:g} s")
         return future.result()
 
     def _client(self, kind: type, name: str) -> Any:
@@ -175,7 +176,7 @@ class BenchClient:
         self, name: str, asked: dict[str, tuple[Future | None, float]], start: StartProgress
     ) -> None:
         """Ask a node whether it is connected; repeat when the answer is lost or negative."""
-        service = f"/{name}/connected"
+        service = f"{name}/connected"
         client = self._client(Trigger, service)
         now = time.monotonic()
         future, since = asked.get(name, (None, -math.inf))
@@ -238,10 +239,11 @@ class BenchClient:
 
         text = plan if isinstance(plan, str) else dump_yaml(dict(plan))
         goal = RunMeasurement.Goal(plan=text, folder=folder, simulated=simulated, resume=resume)
-        client = ActionClient(self.node, RunMeasurement, "/run_measurement")
+        client = ActionClient(self.node, RunMeasurement, "run_measurement")
         try:
             if not client.wait_for_server(timeout_sec=10.0):
-                raise BenchError("/run_measurement: not there; is the bench running?")
+                name = self.node.resolve_service_name("run_measurement")
+                raise BenchError(f"{name}: not there; is the bench running?")
             with self._interrupt.delayed():
                 answer = self._goal(client, goal, on_feedback, idle)
         finally:

@@ -85,10 +85,11 @@ class MeasurementRunnerNode(BenchNode):
         self.busy = False
         self.asking = False
         """true while a prompt waits for the operator"""
+        self.server_name = self.resolve_service_name("run_measurement")
         self.server = ActionServer(
             self,
             RunMeasurement,
-            "/run_measurement",
+            "run_measurement",
             self.execute,
             goal_callback=self.on_goal,
             cancel_callback=lambda _goal: CancelResponse.ACCEPT,
@@ -107,7 +108,7 @@ class MeasurementRunnerNode(BenchNode):
     def on_goal(self, _request: RunMeasurement.Goal) -> GoalResponse:
         if not self.busy:
             return GoalResponse.ACCEPT
-        self.troubles.report_occurrence("refused", "/run_measurement: a measurement is under way")
+        self.troubles.report_occurrence("refused", f"{self.server_name}: a measurement is under way")
         return GoalResponse.REJECT
 
     def on_confirm(
@@ -176,7 +177,7 @@ class MeasurementRunnerNode(BenchNode):
         """Leave the bench safe if a step has begun; returns the reason for the client."""
         reason = " ".join(str(error).split()) or type(error).__name__
         if not bench.begun:
-            self.troubles.report_occurrence("refused", f"/run_measurement: {reason}")
+            self.troubles.report_occurrence("refused", f"{self.server_name}: {reason}")
             return reason
         self.troubles.report_occurrence("measurement_stopped", reason)
         for refusal in await bench.end_safely("stopped", reason):

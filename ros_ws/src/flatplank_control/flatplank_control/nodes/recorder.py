@@ -57,6 +57,11 @@ def message_class(name: str) -> type:
     return getattr(import_module(f"{package}.msg"), kind)
 
 
+def relative(topic: str) -> str:
+    """Name in the namespace of the bench of a topic in the bag, which has none."""
+    return topic.removeprefix("/")
+
+
 def utc_now() -> str:
     return datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds")
 
@@ -80,7 +85,7 @@ class RecorderNode(BenchNode):
 
     def connect(self) -> None:
         self.changed_something: Future | None = None
-        self.publish_run = self.add_publisher(Run, "/run", LATCHED)
+        self.publish_run = self.add_publisher(Run, "run", LATCHED)
         self.parameters_of = parameter_clients(self)
         for client in self.parameters_of.values():
             self._teardown.append(partial(self.destroy_client, client))
@@ -89,7 +94,7 @@ class RecorderNode(BenchNode):
             with_header = not spec.type.startswith("std_msgs/")
             self.add_subscription(
                 message_class(spec.type),
-                spec.name,
+                relative(spec.name),
                 partial(self.on_message, spec.name, with_header),
                 LATCHED if latched else STREAM,
                 needed=spec.name != "/diagnostics",
@@ -125,7 +130,7 @@ class RecorderNode(BenchNode):
         that this operation mode uses; returns the topics that lack them."""
         wanted = stamp.sec * 1_000_000_000 + stamp.nanosec
         end = time.monotonic() + timeout
-        there = [t for t in at_every_cycle(mode) if self.count_publishers(t)]
+        there = [t for t in at_every_cycle(mode) if self.count_publishers(relative(t))]
         while (behind := self.arrivals.behind(wanted, there)) and time.monotonic() < end:
             await self.next_event()
         return behind

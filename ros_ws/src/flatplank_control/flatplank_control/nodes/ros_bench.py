@@ -43,7 +43,7 @@ from flatplank_msgs.srv import (
     StopRecording,
 )
 
-PLANT = "/simulated_plant"
+PLANT = "simulated_plant"
 TICK = 0.25
 """interval between checks of pending calls and of `interrupt` [s]"""
 SAMPLES_TIMEOUT_S = 2.0
@@ -122,17 +122,17 @@ class RosBench:
         self._do: dict[type, Callable[[Any], Awaitable[Any]]] = {
             S.Manual: self._manual,
             S.Plank: self._plank,
-            S.Enable: lambda s: call(SetBool, f"/{s.axis}_drive/enable", data=s.on),
+            S.Enable: lambda s: call(SetBool, f"{s.axis}_drive/enable", data=s.on),
             S.Mode: self._mode,
-            S.MoveTo: lambda s: call(MoveTo, "/wheel_drive/move_to", angle_deg=s.angle_deg),
+            S.MoveTo: lambda s: call(MoveTo, "wheel_drive/move_to", angle_deg=s.angle_deg),
             S.SlipWaveform: self._waveform,
-            S.Arm: lambda _s: call(Trigger, "/encoders/arm"),
+            S.Arm: lambda _s: call(Trigger, "encoders/arm"),
             S.Record: self._record,
             S.StopRecord: self._stop_record,
             S.FastCycles: self._quick,
             S.Wait: self._wait,
             S.ShowProgress: self._on_say,
-            S.Trigger: lambda s: call(SetValue, "/wheel_drive/set_trigger", value=s.distance),
+            S.Trigger: lambda s: call(SetValue, "wheel_drive/set_trigger", value=s.distance),
             S.HoldLoad: self._hold_load,
             S.AxisProfile: self._profile,
             S.Constants: self._constants,
@@ -213,14 +213,14 @@ class RosBench:
         if client is None:
             client = self._clients[name] = self.node.create_client(kind, name)
         if not client.wait_for_service(timeout_sec=5.0):
-            axis = AXIS_OF.get(name.split("/")[1])
+            axis = AXIS_OF.get(name.split("/")[0])
             hint = f" (bench --axes {axis})" if axis else ""
-            raise S.PlanFailed(f"{name}: the service is not there; is its node running?{hint}")
+            raise S.PlanFailed(f"{client.service_name}: the service is not there; is its node running?{hint}")
         response = await self._asking.call(client, kind.Request(**fields))
         accepted = getattr(response, "accepted", getattr(response, "success", True))
         if not accepted:
             reason = getattr(response, "reason", "") or getattr(response, "message", "")
-            raise S.PlanFailed(f"{name}: {reason}")
+            raise S.PlanFailed(f"{client.service_name}: {reason}")
         return response
 
     # steps
@@ -271,13 +271,13 @@ class RosBench:
             await self._plank_by_hand(S.Plank(0))
 
     async def _mode(self, step: S.Mode) -> None:
-        name = f"/{step.axis}_drive/set_operation_mode"
+        name = f"{step.axis}_drive/set_operation_mode"
         await self.call(SetOperationMode, name, mode=step.mode, value=step.value)
 
     async def _waveform(self, step: S.SlipWaveform) -> None:
         await self.call(
             SetWaveform,
-            "/slip_sequencer/set_waveform",
+            "slip_sequencer/set_waveform",
             **_named(step.name, step.parameters),
             start_position=step.start_position,
             effective_rolling_radius=step.effective_rolling_radius,
@@ -287,19 +287,19 @@ class RosBench:
         on = not math.isnan(step.fz)
         if on:
             name = AXIS_NODES["vertical"].controller.name
-            await self.call(SetValue, f"/{name}/set_load", value=step.fz)
+            await self.call(SetValue, f"{name}/set_load", value=step.fz)
         await self._follow("vertical", on)
 
     async def _profile(self, step: S.AxisProfile) -> None:
         if step.name:
-            name = f"/{AXIS_NODES[step.axis].controller.name}/set_profile"
+            name = f"{AXIS_NODES[step.axis].controller.name}/set_profile"
             await self.call(SetWaveform, name, **_named(step.name, step.parameters or {}))
             return
         await self._follow(step.axis, step.parameters is not None)
 
     async def _follow(self, axis: str, on: bool) -> None:
         """Switch the controller of a driven axis on or off."""
-        drive = f"/{AXIS_NODES[axis].drive.name}"
+        drive = f"{AXIS_NODES[axis].drive.name}"
         if on:
             await self.call(SetOperationMode, f"{drive}/set_operation_mode", mode="follow")
             await self._wait(S.Wait("the mode is heard", lambda _s: True, 1.0, 0.1))
@@ -307,7 +307,7 @@ class RosBench:
         await self._wait(S.Wait(f"the {axis} drive has answered", lambda _s: True, 2.0, 0.5))
 
     async def _constants(self, step: S.Constants) -> None:
-        name = f"/{step.node}/set_parameters_atomically"
+        name = f"{step.node}/set_parameters_atomically"
         wanted = [Parameter(k, value=v).to_parameter_msg() for k, v in step.values.items()]
         answer = await self.call(SetParametersAtomically, name, parameters=wanted)
         if not answer.result.successful:
@@ -316,7 +316,7 @@ class RosBench:
     async def _record(self, step: S.Record) -> None:
         response = await self.call(
             StartRecording,
-            "/recorder/start",
+            "recorder/start",
             name=str(step.record.get("name", "")),
             folder=self.folder,
             record=dump_yaml(dict(step.record)),
@@ -333,7 +333,7 @@ class RosBench:
 
     async def _stop_record(self, step: S.StopRecord) -> None:
         asked = {"status": step.status, "notes": step.notes, "up_to": self._now()}
-        await self.call(StopRecording, "/recorder/stop", **asked)
+        await self.call(StopRecording, "recorder/stop", **asked)
 
     async def _quick(self, step: S.FastCycles) -> None:
         if self.held:

@@ -30,11 +30,11 @@ class SourceNode(BenchNode):
     def connect(self) -> None:
         self.active = False
         self.publish = self.add_sample_publisher(
-            convert.REFERENCE, f"/{self.drive}/reference", REFERENCE, needed=True
+            convert.REFERENCE, f"{self.drive}/reference", REFERENCE, needed=True
         )
-        self.add_sample_subscription(convert.ENCODERS, "/encoders/state", self.on_encoders, STREAM)
+        self.add_sample_subscription(convert.ENCODERS, "encoders/state", self.on_encoders, STREAM)
         if "contact" in self.KINDS:
-            topic = "/measurement_hub/wrench_contact"
+            topic = "measurement_hub/wrench_contact"
             self.add_sample_subscription(convert.WRENCH, topic, self.on_contact, STREAM)
         if self.STATE is not None:
             exchange = convert.state_exchange(self.STATE)
@@ -43,7 +43,7 @@ class SourceNode(BenchNode):
     def listen_to_mode(self) -> None:
         """Subscribe to the mode, last in `connect`: callbacks run in order of subscription, so the
         samples before a change of mode are processed before it."""
-        self.add_subscription(String, f"/{self.drive}/mode", self.on_mode, LATCHED)
+        self.add_subscription(String, f"{self.drive}/mode", self.on_mode, LATCHED)
 
     def on_mode(self, msg: String) -> None:
         active = msg.data == self.MODE

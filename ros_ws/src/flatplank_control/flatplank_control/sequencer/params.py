@@ -47,8 +47,9 @@ class SequencerParameters(Params):
         bounds=(0.0, 60.0),
     )
     follow_until: float = param(
-        0.0,
-        "road over which the wheel's angle follows the travel and recovers a late start; 0: never",
+        0.25,
+        "road over which the wheel's angle follows the travel and recovers a late start, before "
+        "the earliest slip at 0.3 m; 0: never",
         unit="m",
         bounds=(0.0, 100.0),
     )

@@ -15,6 +15,7 @@ class EncodersNode(BenchNode):
     """Converts /bus/inputs to ~/state and ~/joint_states."""
 
     PARAMETERS = EncoderParameters
+    MEASURES = True
 
     def configure(self, parameters: EncoderParameters) -> None:
         self.encoders = Encoders(parameters)
@@ -32,7 +33,7 @@ class EncodersNode(BenchNode):
         self.publish_joints = self.add_sample_publisher(
             convert.ENCODER_JOINTS, "~/joint_states", STREAM
         )
-        self.add_sample_subscription(convert.INPUTS, "/bus/inputs", self.on_inputs, STREAM)
+        self.add_sample_subscription(convert.INPUTS, "bus/inputs", self.on_inputs, STREAM)
         self.add_request(Trigger, "~/arm", lambda _: self.encoders.arm())
 
     def on_inputs(self, batch: convert.Batch) -> None:

@@ -16,12 +16,14 @@ from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from rclpy.task import Future
 
 from flatplank_data.params import Params, param
+from flatplank_hw.bus.commanders import CommandGate
 from flatplank_hw.bus.image import BusInputs as Image
 from flatplank_hw.bus.image import Health
 from flatplank_hw.cia402 import error_words
 from flatplank_hw.ethercat.master import BusClient
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import STREAM
+from flatplank_hw.nodes.second_commander import COMMANDS, report_refused_commands
 from flatplank_hw.nodes.support import BenchNode, fill_response, run_node
 from flatplank_hw.share import config_file
 from flatplank_hw.troubles import OF_HEALTH
@@ -58,6 +60,7 @@ class EthercatBus(BenchNode):
         path = config_file("flatplank_hw", f"bus/{p.bus_file}.yaml") or Path(p.bus_file)
         self.client = self.client_for(p, path)
         self.cycle = 0
+        self.gate = CommandGate()
         self.oldest = 0
         self.health = int(Health.OK)
         self.worst = int(Health.OK)
@@ -76,10 +79,10 @@ class EthercatBus(BenchNode):
 
     def connect(self) -> None:
         self.publish = self.add_sample_publisher(
-            convert.INPUTS, "/bus/inputs", STREAM, frame="bus", needed=True
+            convert.INPUTS, "bus/inputs", STREAM, frame="bus", needed=True
         )
-        self.add_sample_subscription(convert.COMMAND, "/bus/outputs", self.on_command, STREAM)
-        self.add_timer(1.0, self.ask_for_diagnosis)
+        self.add_sample_subscription(convert.COMMAND, COMMANDS, self.on_command, STREAM)
+        self.add_timer(1.0, self.on_second)
         self.add_service(SdoRead, "~/sdo_read", self.on_sdo_read)
         self.add_service(SdoWrite, "~/sdo_write", self.on_sdo_write)
         self.listening = True
@@ -97,17 +100,27 @@ class EthercatBus(BenchNode):
                     self.ask_for_diagnosis()
                 if len(batch) >= self.parameters.batch:
                     self.cycle = image.cycle
-                    self.publish(convert.batch_of(batch, self.period_ns, self.t0))
+                    sent = convert.batch_of(batch, self.period_ns, self.t0)
+                    self.gate.send(sent.cycles[-1].stamp_ns)
+                    self.publish(sent)
                     batch = []
 
     def on_command(self, stamped: convert.StampedCommand) -> None:
-        self.client.send(stamped.command)
+        axis = stamped.command.axis
+        if not self.gate.accept(axis, stamped.stamp_ns):
+            return
+        if not self.gate.contested(axis):
+            self.client.send(stamped.command)
         self.oldest = max(self.oldest, self.cycle - stamped.command.cycle)
 
     def on_event(self, event: dict[str, Any]) -> None:
         describe = EVENTS.get(event["event"])
         if describe is not None:
             self.troubles.report_occurrence(*describe(event))
+
+    def on_second(self) -> None:
+        report_refused_commands(self, self.gate)
+        self.ask_for_diagnosis()
 
     def ask_for_diagnosis(self) -> None:
         if self.listening and not self.asked:

@@ -17,6 +17,7 @@ class MeasurementHubNode(BenchNode):
     """Converts /bus/inputs to ~/wrench_wheel, ~/wrench_contact and ~/state."""
 
     PARAMETERS = HubParameters
+    MEASURES = True
 
     def configure(self, parameters: HubParameters) -> None:
         self.hub = MeasurementHub(parameters)
@@ -39,7 +40,7 @@ class MeasurementHubNode(BenchNode):
         self.publish_state = self.add_sample_publisher(
             convert.HUB, "~/state", STREAM, frame="contact_point", needed=True
         )
-        self.add_sample_subscription(convert.INPUTS, "/bus/inputs", self.on_inputs, STREAM)
+        self.add_sample_subscription(convert.INPUTS, "bus/inputs", self.on_inputs, STREAM)
         hub = self.hub
         self.add_request(Trigger, "~/tare", lambda _: hub.tare())
         self.add_request(SetBool, "~/set_parasitic_filter", lambda r: hub.set_filter(r.data))

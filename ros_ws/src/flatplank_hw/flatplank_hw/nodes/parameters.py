@@ -10,6 +10,7 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rclpy.node import Node
 
 from flatplank_data import params
+from flatplank_hw.share import packaged_parameters
 
 
 def _descriptor(info: params.ParamInfo) -> ParameterDescriptor:
@@ -24,9 +25,12 @@ def _descriptor(info: params.ParamInfo) -> ParameterDescriptor:
 
 
 def declare_parameter_set(node: Node, cls: type) -> None:
-    """Declare every parameter of a set; initial values are not checked here."""
+    """Declare every parameter of a set; initial values are not checked here. The defaults are
+    those of the file that the package has for a node of this name, as in a launched bench."""
+    packaged = packaged_parameters(type(node).__module__.partition(".")[0], node.get_name())
     for info in params.parameter_infos(cls):
-        default = list(info.default) if isinstance(info.default, tuple) else info.default
+        default = packaged.get(info.name, info.default)
+        default = list(default) if isinstance(default, tuple) else default
         node.declare_parameter(info.name, default, _descriptor(info))
 
 

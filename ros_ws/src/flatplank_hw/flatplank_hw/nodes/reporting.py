@@ -13,7 +13,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from flatplank_hw.troubles import TROUBLES, Level, Trouble
 
-OF_NODES = "/troubles"
+OF_NODES = "troubles"
 """topic with the troubles of each node; the owner of the bus joins them into /diagnostics"""
 
 SHOWN = 10.0

@@ -63,6 +63,9 @@ class BenchNode(LifecycleNode):
     OWNS_BUS = False
     """true: publishes /diagnostics for all nodes; without such a node each publishes its own"""
 
+    MEASURES = False
+    """true: the node has calibrated constants, and says so when it was given none"""
+
     local: LocalTopics | None = None
     """topics within this process; None: the node has the process for itself"""
 
@@ -82,8 +85,19 @@ class BenchNode(LifecycleNode):
                 read_only=True,
             ),
         )
+        if self.MEASURES:
+            self.declare_parameter(
+                "constants_from",
+                "",
+                ParameterDescriptor(
+                    description="origin of the calibrated constants; empty: not calibrated",
+                    read_only=True,
+                ),
+            )
         self.add_on_set_parameters_callback(self._check)
-        self.troubles = Reporter(name, self.get_logger(), self._publish_troubles)
+        self.troubles = Reporter(
+            self.get_fully_qualified_name(), self.get_logger(), self._publish_troubles
+        )
         self._collector = Collector()
         self._publish_status: Callable[[DiagnosticArray], None] | None = None
         self._links: list[tuple[Callable[[], int], str]] = []
@@ -125,11 +139,13 @@ class BenchNode(LifecycleNode):
         qos: QoSProfile,
         *,
         needed: bool = True,
+        from_inside: Callable[[Any], None] | None = None,
     ) -> None:
-        """Subscribe to the samples of a topic, as `add_subscription`."""
-        read = exchange.read
+        """Subscribe to the samples of a topic, as `add_subscription`. `from_inside`: receives
+        those of this process in place of `receive`."""
+        read, inside = exchange.read, from_inside or receive
         self._subscribe(
-            exchange.msg_type, topic, lambda msg: receive(read(msg)), receive, qos, needed, False
+            exchange.msg_type, topic, lambda msg: receive(read(msg)), inside, qos, needed, False
         )
 
     def _subscribe(
@@ -223,7 +239,7 @@ class BenchNode(LifecycleNode):
     def add_service(self, srv_type: type, name: str, callback: Callable) -> None:
         # a waiting coroutine must not block other callbacks
         group = ReentrantCallbackGroup() if iscoroutinefunction(callback) else None
-        full = name.replace("~", f"/{self.get_name()}", 1)
+        full = self.resolve_service_name(name)
         wrapped = reporting_refusals(self.troubles, full, callback)
         service = self.create_service(srv_type, name, wrapped, callback_group=group)
         self._teardown.append(lambda: self.destroy_service(service))
@@ -260,6 +276,8 @@ class BenchNode(LifecycleNode):
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         self._open_diagnostics()
         self.connect()
+        if self.MEASURES and not self.get_parameter("constants_from").value:
+            self.troubles.begin("not_calibrated")
         return super().on_activate(state)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -288,7 +306,7 @@ class BenchNode(LifecycleNode):
 
     # troubles
     def _open_diagnostics(self) -> None:
-        everybody = self.add_publisher(DiagnosticArray, "/diagnostics", 10)
+        everybody = self.add_publisher(DiagnosticArray, "diagnostics", 10)
         if self.OWNS_BUS:
             self._publish_status = everybody
             hear = self._collector.store_status
@@ -302,7 +320,7 @@ class BenchNode(LifecycleNode):
 
     def _look(self) -> None:
         """Once a second: report missing partners and publish the troubles."""
-        missing, now = self._missing(), time.monotonic()
+        missing, now = self.missing_partners(), time.monotonic()
         if not missing:
             self._missed_from = now + TO_COME_BACK
             self.troubles.end("unconnected")
@@ -323,11 +341,12 @@ class BenchNode(LifecycleNode):
         message.header.stamp = self.get_clock().now().to_msg()
         self._publish_status(message)
 
-    def _missing(self) -> list[str]:
+    def missing_partners(self) -> list[str]:
+        """Needed topics without a partner."""
         return sorted({topic for count, topic in self._links if count() == 0})
 
     def _connected(self, _request, response):
-        missing = self._missing()
+        missing = self.missing_partners()
         response.success = not missing
         response.message = "" if response.success else "no partner on " + ", ".join(missing)
         return response

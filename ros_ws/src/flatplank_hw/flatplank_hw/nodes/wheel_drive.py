@@ -13,6 +13,7 @@ from rclpy.qos import QoSProfile
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
+from flatplank_hw.answers import Answer, refused
 from flatplank_hw.bus.image import AXES
 from flatplank_hw.drive import AxisDrive, DriveParameters
 from flatplank_hw.drive.modes import MODES
@@ -43,7 +44,7 @@ class DriveNode(BenchNode):
         self.published_mode = ""
         self.reported: tuple[int, int, bool, bool] | None = None
         self.publish = self.add_sample_publisher(
-            convert.COMMAND, "/bus/outputs", STREAM, frame=axis, needed=True
+            convert.COMMAND, "bus/outputs", STREAM, frame=axis, needed=True
         )
         self.publish_status = self.add_sample_publisher(
             convert.DRIVE, "~/status", STREAM, frame=axis
@@ -53,31 +54,29 @@ class DriveNode(BenchNode):
         )
         self.publish_mode = self.add_publisher(String, "~/mode", LATCHED)
         self.publish_mode_change(self.drive.mode)
-        self.add_sample_subscription(convert.INPUTS, "/bus/inputs", self.on_inputs, STREAM)
-        self.join_topic("hub", convert.HUB, "/measurement_hub/state")
-        self.join_topic("encoders", convert.ENCODERS, "/encoders/state")
+        self.add_sample_subscription(convert.INPUTS, "bus/inputs", self.on_inputs, STREAM)
+        self.join_topic("hub", convert.HUB, "measurement_hub/state")
+        self.join_topic("encoders", convert.ENCODERS, "encoders/state")
         led = not REFERENCES.isdisjoint(self.parameters.rules)
         self.join_topic("reference", convert.REFERENCE, "~/reference", REFERENCE, led)
         drive = self.drive
         self.add_service(SetOperationMode, "~/set_operation_mode", self.on_mode)
         self.add_service(MoveTo, "~/move_to", self.on_move)
-        self.add_request(
-            SetBool, "~/enable", lambda r: drive.enable() if r.data else drive.disable()
-        )
+        self.add_request(SetBool, "~/enable", lambda r: self.enable() if r.data else drive.disable())
         self.add_request(SetValue, "~/set_trigger", lambda r: drive.set_trigger(r.value))
         self.add_request(Trigger, "~/reset_fault", lambda _: drive.reset_fault())
         self.add_request(Trigger, "~/home", lambda _: drive.home())
         self.add_request(Trigger, "~/quick_stop", lambda _: drive.quick_stop())
         if axis == AXES[0]:
             # only one service of this name: the wheel's drive answers and informs the others
-            self.add_service(Claim, "/operator/claim", self.on_claim)
-            self.publish_in_charge = self.add_publisher(String, "/operator/in_charge", LATCHED)
+            self.add_service(Claim, "operator/claim", self.on_claim)
+            self.publish_in_charge = self.add_publisher(String, "operator/in_charge", LATCHED)
         else:
             adopt = self.drive.adopt_claim
             self.add_subscription(
-                String, "/operator/in_charge", lambda m: adopt(m.data), LATCHED, needed=False
+                String, "operator/in_charge", lambda m: adopt(m.data), LATCHED, needed=False
             )
-        self.add_subscription(String, "/operator/heartbeat", self.on_heartbeat, 10, needed=False)
+        self.add_subscription(String, "operator/heartbeat", self.on_heartbeat, 10, needed=False)
 
     # samples
     def on_inputs(self, batch: convert.Batch) -> None:
@@ -124,6 +123,13 @@ class DriveNode(BenchNode):
         self.publish_mode(String(data=mode))
 
     # requests
+    def enable(self) -> Answer:
+        """Enable the drive of a connected bench."""
+        missing = ", ".join(self.missing_partners())
+        if missing:
+            return refused(f"not connected: no partner on {missing}; start the nodes of the bench")
+        return self.drive.enable()
+
     def on_mode(
         self, request: SetOperationMode.Request, response: SetOperationMode.Response
     ) -> SetOperationMode.Response:

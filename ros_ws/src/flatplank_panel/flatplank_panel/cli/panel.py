@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 from flatplank_analysis.cli import main as command
-from flatplank_data.arguments import Parser
+from flatplank_data.arguments import Parser, add_namespace
 from flatplank_hw.process import end_with_parent
 from flatplank_panel.access import address
 
@@ -26,6 +26,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument(
         "--log", type=Path, help="file for what the nodes print; default: DATA/bench.log"
     )
+    add_namespace(p)
     p.add_argument("--parameters", type=Path, help="ROS parameter file, laid over the bench's own")
     return p
 
@@ -67,9 +68,9 @@ def main(argv: list[str]) -> int:
     except ValueError as error:
         print(f"flatplank panel: {error}", file=sys.stderr)
         return 1
-    with PanelNode(BenchState()) as link:
+    with PanelNode(BenchState(), namespace=o.namespace) as link:
         data, log = o.data.resolve(), o.log or o.data / "bench.log"
-        host = Host(data, log, parameters)
+        host = Host(data, log, parameters, o.namespace)
         where = address(o.host, o.port, token)
         print(f"panel: {where}\ndata: {data}; Ctrl-C ends it", flush=True)
         try:

@@ -33,34 +33,34 @@ from flatplank_panel.bench_state import POLL_HZ, BenchState, Progress, RunStatus
 from flatplank_panel.link import Reply
 
 TOPICS = {
-    "inputs": (BusInputs, "/bus/inputs"),
-    "contact": (WrenchStamped, "/measurement_hub/wrench_contact"),
-    "hub": (HubState, "/measurement_hub/state"),
-    "encoders": (EncoderState, "/encoders/state"),
-    "drive": (DriveStatus, "/wheel_drive/status"),
-    "slip": (SequencerState, "/slip_sequencer/state"),
+    "inputs": (BusInputs, "bus/inputs"),
+    "contact": (WrenchStamped, "measurement_hub/wrench_contact"),
+    "hub": (HubState, "measurement_hub/state"),
+    "encoders": (EncoderState, "encoders/state"),
+    "drive": (DriveStatus, "wheel_drive/status"),
+    "slip": (SequencerState, "slip_sequencer/state"),
 }
 
 ANSWER_TIMEOUT_S = 10.0
 """time-out for an answer of the bench [s]"""
 LATE = f"no answer within {ANSWER_TIMEOUT_S:g} s"
 
-PLANT = "/simulated_plant"
+PLANT = "simulated_plant"
 REQUESTS: dict[str, tuple[type, str]] = {
-    "enable": (SetBool, "/wheel_drive/enable"),
-    "reset_fault": (Trigger, "/wheel_drive/reset_fault"),
-    "quick_stop": (Trigger, "/wheel_drive/quick_stop"),
-    "mode": (srv.SetOperationMode, "/wheel_drive/set_operation_mode"),
-    "move_to": (srv.MoveTo, "/wheel_drive/move_to"),
-    "waveform": (srv.SetWaveform, "/slip_sequencer/set_waveform"),
-    "claim": (srv.Claim, "/operator/claim"),
-    "tare": (Trigger, "/measurement_hub/tare"),
-    "filter": (SetBool, "/measurement_hub/set_parasitic_filter"),
-    "load_fit": (srv.LoadParasiticFit, "/measurement_hub/load_parasitic_fit"),
-    "record": (srv.StartRecording, "/recorder/start"),
-    "stop_record": (srv.StopRecording, "/recorder/stop"),
-    "discard": (Trigger, "/recorder/discard"),
-    "confirm": (Trigger, "/measurement_runner/confirm"),
+    "enable": (SetBool, "wheel_drive/enable"),
+    "reset_fault": (Trigger, "wheel_drive/reset_fault"),
+    "quick_stop": (Trigger, "wheel_drive/quick_stop"),
+    "mode": (srv.SetOperationMode, "wheel_drive/set_operation_mode"),
+    "move_to": (srv.MoveTo, "wheel_drive/move_to"),
+    "waveform": (srv.SetWaveform, "slip_sequencer/set_waveform"),
+    "claim": (srv.Claim, "operator/claim"),
+    "tare": (Trigger, "measurement_hub/tare"),
+    "filter": (SetBool, "measurement_hub/set_parasitic_filter"),
+    "load_fit": (srv.LoadParasiticFit, "measurement_hub/load_parasitic_fit"),
+    "record": (srv.StartRecording, "recorder/start"),
+    "stop_record": (srv.StopRecording, "recorder/stop"),
+    "discard": (Trigger, "recorder/discard"),
+    "confirm": (Trigger, "measurement_runner/confirm"),
     "plank": (srv.PlankSwitch, f"{PLANT}/plank"),
     "load_to": (srv.SetValue, f"{PLANT}/load_to"),
     "unload": (Trigger, f"{PLANT}/unload"),
@@ -86,20 +86,26 @@ def reply_of(response: Any) -> Reply:
 class PanelNode:
     """The two ROS nodes and two threads of the panel; a context manager."""
 
-    def __init__(self, state: BenchState, name: str = "panel") -> None:
+    def __init__(self, state: BenchState, name: str = "panel", namespace: str = "") -> None:
+        """`namespace`: ROS namespace of the bench."""
         self.state = state
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-        self.node = Node(name)
-        self._reader = Node(f"{name}_reader", start_parameter_services=False, enable_rosout=False)
+        self.node = Node(name, namespace=namespace)
+        self._reader = Node(
+            f"{name}_reader",
+            namespace=namespace,
+            start_parameter_services=False,
+            enable_rosout=False,
+        )
         self._subscriptions = {
             key: self._reader.create_subscription(kind, topic, lambda _m: None, LATEST)
             for key, (kind, topic) in TOPICS.items()
         }
         self._latest: dict[str, Any] = {}
         self._services: dict[str, Any] = {}
-        self._heartbeat = self.node.create_publisher(String, "/operator/heartbeat", 10)
-        self.node.create_subscription(Run, "/run", self._on_run, LATCHED)
-        self._runner = ActionClient(self.node, RunMeasurement, "/run_measurement")
+        self._heartbeat = self.node.create_publisher(String, "operator/heartbeat", 10)
+        self.node.create_subscription(Run, "run", self._on_run, LATCHED)
+        self._runner = ActionClient(self.node, RunMeasurement, "run_measurement")
         self._goal: Any = None
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self.node)
@@ -178,25 +184,25 @@ class PanelNode:
             client = self._services[name] = self.node.create_client(kind, name)
             self._executor.wake()
         if not await self._wait(client.service_is_ready):
-            return Reply(False, f"{name} does not answer: is the bench running?")
+            return Reply(False, f"{client.service_name} does not answer: is the bench running?")
         try:
             response = await self._result(client.call_async(kind.Request(**fields)))
         except asyncio.TimeoutError:
-            return Reply(False, f"{name}: {LATE}")
+            return Reply(False, f"{client.service_name}: {LATE}")
         return read(response)
 
     async def set_parameters(self, node: str, values: Mapping[str, Any]) -> Reply:
         parameters = [Parameter(k, value=v).to_parameter_msg() for k, v in values.items()]
         return await self._call(
             SetParametersAtomically,
-            f"/{node}/set_parameters_atomically",
+            f"{node}/set_parameters_atomically",
             {"parameters": parameters},
             lambda r: Reply(r.result.successful, r.result.reason),
         )
 
     async def get_parameters(self, node: str, names: Sequence[str]) -> dict[str, Any]:
         reply = await self._call(
-            GetParameters, f"/{node}/get_parameters", {"names": list(names)}, reply_of
+            GetParameters, f"{node}/get_parameters", {"names": list(names)}, reply_of
         )
         if not reply.accepted:
             return {}
@@ -209,11 +215,14 @@ class PanelNode:
         self._heartbeat.publish(String(data=token))
 
     def offers(self, request: str) -> bool:
-        _, service = REQUESTS[request]
+        service = self.node.resolve_service_name(REQUESTS[request][1])
         return any(name == service for name, _ in self.node.get_service_names_and_types())
 
     def nodes(self) -> list[str]:
-        return sorted(set(self.node.get_node_names()))
+        """Nodes of this bench."""
+        ours = self.node.get_namespace()
+        found = self.node.get_node_names_and_namespaces()
+        return sorted({name for name, namespace in found if namespace == ours})
 
     # measurements
     async def measure(self, plan: str, folder: str, simulated: bool) -> Reply:

@@ -15,7 +15,7 @@ from flatplank_data.limits import refusal
 from flatplank_hw.nodes.support import BenchNode, fill_response
 from flatplank_msgs.srv import PlankSwitch, SetValue
 
-PREFIX = "/simulated_plant"
+PREFIX = "simulated_plant"
 SWITCHES = {"emergency_stop": "emergency_stop", "connect_flexplates": "flexplates"}
 """service -> method of the plant's operator"""
 VALUES: dict[str, tuple[str, str, Callable[[float], float]]] = {

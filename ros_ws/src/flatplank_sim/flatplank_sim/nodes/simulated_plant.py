@@ -11,12 +11,14 @@ from rclpy.task import Future
 from rosgraph_msgs.msg import Clock
 
 from flatplank_data.params import Params, param
+from flatplank_hw.bus.commanders import CommandGate
 from flatplank_hw.bus.histogram import percentile
 from flatplank_hw.bus.image import AXES, AxisCommand
 from flatplank_hw.bus.pacing import PACES, Pacer
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import STREAM
 from flatplank_hw.nodes.reporting import SHOWN
+from flatplank_hw.nodes.second_commander import COMMANDS, report_refused_commands
 from flatplank_hw.nodes.support import BenchNode, fill_response, run_node
 from flatplank_msgs.srv import Advance, SetPace
 from flatplank_sim.nodes.operator_services import OperatorServices
@@ -64,6 +66,7 @@ class SimulatedPlant(BenchNode):
         self.period_ns = 1_000_000_000 // p.rate_hz
         self.pacer = Pacer(p.pace, p.batch, self.driven, p.wall_timeout)
         self.commands: dict[int, AxisCommand] = {}
+        self.gate = CommandGate()
         self.cycle, self.clock_cycle = -1, -CLOCK_CYCLES
         """latest cycle, and that of the latest message on /clock"""
         self.t0 = 0 if p.pace != "realtime" else time.time_ns() // self.period_ns * self.period_ns
@@ -75,10 +78,13 @@ class SimulatedPlant(BenchNode):
         p = self.parameters
         self.clock = Clock()
         self.publish = self.add_sample_publisher(
-            convert.INPUTS, "/bus/inputs", STREAM, frame="bus", needed=True
+            convert.INPUTS, "bus/inputs", STREAM, frame="bus", needed=True
         )
-        self.publish_clock = self.add_publisher(Clock, "/clock", 10)
-        self.add_sample_subscription(convert.COMMAND, "/bus/outputs", self.on_command, STREAM)
+        self.publish_clock = self.add_publisher(Clock, "clock", 10)
+        self.add_sample_subscription(
+            convert.COMMAND, COMMANDS, self.on_command, STREAM,
+            from_inside=lambda stamped: self.on_command(stamped, inside=True),
+        )  # fmt: skip
         self.skipped, self.slow_at = 0, 0.0
         """number of reported lost batches, and time of the report [s]"""
         self.add_timer(p.batch / p.rate_hz, self.on_tick)
@@ -91,11 +97,14 @@ class SimulatedPlant(BenchNode):
         )
 
     # time
-    def on_command(self, stamped: convert.StampedCommand) -> None:
+    def on_command(self, stamped: convert.StampedCommand, inside: bool = False) -> None:
         command = stamped.command
         if command.cycle > self.cycle:
             return  # an answer to the bus before a clean-up
-        self.commands[command.axis] = command
+        if not self.gate.accept(command.axis, stamped.stamp_ns, inside=inside):
+            return
+        if not self.gate.contested(command.axis):
+            self.commands[command.axis] = command
         self.ages[min(self.cycle - command.cycle, len(self.ages) - 1)] += 1
         go_on = self.pacer.register_answer(command.axis, command.cycle)
         self.release()
@@ -113,6 +122,7 @@ class SimulatedPlant(BenchNode):
         }
 
     def on_second(self) -> None:
+        report_refused_commands(self, self.gate)
         pacer = self.pacer
         if pacer.skipped > self.skipped:
             self.skipped, self.slow_at = pacer.skipped, time.monotonic()
@@ -142,6 +152,7 @@ class SimulatedPlant(BenchNode):
         self.cycle = batch[-1].cycle
         self.pacer.register_batch(self.cycle, time.monotonic())
         sent = convert.batch_of(batch, self.period_ns, self.t0)
+        self.gate.send(sent.cycles[-1].stamp_ns)
         self.publish(sent)
         if self.pacer.pace != "realtime" and self.cycle - self.clock_cycle >= CLOCK_CYCLES:
             self.clock_cycle = self.cycle

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which commands the owner of the bus takes: an axis has one commander."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+QUIET_NS = 1_000_000_000
+"""bench time without a second command after which an axis is not contested any more [ns]"""
+
+
+class CommandGate:
+    """Takes one command of an axis per message of the bus; a stamp [ns] identifies the message.
+
+    A command from another process is refused where a node of this process commands the axis. If
+    all commands come from other processes, nobody can tell which of two nodes is the right one:
+    then the axis is contested, and the owner of the bus passes on no command of either.
+    """
+
+    def __init__(self) -> None:
+        self._sent = -1
+        self._answered: dict[int, int] = {}
+        self._inside: set[int] = set()
+        self._contested_until: dict[int, int] = {}
+        self._refused: Counter[int] = Counter()
+
+    def send(self, stamp_ns: int) -> None:
+        """Register the inputs that are about to be published."""
+        self._sent = stamp_ns
+
+    def accept(self, axis: int, stamp_ns: int, *, inside: bool = False) -> bool:
+        """True for the first answer of the axis to published inputs. `inside`: it comes from a
+        node of this process."""
+        if inside:
+            self._inside.add(axis)
+        last = self._answered.get(axis, -1)
+        if inside == (axis in self._inside) and last < stamp_ns <= self._sent:
+            self._answered[axis] = stamp_ns
+            return True
+        self._refused[axis] += 1
+        if axis not in self._inside and stamp_ns == last:
+            self._contested_until[axis] = self._sent + QUIET_NS
+        return False
+
+    def contested(self, axis: int) -> bool:
+        """True while two nodes of other processes command the axis."""
+        return self._sent <= self._contested_until.get(axis, -1)
+
+    def take_refused(self) -> dict[int, int]:
+        """Axis -> number of commands refused since the last call."""
+        refused, self._refused = dict(self._refused), Counter()
+        return refused
