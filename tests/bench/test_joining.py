@@ -13,7 +13,7 @@ def joined(arrivals, kinds=KINDS, needed=None):
     calls = []
     join = CycleJoin(kinds, lambda at, latest: calls.append((at, dict(latest))))
     if needed is not None:
-        join.needed = set(needed)
+        join.await_kinds(needed)
     for kind, at in arrivals:
         join.put(kind, at, f"{kind}{at}")
     return calls

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import select
 import signal
 import subprocess
 import sys
@@ -78,3 +79,34 @@ def test_a_node_whose_middleware_does_not_end_well_ends_all_the_same(how, tmp_pa
         node.send_signal(signal.SIGTERM)
         said, _ = node.communicate()
     assert (node.returncode, said) == (0, f"{how}\n")
+
+
+LAUNCHES = """
+import os, subprocess, sys
+from flatplank_hw.process import END_WITH_PARENT
+environment = {**os.environ, END_WITH_PARENT: str(os.getpid())}
+node = subprocess.Popen([sys.executable, "-m", "flatplank_hw.nodes.wheel_drive"], env=environment)
+print(node.pid, flush=True)
+node.wait()
+"""
+
+
+@pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL])
+def test_a_node_ends_with_the_program_that_has_started_it(how: int, tmp_path: Path) -> None:
+    """The launch file gives its nodes the same word of the environment."""
+    listens = tmp_path / "listens"
+    environment = os.environ | loopback(next_domain()) | {STARTED: str(listens)}
+    with subprocess.Popen(
+        [sys.executable, "-c", LAUNCHES], env=environment, stdout=subprocess.PIPE, text=True
+    ) as launch:
+        assert launch.stdout is not None
+        node = int(launch.stdout.readline())
+        while not listens.exists():
+            assert launch.poll() is None
+            time.sleep(0.05)
+        watched = os.pidfd_open(node)
+        launch.send_signal(how)
+        launch.wait()
+        (over, *_), _, _ = select.select([watched], [], [], 60.0)
+        assert over == watched
+        os.close(watched)

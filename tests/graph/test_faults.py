@@ -1,16 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """A node that dies leaves a stopped wheel, a closed bag, and a bench that measures again."""
 
+import signal
 from pathlib import Path
 
 import pytest
 from bench_graph import graph
+from diagnostic_msgs.msg import DiagnosticArray
 from std_srvs.srv import SetBool, Trigger
 
 from flatplank_control.nodes.client import BenchError
 from flatplank_data.campaign import Campaign
 from flatplank_data.run_record import load_record
-from flatplank_msgs.srv import PlankSwitch
+from flatplank_msgs.srv import Advance, PlankSwitch
 
 pytestmark = pytest.mark.graph
 HUNDRED_MS = 25
@@ -47,6 +49,26 @@ def test_a_killed_node_stops_the_wheel_within_100_ms_and_the_next_measurement_wo
             bench.call(Trigger, "/wheel_drive/reset_fault")
             bench.advance(100)
         measures_again(bench)
+
+
+@pytest.mark.parametrize("name", ["measurement_hub", "wheel_drive"])
+def test_a_node_that_the_computer_holds_up_is_waited_for_and_nothing_trips(
+    name, tmp_path, monkeypatch
+):
+    with graph(tmp_path, monkeypatch, separate=(name,)) as bench:
+        told = bench.listen(DiagnosticArray, "/diagnostics")
+        bench.roll()
+        process = bench.processes.running[name]
+        process.send_signal(signal.SIGSTOP)
+        asked = bench.client.ask(Advance, "/simulated_plant/advance", cycles=100)
+        while not any("bus_waits" in str(message) for message in told):
+            bench.client.spin(0.5)
+        assert not asked.done()
+        process.send_signal(signal.SIGCONT)
+        while not asked.done():
+            bench.client.spin(0.5)
+        assert bench.wheel_turns()
+        bench.call(PlankSwitch, "/simulated_plant/plank", direction=0, fast=True)
 
 
 def test_a_killed_recorder_leaves_a_bag_that_is_mended_at_the_next_start(tmp_path, monkeypatch):

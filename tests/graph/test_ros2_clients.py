@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import os
 import re
+import select
 import signal
 import subprocess
 import sys
@@ -87,7 +88,8 @@ def test_a_wrong_launch_argument_starts_nothing(tmp_path, argument, reason):
 
 
 def test_a_launch_tells_its_troubles_and_ends_with_a_node(tmp_path):
-    with launched(tmp_path, "sim:=true", f"data:={tmp_path}") as (process, terminal, environment):
+    arguments = "sim:=true", "separate:=true", f"data:={tmp_path}"
+    with launched(tmp_path, *arguments) as (process, terminal, environment):
         recorder = int(re.search(r"\d+$", until(terminal, r"recorder-\d+\]: .*pid \[\d+"))[0])
         tell(environment, *STATUS)
         tell(environment, "service", "call", "/wheel_drive/quick_stop", "std_srvs/srv/Trigger")
@@ -115,3 +117,18 @@ def test_ctrl_c_of_a_launch_is_no_trouble(tmp_path):
         assert process.wait(TIMEOUT_S) == 0
         text = terminal.read_text(encoding="utf-8")
     assert TROUBLES["node_ended"].text not in text and "Traceback" not in text
+
+
+@pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL])
+def test_a_launch_that_is_ended_leaves_no_node(tmp_path, how):
+    arguments = "sim:=true", "separate:=true", f"data:={tmp_path}"
+    with launched(tmp_path, *arguments) as (process, terminal, environment):
+        tell(environment, *STATUS)
+        found = re.findall(r"process started with pid \[(\d+)\]", terminal.read_text())
+        nodes = [os.pidfd_open(int(pid)) for pid in found]
+        assert len(nodes) >= 8
+        process.send_signal(how)
+        process.wait(TIMEOUT_S)
+        for node in nodes:
+            assert select.select([node], [], [], TIMEOUT_S)[0] == [node]
+            os.close(node)

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 
@@ -13,19 +13,24 @@ class CycleJoin:
     `at`, the stamp of the inputs [ns], identifies a cycle. A later sample of the leading kind (the
     first of `kinds`) completes a waiting cycle as it is: the last sample of an ended source stays
     in use, and the rules on stale data act. A late sample is kept as the latest of its kind.
-    `needed` may be changed between cycles.
+    `await_kinds` changes the needed ones.
     """
 
     def __init__(
         self, kinds: tuple[str, ...], complete: Callable[[int, Mapping[str, Any]], None]
     ) -> None:
         self.kinds = kinds
-        self.needed = set(kinds)
+        self._needed = frozenset(kinds)
         self._complete = complete
         self._due: int | None = None
         self._latest: dict[str, Any] = dict.fromkeys(kinds)
         self._at: dict[str, int] = dict.fromkeys(kinds, -1)
         self._queues: dict[str, dict[int, Any]] = {kind: {} for kind in kinds}
+
+    def await_kinds(self, needed: Iterable[str]) -> None:
+        """Wait for these kinds from now on, also in the cycle that waits already."""
+        self._needed = frozenset(needed)
+        self._flush()
 
     def put(self, kind: str, due: int, sample: Any) -> None:
         """Add a sample of the cycle whose inputs have the stamp `due` [ns]."""
@@ -47,7 +52,7 @@ class CycleJoin:
 
     def _flush(self) -> None:
         lead = self._queues[self.kinds[0]]
-        while self._due in lead and all(self._due in self._queues[k] for k in self.needed):
+        while self._due in lead and all(self._due in self._queues[k] for k in self._needed):
             self._release()
 
     def _release(self) -> None:

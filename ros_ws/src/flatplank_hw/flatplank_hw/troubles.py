@@ -226,8 +226,14 @@ BUS = table_of_troubles(
     ),
     Trouble(
         "drives_silent", _ERROR, "no commands come from a drive node",
-        "the simulated bus went on without the answer of an axis: its node has ended or hangs",
+        "the simulated bus went on without the answer of an axis: its node has ended",
         "see that the drive nodes run; start the bench again",
+    ),
+    Trouble(
+        "bus_waits", _WARN, "the simulated bus waits for a drive node",
+        "the node is there and has not answered the last cycle, so bench time stands: the computer "
+        "is busy, the node was stopped, or a node that it needs was not started",
+        "end other programs; see that all nodes of the bench run",
     ),
 )  # fmt: skip
 

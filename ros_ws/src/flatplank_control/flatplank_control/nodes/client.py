@@ -124,14 +124,21 @@ class BenchClient:
 
     def call(self, kind: Any, name: str, /, timeout: float = 10.0, **fields: Any) -> Any:
         """Call a service; BenchError when it does not answer in time [s of wall clock]."""
-        client = self._client(kind, name)
-        if not client.wait_for_service(timeout_sec=timeout):
-            raise BenchError(f"{client.service_name}: not there after {timeout:g} s; is the bench running?")
-        future = client.call_async(kind.Request(**fields))
+        future = self.ask(kind, name, timeout, **fields)
         self._until(future, timeout)
         if not future.done():
-            raise BenchError(f"{client.service_name}: no answer within {timeout:g} s")
+            place = self._client(kind, name).service_name
+            raise BenchError(f"{place}: no answer within {timeout:g} s")
         return future.result()
+
+    def ask(self, kind: Any, name: str, /, timeout: float = 10.0, **fields: Any) -> Future:
+        """Call a service without waiting for its answer; BenchError when it is not there in time
+        [s of wall clock]."""
+        client = self._client(kind, name)
+        if not client.wait_for_service(timeout_sec=timeout):
+            place = client.service_name
+            raise BenchError(f"{place}: not there after {timeout:g} s; is the bench running?")
+        return client.call_async(kind.Request(**fields))
 
     def _client(self, kind: type, name: str) -> Any:
         if name not in self._clients:

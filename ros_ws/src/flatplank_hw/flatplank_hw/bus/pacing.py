@@ -9,16 +9,16 @@ CATCH_UP = 25
 """a late real-time bus makes up for at most this many batches at once"""
 
 ABSENT_TIMEOUT_S = 0.002
-"""wait for each further answer after one has failed to come [s]"""
+"""wait for each further answer of a node that has gone, while cycles are asked for [s]"""
 
 
 class Pacer:
     """Paces the cycles by the wall clock (realtime) or by the answers of the nodes (lockstep), or
     makes none (hold).
 
-    Wall times are arguments [s]. In lockstep the bus waits for a missing answer once for the whole
-    time-out. Until the answers return it then waits only briefly, so that bench time goes on and
-    the rules on stale commands act.
+    Wall times are arguments [s]. In lockstep the bus waits for a missing answer as long as the
+    node is there. Of a node that has gone it waits once for the whole time-out, then only briefly,
+    so that bench time goes on and the rules on stale commands act.
     """
 
     def __init__(self, pace: str, batch: int, axes: frozenset[int], timeout: float) -> None:
@@ -34,7 +34,7 @@ class Pacer:
         self.missing: set[int] = set()
         """axes that have not answered the last batch"""
         self.absent = False
-        """true when an answer has not come within the time-out"""
+        """true when bench time went on without the answer of a node that has gone"""
         self.skipped = 0
         """batches that a real-time bus dropped because it was late"""
         self._last = 0.0
@@ -75,26 +75,42 @@ class Pacer:
         """True when lockstep waits for no further answer."""
         return self.pace == "lockstep" and not self.missing
 
-    def _may_still_come(self, wall: float) -> bool:
-        timeout = min(self.timeout, ABSENT_TIMEOUT_S) if self.absent else self.timeout
-        return wall - self._last < timeout
+    def waited(self, wall: float) -> float:
+        """Time for which an answer has been overdue [s]; 0: none is."""
+        waited = wall - self._last
+        lockstep = self.pace != "realtime" and self.missing
+        return waited if lockstep and waited >= self.timeout else 0.0
 
-    def stop_waiting(self, wall: float) -> bool:
-        """True, once, when a held bus stops waiting for the answers to its last cycle."""
-        if self.pace != "hold" or not self.missing or self._may_still_come(wall):
+    def _given_up(self, wall: float, gone: bool, period: float) -> bool:
+        """True when an answer that is still missing does not come any more."""
+        timeout = min(self.timeout, period) if self.absent else self.timeout
+        return gone and wall - self._last >= timeout
+
+    def stop_waiting(self, wall: float, gone: bool) -> bool:
+        """True, once, when a held bus stops waiting for the answers to its last cycle. `gone`: a
+        node that must answer is not in the graph."""
+        held = self.pace == "hold" and bool(self.missing)
+        if not (held and self._given_up(wall, gone, ABSENT_TIMEOUT_S)):
             return False
         self.absent = True
         self.missing.clear()
         return True
 
-    def batches_due(self, wall: float, rate_hz: float) -> int:
-        """Number of batches to make now; called at every tick of the wall timer."""
+    def batches_due(
+        self, wall: float, rate_hz: float, *, gone: bool = False, idle: bool = False
+    ) -> int:
+        """Number of batches to make now; called at every tick of the wall timer.
+
+        `gone`: a node that must answer is not in the graph. `idle`: nothing moves and nobody waits
+        for bench time, which then is not faster than the wall clock.
+        """
         if self.pace == "lockstep":
-            if self.all_have_answered() and self.cycle >= 0:
+            period = self.batch / rate_hz
+            if self.all_have_answered():
+                return int(not idle or wall - self._last >= period)
+            if not self._given_up(wall, gone, period if self.until is None else ABSENT_TIMEOUT_S):
                 return 0
-            if self._may_still_come(wall):
-                return 0
-            self.absent = self.cycle >= 0
+            self.absent = True
             return 1
         if self.pace == "realtime":
             if self._start is None:

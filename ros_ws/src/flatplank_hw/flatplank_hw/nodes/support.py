@@ -140,11 +140,12 @@ class BenchNode(LifecycleNode):
         *,
         needed: bool = True,
         from_inside: Callable[[Any], None] | None = None,
-    ) -> None:
-        """Subscribe to the samples of a topic, as `add_subscription`. `from_inside`: receives
-        those of this process in place of `receive`."""
+    ) -> Callable[[], int]:
+        """Subscribe to the samples of a topic, as `add_subscription`; returns a function that
+        counts its publishers. `from_inside`: receives the samples of this process in place of
+        `receive`."""
         read, inside = exchange.read, from_inside or receive
-        self._subscribe(
+        return self._subscribe(
             exchange.msg_type, topic, lambda msg: receive(read(msg)), inside, qos, needed, False
         )
 
@@ -157,7 +158,7 @@ class BenchNode(LifecycleNode):
         qos: QoSProfile | int,
         needed: bool,
         raw: bool,
-    ) -> None:
+    ) -> Callable[[], int]:
         quiet = SubscriptionEventCallbacks(use_default_callbacks=False)
         subscription = self.create_subscription(
             msg_type, topic, from_outside, qos, event_callbacks=quiet, raw=raw
@@ -170,6 +171,7 @@ class BenchNode(LifecycleNode):
             count = partial(_sum, count, partial(local.count_publishers, name))
         if needed:
             self._links.append((count, topic))
+        return count
 
     def add_publisher(
         self, msg_type: type, topic: str, qos: QoSProfile | int, *, needed: bool = False

@@ -19,6 +19,7 @@ from flatplank_hw.drive import AxisDrive, DriveParameters
 from flatplank_hw.drive.modes import MODES
 from flatplank_hw.joining import CycleJoin
 from flatplank_hw.nodes import convert
+from flatplank_hw.nodes.partners import LOOK_S, Partners
 from flatplank_hw.nodes.qos import LATCHED, REFERENCE, STREAM
 from flatplank_hw.nodes.support import BenchNode, fill_response, run_node
 from flatplank_hw.troubles import DRIVE
@@ -41,6 +42,7 @@ class DriveNode(BenchNode):
     def connect(self) -> None:
         axis = self.parameters.axis
         self.join = CycleJoin(("inputs", "encoders", "hub", "reference"), self.on_cycle)
+        self.partners = Partners()
         self.published_mode = ""
         self.reported: tuple[int, int, bool, bool] | None = None
         self.publish = self.add_sample_publisher(
@@ -54,6 +56,7 @@ class DriveNode(BenchNode):
         )
         self.publish_mode = self.add_publisher(String, "~/mode", LATCHED)
         self.publish_mode_change(self.drive.mode)
+        self.add_timer(LOOK_S, self.await_partners)
         self.add_sample_subscription(convert.INPUTS, "bus/inputs", self.on_inputs, STREAM)
         self.join_topic("hub", convert.HUB, "measurement_hub/state")
         self.join_topic("encoders", convert.ENCODERS, "encoders/state")
@@ -96,7 +99,8 @@ class DriveNode(BenchNode):
         def take(sample: Any) -> None:
             self.join.put(kind, sample.stamp_ns, sample)
 
-        self.add_sample_subscription(exchange, topic, take, qos, needed=needed)
+        count = self.add_sample_subscription(exchange, topic, take, qos, needed=needed)
+        self.partners.add(kind, count)
 
     def on_cycle(self, _at: int, latest: Mapping[str, Any]) -> None:
         command, sample = self.drive.step(
@@ -118,9 +122,16 @@ class DriveNode(BenchNode):
     def publish_mode_change(self, mode: str) -> None:
         """Publish the mode, because each source works only in its own mode. Await references only
         in a mode that has a source."""
-        (self.join.needed.add if MODES[mode].source else self.join.needed.discard)("reference")
         self.published_mode = mode
         self.publish_mode(String(data=mode))
+        self.await_partners()
+
+    def await_partners(self) -> None:
+        """Await the samples of this mode in each cycle. When a node has gone, await none of the
+        others, which may lack its samples: the rules on stale samples act."""
+        led = bool(MODES[self.published_mode].source)
+        kinds = self.join.kinds if led else set(self.join.kinds) - {"reference"}
+        self.join.await_kinds(self.join.kinds[:1] if self.partners.gone() else kinds)
 
     # requests
     def enable(self) -> Answer:

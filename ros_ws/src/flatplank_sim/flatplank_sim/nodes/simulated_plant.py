@@ -10,11 +10,13 @@ from typing import Any
 from rclpy.task import Future
 from rosgraph_msgs.msg import Clock
 
+from flatplank_data.limits import Limit
 from flatplank_data.params import Params, param
 from flatplank_hw.bus.commanders import CommandGate
 from flatplank_hw.bus.histogram import percentile
 from flatplank_hw.bus.image import AXES, AxisCommand
 from flatplank_hw.bus.pacing import PACES, Pacer
+from flatplank_hw.cia402 import ENABLE_OPERATION
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import STREAM
 from flatplank_hw.nodes.reporting import SHOWN
@@ -25,6 +27,8 @@ from flatplank_sim.nodes.operator_services import OperatorServices
 from flatplank_sim.plant import Plant, PlantConfig
 
 MAX_BATCH = 50
+LONGEST_ADVANCE_S = 3600.0
+"""longest bench time of one call of `advance` [s]"""
 CLOCK_CYCLES = 10
 """fewest cycles between two messages on /clock"""
 
@@ -41,7 +45,7 @@ class PlantParameters(Params):
     batch: int = param(1, "cycles per message", bounds=(1, MAX_BATCH))
     pace: str = param("realtime", "how bench time runs", choices=PACES)
     wall_timeout: float = param(
-        1.0, "lockstep: go on without an answer after this time", unit="s", bounds=(0.001, 60.0)
+        1.0, "lockstep: an answer is overdue after this time", unit="s", bounds=(0.001, 60.0)
     )
     driven_axes: tuple[str, ...] = param(
         ("wheel",),
@@ -81,7 +85,7 @@ class SimulatedPlant(BenchNode):
             convert.INPUTS, "bus/inputs", STREAM, frame="bus", needed=True
         )
         self.publish_clock = self.add_publisher(Clock, "clock", 10)
-        self.add_sample_subscription(
+        self.count_commanders = self.add_sample_subscription(
             convert.COMMAND, COMMANDS, self.on_command, STREAM,
             from_inside=lambda stamped: self.on_command(stamped, inside=True),
         )  # fmt: skip
@@ -108,7 +112,7 @@ class SimulatedPlant(BenchNode):
         self.ages[min(self.cycle - command.cycle, len(self.ages) - 1)] += 1
         go_on = self.pacer.register_answer(command.axis, command.cycle)
         self.release()
-        if go_on:
+        if go_on and not self.idle():
             self.go()
 
     def diagnostic_values(self) -> dict[str, Any]:
@@ -129,11 +133,12 @@ class SimulatedPlant(BenchNode):
             self.troubles.begin("too_slow", f"{pacer.skipped} batches left out so far")
         elif time.monotonic() - self.slow_at > SHOWN:
             self.troubles.end("too_slow")
-        if pacer.absent:
-            silent = ", ".join(AXES[axis] for axis in sorted(pacer.missing))
-            self.troubles.begin("drives_silent", silent)
-        else:
-            self.troubles.end("drives_silent")
+        silent = ", ".join(AXES[axis] for axis in sorted(pacer.missing))
+        waited = pacer.waited(time.monotonic())
+        lasting = {"drives_silent": silent} if pacer.absent else {}
+        if waited and not pacer.absent:
+            lasting["bus_waits"] = f"{silent}, for {waited:.0f} s"
+        self.troubles.set_lasting(lasting, ("drives_silent", "bus_waits"))
 
     def release(self) -> None:
         """Answer the services that wait for a completed cycle."""
@@ -141,10 +146,27 @@ class SimulatedPlant(BenchNode):
             self.waiting.pop(0)[1].set_result(None)
 
     def on_tick(self) -> None:
-        if self.pacer.stop_waiting(time.monotonic()):
+        pacer, now = self.pacer, time.monotonic()
+        gone = bool(pacer.waited(now) or pacer.absent) and self.a_drive_has_gone()
+        if pacer.stop_waiting(now, gone):
             self.release()
-        for _ in range(self.pacer.batches_due(time.monotonic(), self.parameters.rate_hz)):
+        rate = self.parameters.rate_hz
+        for _ in range(pacer.batches_due(now, rate, gone=gone, idle=self.idle())):
             self.go()
+
+    def a_drive_has_gone(self) -> bool:
+        """True when fewer nodes than driven axes command the bus."""
+        return self.count_commanders() < len(self.driven)
+
+    def idle(self) -> bool:
+        """True in lockstep when nothing moves, no drive is in operation and nobody waits for
+        cycles."""
+        if self.pacer.pace != "lockstep" or self.pacer.until is not None:
+            return False
+        if any(c.control_word == ENABLE_OPERATION for c in self.commands.values()):
+            return False
+        view = self.plant.operator.view
+        return view.at_target and not view.plank_moving
 
     def go(self) -> None:
         """Make one batch of cycles and publish it."""
@@ -162,6 +184,9 @@ class SimulatedPlant(BenchNode):
     async def on_advance(
         self, request: Advance.Request, response: Advance.Response
     ) -> Advance.Response:
+        most = int(LONGEST_ADVANCE_S * self.parameters.rate_hz)
+        if reason := Limit(0, most, "cycles").refusal("cycles", request.cycles):
+            return fill_response(response, False, reason, cycle=self.cycle)
         if request.cycles:
             until = self.pacer.advance(self.cycle, request.cycles)
             future = Future()
