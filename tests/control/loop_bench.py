@@ -42,7 +42,9 @@ class LoopBench:
         rate = float(rate_hz)
         self.hub = MeasurementHub(HubParameters())
         self.encoders = Encoders(EncoderParameters(rate_hz=rate))
-        self.controller = FreeRollingController(FreeRollingParameters(rate_hz=rate, **{"automatic": False, **controller}))
+        self.controller = FreeRollingController(
+            FreeRollingParameters(rate_hz=rate, **{"automatic": False, **controller})
+        )
         self.sequencer = SlipSequencer(SequencerParameters(follow_until=0.0))
         self.drive = AxisDrive(DriveParameters(free_radius=config.tire.free_radius))
         self.commands: tuple = ()

@@ -7,7 +7,6 @@ import argparse
 import re
 from typing import NoReturn
 
-
 _WORD = r"[A-Za-z_][A-Za-z0-9_]*"
 
 

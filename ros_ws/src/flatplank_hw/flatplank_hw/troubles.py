@@ -231,8 +231,8 @@ BUS = table_of_troubles(
     ),
     Trouble(
         "bus_waits", _WARN, "the simulated bus waits for a drive node",
-        "the node is there and has not answered the last cycle, so bench time stands: the computer "
-        "is busy, the node was stopped, or a node that it needs was not started",
+        "the node is there and has not answered the last cycle, so bench time stands: the "
+        "computer is busy, the node was stopped, or a node that it needs was not started",
         "end other programs; see that all nodes of the bench run",
     ),
 )  # fmt: skip
@@ -257,8 +257,8 @@ MEASURING = table_of_troubles(
         "not_calibrated", _WARN, "the constants of this node are not calibrated",
         "the node was started by hand, or the machine has no calibration book: it measures with "
         "the constants of its package",
-        "start the bench by `ros2 launch` or `flatplank bench`, with a book; `flatplank calibrate` "
-        "makes one",
+        "start the bench by `ros2 launch` or `flatplank bench`, with a book; `flatplank "
+        "calibrate` makes one",
     ),
     Trouble(
         "tare_given_up", _WARN, "the zero of the hub was not set anew",

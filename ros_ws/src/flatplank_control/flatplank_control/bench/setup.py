@@ -175,8 +175,8 @@ class BenchSetup:
         """Parameters of one node."""
         own = packaged_parameters(node.package, node.name)
         shared = {**self._shared(node.name), **self._scheduling(node)}
-        known = CalibrationBook(Path(self.calibration)).parameters() if self.calibration else {}
-        known = known.get(node.name, {})
+        book = CalibrationBook(Path(self.calibration)).parameters() if self.calibration else {}
+        known = book.get(node.name, {})
         origin = self._origin_of_constants(bool(known)) if node.name in MEASURING else {}
         return {**own, **known, **origin, **shared, **self.parameters.get(node.name, {})}
 

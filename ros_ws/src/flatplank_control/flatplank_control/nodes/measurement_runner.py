@@ -108,7 +108,9 @@ class MeasurementRunnerNode(BenchNode):
     def on_goal(self, _request: RunMeasurement.Goal) -> GoalResponse:
         if not self.busy:
             return GoalResponse.ACCEPT
-        self.troubles.report_occurrence("refused", f"{self.server_name}: a measurement is under way")
+        self.troubles.report_occurrence(
+            "refused", f"{self.server_name}: a measurement is under way"
+        )
         return GoalResponse.REJECT
 
     def on_confirm(

@@ -215,7 +215,9 @@ class RosBench:
         if not client.wait_for_service(timeout_sec=5.0):
             axis = AXIS_OF.get(name.split("/")[0])
             hint = f" (bench --axes {axis})" if axis else ""
-            raise S.PlanFailed(f"{client.service_name}: the service is not there; is its node running?{hint}")
+            raise S.PlanFailed(
+                f"{client.service_name}: the service is not there; is its node running?{hint}"
+            )
         response = await self._asking.call(client, kind.Request(**fields))
         accepted = getattr(response, "accepted", getattr(response, "success", True))
         if not accepted:

@@ -65,7 +65,9 @@ class DriveNode(BenchNode):
         drive = self.drive
         self.add_service(SetOperationMode, "~/set_operation_mode", self.on_mode)
         self.add_service(MoveTo, "~/move_to", self.on_move)
-        self.add_request(SetBool, "~/enable", lambda r: self.enable() if r.data else drive.disable())
+        self.add_request(
+            SetBool, "~/enable", lambda r: self.enable() if r.data else drive.disable()
+        )
         self.add_request(SetValue, "~/set_trigger", lambda r: drive.set_trigger(r.value))
         self.add_request(Trigger, "~/reset_fault", lambda _: drive.reset_fault())
         self.add_request(Trigger, "~/home", lambda _: drive.home())
