@@ -203,7 +203,7 @@ def test_the_bench_measures_on_ethercat_as_on_the_simulated_plant(
 
 
 def of_the_bus(message: DiagnosticArray) -> DiagnosticStatus:
-    (status,) = [s for s in message.status if s.name == "ethercat_bus"]
+    (status,) = [s for s in message.status if s.name == "/ethercat_bus"]
     return status
 
 

@@ -117,7 +117,7 @@ def test_troubles_are_in_diagnostics_in_the_log_and_in_the_bag(tmp_path, monkeyp
         bench.advance(50)
         seen.hears("quick_stop")
         status = seen.hears("drag", "plank at")
-        assert status.name == "wheel_drive" and status.level == DiagnosticStatus.ERROR
+        assert status.name == "/wheel_drive" and status.level == DiagnosticStatus.ERROR
         seen.until(lambda: seen.status.stop_reason == DriveStatus.STOP_QUICK_STOP, "the status")
         assert seen.status.stop_text == TROUBLES["quick_stop"].text
         plank(bench, 0)

@@ -52,7 +52,7 @@ def main(seconds: float = 60.0, burners: int = 0) -> None:
 
     def note(message: DiagnosticArray) -> None:
         for status in message.status:
-            if status.name == "ethercat_bus":
+            if status.name == "/ethercat_bus":
                 seen.update((v.key, v.value) for v in status.values)
                 oldest.append(int(seen["oldest_command_cycles"]))
 

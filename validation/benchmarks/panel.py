@@ -102,7 +102,7 @@ def watch(server: int, address: str, minutes: float) -> None:
 
     def note(message: DiagnosticArray) -> None:
         for status in message.status:
-            if status.name == "simulated_plant":
+            if status.name == "/simulated_plant":
                 seen.update((v.key, v.value) for v in status.values)
 
     clean = {k: v for k, v in os.environ.items() if k != "LD_LIBRARY_PATH"}

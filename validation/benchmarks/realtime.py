@@ -36,7 +36,7 @@ def run(rate_hz: int, batch: int, seconds: float) -> None:
 
     def note(message: DiagnosticArray) -> None:
         for status in message.status:
-            if status.name == "simulated_plant":
+            if status.name == "/simulated_plant":
                 seen.update((v.key, v.value) for v in status.values)
 
     with tempfile.TemporaryDirectory() as folder:
