@@ -14,6 +14,7 @@ from flatplank_msgs.srv import (
     LoadParasiticFit,
     MoveTo,
     SetOperationMode,
+    SetPace,
     SetSlipStep,
     SetValue,
     SetWaveform,
@@ -79,9 +80,12 @@ def test_bad_requests_are_refused_with_a_reason_and_change_nothing(tmp_path, mon
         tare = bench.client.call(Trigger, "/measurement_hub/tare")
         assert not tare.success and "moves" in tare.message
         assert bench.wheel_turns(), "the step that was set before still holds"
-        # a bag would lack what a node that is still known does not say
+        # a bag would lack what a node that is still known does not say: in lockstep the bus waits
+        bench.call(SetPace, "/simulated_plant/set_pace", pace="realtime", batch=1)
         bench.kill("encoders")
-        bench.advance(2 * CYCLES_BEHIND)
+        since = bench.advance(0)
+        while bench.advance(0) < since + 2 * CYCLES_BEHIND:
+            bench.client.spin(0.2)
         start = bench.client.call(StartRecording, "/recorder/start", name="a", record="tire: T")
         assert not start.accepted and "/encoders/state" in start.reason
         assert not list(bench.data.iterdir())

@@ -95,7 +95,7 @@ def test_troubles_are_in_diagnostics_in_the_log_and_in_the_bag(tmp_path, monkeyp
     with graph(tmp_path, monkeypatch, parameters=WRONG, separate=("slip_sequencer",)) as bench:
         seen = Listener(bench, tmp_path / "nodes.log")
         bench.advance(10)
-        names = set(bench.names())
+        names = {f"/{name}" for name in bench.names()}
         seen.until(
             lambda: seen.message is not None and {s.name for s in seen.message.status} >= names,
             "one message has every node",
@@ -168,8 +168,8 @@ def test_troubles_are_in_diagnostics_in_the_log_and_in_the_bag(tmp_path, monkeyp
         bench.advance(50)
         seen.hears("reference", "ms old")
         plank(bench, 0)
-        seen.hears("node_silent", "(slip_sequencer)")
-        (silent,) = [s for s in seen.message.status if s.name == "slip_sequencer"]
+        seen.hears("node_silent", "(/slip_sequencer)")
+        (silent,) = [s for s in seen.message.status if s.name == "/slip_sequencer"]
         assert silent.level == DiagnosticStatus.STALE
     told = in_the_bag(bag)
     for name in ("saturated", "cross_check", "quick_stop", "drag", "emergency_stop", "heartbeat"):
