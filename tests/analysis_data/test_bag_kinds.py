@@ -14,8 +14,10 @@ from mcap.writer import CompressionType, IndexType, Writer
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.typesys import Stores, get_types_from_idl, get_typestore
 
+from flatplank_data.bags.ros1 import Ros1File
 from flatplank_data.bags.topics import topic_map
 from flatplank_data.errors import FlatplankError
+from flatplank_data.guard import Budget
 from flatplank_data.readers.bag import import_bag
 
 ROWS, PERIOD, START = 400, 10**8, 1_700_000_000 * 10**9
@@ -295,18 +297,50 @@ def test_a_type_that_nobody_defines_is_named(tmp_path):
 ROS1 = get_typestore(Stores.ROS1_NOETIC)
 
 
-@pytest.mark.parametrize("packing", [None, Writer1.CompressionFormat.LZ4])
-def test_bags_of_ros_1(tmp_path, packing):
-    writer = Writer1(tmp_path / "r.bag")
+PACKINGS = [None, Writer1.CompressionFormat.LZ4, Writer1.CompressionFormat.BZ2]
+
+
+def write_ros1(path, packing=None, rows=None):
+    writer = Writer1(path)
     if packing:
         writer.set_compression(packing)
     with writer:
         channels: dict = {}
-        for topic, kind, at, message in messages(ROS1, seq=7):
+        for topic, kind, at, message in rows or messages(ROS1, seq=7):
             if topic not in channels:
                 channels[topic] = writer.add_connection(topic, kind, typestore=ROS1)
-            writer.write(channels[topic], at, ROS1.serialize_ros1(message, kind))
-    assert_rows(read(tmp_path / "r.bag"), np.arange(ROWS))
+            data = message if isinstance(message, bytes) else ROS1.serialize_ros1(message, kind)
+            writer.write(channels[topic], at, data)
+    return path
+
+
+@pytest.mark.parametrize("packing", PACKINGS)
+def test_bags_of_ros_1(tmp_path, packing):
+    assert_rows(read(write_ros1(tmp_path / "r.bag", packing)), np.arange(ROWS))
+
+
+@pytest.mark.parametrize("packing", PACKINGS[1:])
+def test_a_chunk_of_ros_1_that_fills_the_memory_is_refused(tmp_path, packing):
+    """The chunk unpacks to 320 MB; only as much as the file may have is unpacked."""
+    rows = (("/enc", JOINT, START + i, bytes(1 << 26)) for i in range(5))
+    path = write_ros1(tmp_path / "r.bag", packing, rows)
+    # bz2 and lz4 pack zeros by more than 200: as bombs they are told by their size alone
+    file = Ros1File(path, Budget(path.name, 1 << 25))
+    with pytest.raises(FlatplankError, match="unpacks to more than 1000 times its size"):
+        list(file.blocks({"/enc"}))
+
+
+def test_an_index_of_ros_1_that_lacks_messages_is_refused(tmp_path):
+    path = write_ros1(tmp_path / "r.bag")
+    data = bytearray(path.read_bytes())
+    head = data.rindex(b"count=" + (ROWS).to_bytes(4, "little"))  # of an index of the chunk
+    at = data.rindex((12 * ROWS).to_bytes(4, "little"))
+    assert at > head
+    data[head + 6 : head + 10] = (ROWS - 5).to_bytes(4, "little")
+    data[at : at + 4] = (12 * (ROWS - 5)).to_bytes(4, "little")
+    path.write_bytes(data)
+    with pytest.raises(FlatplankError, match="not a whole bag of ROS 1"):
+        read(path)
 
 
 def test_messages_of_ros_1_in_mcap_and_messages_in_json(tmp_path):

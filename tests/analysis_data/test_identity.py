@@ -40,5 +40,43 @@ def test_a_copied_file_is_told_and_not_used(write_campaign, make_step):
     campaign = Campaign.load(folder)
     assert len(list(campaign.tables(["fz"]))) == 2
     (problem,) = (p for p in campaign.problems if "same samples" in p.what)
-    assert first.name in problem.what and "same samples" in problem.what and problem.fatal
+    assert first.name in problem.what and problem.fatal
     assert "\n" not in str(problem) and len(list(campaign.tables())) == 2
+
+
+def again(table, start):
+    """The table under the name of another start."""
+    return table.with_info(start=start, file=table.info.file.replace("_1", f"_{start}"))
+
+
+def test_simulations_without_noise_are_told_apart_by_what_they_measure(write_campaign, make_step):
+    """At another load, angle or pressure the forces along the road may be equal bit by bit."""
+    table = make_step(0.02, 1)
+    others = [
+        again(table.with_columns(**{name: table[name] + more}), 2 + k)
+        for k, (name, more) in enumerate([("fz", 300.0), ("loaded_radius", 0.001)])
+    ]
+    assert len(list(Campaign.load(write_campaign([table, *others])).tables(["fx"]))) == 3
+
+
+def test_a_copy_with_fewer_columns_is_a_copy(write_campaign, make_step):
+    table = make_step(0.02, 1, noise=5.0)
+    part = again(table.select(["time", "plank_position", "fx", "fz"]), 2)
+    campaign = Campaign.load(write_campaign([table, part], ".csv"))
+    assert len(list(campaign.tables())) == 1
+    (problem,) = (p for p in campaign.problems if p.fatal)
+    assert "same samples" in problem.what and "simulation without noise" in problem.remedy
+
+
+def test_what_is_said_of_a_column_does_not_depend_on_the_columns_that_are_asked_for(
+    write_campaign, make_step
+):
+    table = make_step(0.02, 1, noise=5.0)
+    whole = Campaign.load(write_campaign([table], ".parquet", "whole"))
+    assert list(whole.tables(["fx"])) and not whole.problems
+    names = [name for name in table.columns if name != "fz"]
+    folder = write_campaign([table.select(names)], ".parquet", "part")
+    for columns in (["fx"], ["fx", "fz"], None):
+        campaign = Campaign.load(folder)
+        assert list(campaign.tables(columns))
+        assert [p.what for p in campaign.problems] == ["no column 'fz': no fit"]

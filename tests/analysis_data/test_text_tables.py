@@ -182,7 +182,7 @@ def test_a_column_that_nobody_needs_costs_nothing(tmp_path):
     np.testing.assert_array_equal(found["fx"], table["fx"])
     told = _problems(campaign)
     assert "column 'stamp' is not known and was left out" in told
-    assert "column 'mz': 40 of 40 cells are not numbers, 'OVL' in line 2" in told
+    assert "column 'mz': 40 of 40 cells are not numbers, first 'OVL' in line 2" in told
 
 
 def test_text_in_a_needed_column_is_quoted_with_its_line(tmp_path):
@@ -251,3 +251,18 @@ def test_text_of_any_kind_is_text_to_the_decoder():
     for encoding, end in itertools.product(ENCODINGS, ("\n", "\r\n", "\r")):
         table = read_text_table(text.replace("\n", end).encode(encoding), "a.csv")
         assert table.names == ["Größe", "°C"] and len(table.lines) == 3
+
+
+@pytest.mark.parametrize("units", [[], ["s;m;N;N"]], ids=["no units", "units"])
+def test_a_damaged_line_before_the_first_sample_is_not_lost(units):
+    """It belongs neither to the names nor to the units."""
+    head = ["Run 7", ";".join(NAMES), *units]
+    whole = written(";", "comma", head=head)
+    cut = whole.replace("0,0000;0,0000;", "0,0000;0,0000&", 1)
+    with pytest.raises(FlatplankError, match=f"line {len(head) + 1}: 3 values for 4 columns"):
+        read_text_table(cut.encode(), "a.csv", NAMES.__contains__)
+    lines = [*head, "# a comment", "started again by hand"]
+    table = read_text_table(written(";", "comma", head=lines).encode(), "a.csv", NAMES.__contains__)
+    assert len(table.lines) == len(ROWS)
+    place = f"line {len(lines)} 'started again by hand'"
+    assert table.remarks == [f"1 line is no sample and was left out: {place}"]

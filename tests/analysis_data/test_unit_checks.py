@@ -90,6 +90,52 @@ def test_a_file_of_kilonewtons_without_a_unit_is_not_fitted(tmp_path, write_camp
     assert "'fz' is 3.7 N in the mean, nominal 3.7e+03 N: 'fz' is in kn" in str(problem)
 
 
+LATERAL = {"fx": 0.0, "fy": -0.5, "mx": 0.01, "my": -0.006, "mz": 0.012}
+"""shares of the load, and of load times radius, of a car tire at a side slip of 3 deg"""
+
+
+def a_lateral_run(size: float, **info):
+    """Forces and moments of a tire of any size, a quarter of the way to the largest ones."""
+    table = a_run(**info)
+    load, radius = size**2 * 3700.0, size * 0.3108
+    grown = np.linspace(0.0, 1.0, len(table))
+    columns = {n: v * load * grown * (radius if n[0] == "m" else 1.0) for n, v in LATERAL.items()}
+    columns["fx"] = load * np.minimum(20.0 * table.info.kappa + 0.01, 0.9) * grown
+    columns["loaded_radius"] = size * table["loaded_radius"]
+    columns |= {n: table[n] / size for n in ("wheel_angle", "wheel_velocity", "motor_velocity")}
+    table = table.with_columns(fz=np.full(len(table), load), **columns)
+    return table.with_info(fz=load, effective_rolling_radius=radius)
+
+
+@pytest.mark.parametrize("size", [0.2, 1.0, 3.0])
+@pytest.mark.parametrize(
+    ("name", "unit", "factor"),
+    [("fx", "kn", 1e3), ("fy", "kn", 1e3), ("mz", "knm", 1e3), ("mz", "nmm", 1e-3),
+     ("mx", "nmm", 1e-3), ("my", "nmm", 1e-3)],
+)  # fmt: skip
+def test_one_force_or_moment_a_thousand_times_off_is_found_at_any_size(size, name, unit, factor):
+    for kappa in (0.0, 0.005, 0.05):
+        table = a_lateral_run(size, kappa=kappa)
+        assert not told(table)
+        wrong = told(table.with_columns(**{name: table[name] / factor}))
+        assert f"'{name}' is in {unit}" in wrong and "\n" not in wrong
+
+
+def test_a_locked_wheel_in_kilonewtons_is_refused():
+    table = step_table(0.0, measurement="locked_wheel")
+    table = table.with_columns(fx=np.full(len(table), -2900.0), wheel_angle=0.0 * table["time"])
+    assert not told(table)
+    assert "'fx' is in kn" in told(table.with_columns(fx=table["fx"] / 1e3))
+
+
+def test_noise_of_a_channel_that_is_not_loaded_is_no_other_unit():
+    table = a_lateral_run(1.0, kappa=0.0).with_info(alpha_deg=0.0)
+    random = np.random.default_rng(1)
+    noise = {name: 0.3 * random.standard_normal(len(table)) for name in ("fy", "mx", "my", "mz")}
+    table = table.with_columns(side_slip_angle=0.0 * table["fx"], **noise)
+    assert not told(table)
+
+
 TURNS = {"-pi .. pi": -np.pi, "0 .. 2 pi": 0.0, "from where it stood": 1.234}
 
 

@@ -12,7 +12,7 @@ from typing import Any
 from flatplank_data import checks
 from flatplank_data.condition import Condition, is_nan
 from flatplank_data.errors import FlatplankError, NothingUsableError
-from flatplank_data.identity import copy_of, identifying_columns, identity_of
+from flatplank_data.identity import TOLD_BY, Identity, KnownRuns, copy_of, identity_of
 from flatplank_data.measured import (
     UNKNOWN,
     is_rolling_run_without_load,
@@ -69,9 +69,9 @@ class Run:
         table, remarks, _ = self._read(columns, check, further)
         return _selected(table, columns), remarks
 
-    def identity(self) -> str:
-        """Hash of the samples, see `identity_of`; raises FlatplankError when they are unusable."""
-        columns = identifying_columns(self.info.measurement) or None
+    def identity(self) -> Identity:
+        """See `identity_of`; raises FlatplankError when the samples are unusable."""
+        columns = () if self.info.measurement in checks.REQUIRED else None
         return identity_of(self._read(columns, check=True, further=False)[2])
 
     def _read(
@@ -82,7 +82,7 @@ class Run:
         wanted = columns
         needed = checks.REQUIRED.get(self.info.measurement, ()) if check else ()
         if columns is not None:
-            wanted = [*dict.fromkeys([*columns, *needed, *STOP_COLUMNS])]
+            wanted = [*dict.fromkeys([*columns, *needed, *STOP_COLUMNS, *TOLD_BY])]
         request = Request(self.store, self.info.file, wanted, self.mapping, further, needed)
         loaded = reader_for(self.store, self.info.file)(request)
         facts = dict(loaded.facts)
@@ -167,6 +167,7 @@ class Campaign:
     tire: str = ""
     problems: list[Problem] = field(default_factory=list)
     _files: dict[str, str] = field(default_factory=dict, repr=False)
+    _known: KnownRuns = field(default_factory=KnownRuns, repr=False)
 
     @classmethod
     def load(
@@ -301,7 +302,7 @@ class Campaign:
             what = f"same UUID {table.info.uuid} as {first}"
             self.add_problem(Problem(run.info.file, what, remedy="leave one of them out"))
             return None
-        copied = copy_of(whole, self._files)
+        copied = copy_of(whole, self._known)
         if copied is not None:
             self.add_problem(copied)
             return None

@@ -20,6 +20,7 @@ import pyarrow as pa
 
 from flatplank_data.errors import FlatplankError
 from flatplank_data.numbers import (
+    NotNumbers,
     NumberStyle,
     is_missing,
     looks_like_number,
@@ -81,6 +82,10 @@ class TextTable:
         """A column of dates or times of day as seconds since the first; see `seconds_of`."""
         return seconds_of(self.texts[name].to_pylist(), self.lines, self.where)
 
+    def not_numbers(self, name: str, other: np.ndarray) -> NotNumbers:
+        """The cells of a column with other text, by their mask of shape (rows,)."""
+        return NotNumbers(int(other.sum()), len(other), self.first(name, other))
+
     def first(self, name: str, rows: np.ndarray) -> str:
         """The first of these rows (a mask) of a column: `'OVL' in line 12`."""
         row = int(np.argmax(rows))
@@ -100,8 +105,9 @@ def read_text_table(
     every = enumerate(lines_of(decode_text(data, where)), start=1)
     lines = [(number, line) for number, line in every if line.strip()]
     separator, first, head = _layout(lines, where)
-    names, units = _names_and_units(head, is_known, where)
-    body, remarks = _samples(lines[first:], separator, len(head[0]), where)
+    names, units, last = _names_and_units(list(head.values()), is_known, where)
+    after = [line for line in lines[list(head)[last] + 1 : first] if not _is_comment(line[1])]
+    body, remarks = _samples([*after, *lines[first:]], separator, len(names), where)
     cells = zip(*(c for _, c in body), strict=True)
     texts = {n: pa.array(c, pa.string()) for n, c in zip(names, cells, strict=False)}
     numbers = np.array([number for number, _ in body])
@@ -131,9 +137,9 @@ def split_header(cells: Sequence[str]) -> tuple[list[str], list[str]]:
     return names, units
 
 
-def _layout(lines: Sequence[Line], where: str) -> tuple[str, int, list[list[str]]]:
-    """Separator, index of the first sample, and the cells of the lines of the header."""
-    best: tuple[float, str, int, list[list[str]]] | None = None
+def _layout(lines: Sequence[Line], where: str) -> tuple[str, int, dict[int, list[str]]]:
+    """Separator, index of the first sample, and the lines of the header: index -> cells."""
+    best: tuple[float, str, int, dict[int, list[str]]] | None = None
     no_head = ""
     for separator in SEPARATORS:
         rows = [split_cells(line, separator) for _, line in lines[:_START]]
@@ -145,8 +151,8 @@ def _layout(lines: Sequence[Line], where: str) -> tuple[str, int, list[list[str]
             continue
         width, count = widths.most_common(1)[0]
         first = next(k for k in samples if len(rows[k]) == width)
-        named = [rows[k] for k in range(first) if not _is_comment(lines[k][1])]
-        head = [row for cells in named if any(row := _as_wide(cells, rows[first]))]
+        named = [k for k in range(first) if not _is_comment(lines[k][1])]
+        head = {k: row for k in named if any(row := _as_wide(rows[k], rows[first]))}
         if not head:
             no_head = no_head or f"no header of {width} names before line {lines[first][0]}"
         elif best is None or count / len(samples) > best[0]:
@@ -180,16 +186,19 @@ def _is_sample(cells: Sequence[str]) -> bool:
 
 def _names_and_units(
     head: Sequence[Sequence[str]], is_known: Callable[[str], bool], where: str
-) -> tuple[list[str], dict[str, str]]:
-    """Names: the line with most known ones, else that before the units."""
+) -> tuple[list[str], dict[str, str], int]:
+    """Names: the line with most known ones, else that before the units; units; and the number of
+    the last line of the header that is used."""
     lettered = [k for k, row in enumerate(head) if k and any(is_unit(cell) for cell in row)]
     known = [sum(is_known(name) for name in split_header(row)[0]) for row in head]
     at = known.index(max(known))
     if not max(known):
         at = lettered[-1] - 1 if lettered else len(head) - 1
     names, units = split_header(head[at])
+    last = at
     if at + 1 < len(head) and not any(units):
-        units = list(head[lettered[-1] if lettered and lettered[-1] > at else -1])
+        last = lettered[-1] if lettered and lettered[-1] > at else len(head) - 1
+        units = list(head[last])
     seen: Counter[str] = Counter()
     for k, name in enumerate(names):
         seen[name] += 1
@@ -198,7 +207,7 @@ def _names_and_units(
         names[k] = name or f"column {k + 1}"
         if name and seen[name] > 1:
             names[k] = f"{name} ({seen[name]})"
-    return names, {name: unit for name, unit in zip(names, units, strict=True) if unit}
+    return names, {name: unit for name, unit in zip(names, units, strict=True) if unit}, last
 
 
 def _samples(

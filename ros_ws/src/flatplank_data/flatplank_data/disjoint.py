@@ -7,6 +7,7 @@ from collections.abc import Iterable
 
 from flatplank_data.campaign import Run
 from flatplank_data.errors import FlatplankError
+from flatplank_data.identity import Identity, KnownRuns
 
 
 def shared_runs(one: Iterable[Run], other: Iterable[Run]) -> list[tuple[str, str]]:
@@ -14,18 +15,24 @@ def shared_runs(one: Iterable[Run], other: Iterable[Run]) -> list[tuple[str, str
 
     A run is known by its uuid and by its samples: not by folder, file name, record or format.
     """
-    known = {mark: run.info.file for run in other for mark in _marks(run)}
+    by_uuid, by_samples = {}, KnownRuns()
+    for run in other:
+        if run.info.uuid:
+            by_uuid[run.info.uuid] = run.info.file
+        identity = _identity(run)
+        if identity:
+            by_samples.add(identity, run.info.file)
     found = []
     for run in one:
-        same = next((known[mark] for mark in _marks(run) if mark in known), None)
-        if same is not None:
+        identity = _identity(run)
+        same = by_uuid.get(run.info.uuid) or (identity and by_samples.find(identity))
+        if same:
             found.append((run.info.file, same))
     return found
 
 
-def _marks(run: Run) -> list[str]:
-    marks = [f"uuid {run.info.uuid}"] if run.info.uuid else []
+def _identity(run: Run) -> Identity | None:
     try:
-        return [*marks, f"samples {run.identity()}"]
+        return run.identity()
     except FlatplankError:  # not usable: no set has its samples
-        return marks
+        return None

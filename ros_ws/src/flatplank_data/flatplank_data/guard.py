@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import bz2
 from dataclasses import dataclass
 
 import lz4.frame
@@ -56,9 +57,24 @@ class Budget:
         """Unpack an lz4 frame of an expected size. Raises DamagedError."""
         limit = self._limit(size)
         try:
-            out = lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=limit + 1)
+            stream = lz4.frame.LZ4FrameDecompressor()
+            out = stream.decompress(data, max_length=limit + 1)
         except (RuntimeError, EOFError, MemoryError) as error:
             raise DamagedError(f"lz4: {error}") from None
+        if not stream.eof and len(out) <= limit:
+            raise DamagedError("lz4: it has no end")
+        return self._checked(out, limit, size)
+
+    def bz2(self, data: bytes, size: int | None = None) -> bytes:
+        """Unpack bz2 data of an expected size. Raises DamagedError."""
+        limit = self._limit(size)
+        try:
+            stream = bz2.BZ2Decompressor()
+            out = stream.decompress(data, max_length=limit + 1)
+        except (OSError, EOFError, MemoryError) as error:
+            raise DamagedError(f"bz2: {error}") from None
+        if not stream.eof and len(out) <= limit:
+            raise DamagedError("bz2: it has no end")
         return self._checked(out, limit, size)
 
     def _limit(self, size: int | None) -> int:

@@ -30,6 +30,19 @@ _INFINITE = re.compile(r"[-+]?inf(?:inity)?", re.IGNORECASE)
 _SIMPLE = r"^-?[0-9]+(?:D[0-9]*)?(?:[eE][-+]?[0-9]+)?$"
 
 
+class NotNumbers(NamedTuple):
+    """Cells of a column that are neither empty nor a number."""
+
+    count: int
+    rows: int
+    """cells of the column"""
+    first: str
+    """the first, quoted, and its place: `'OVL' in line 12`"""
+
+    def __str__(self) -> str:
+        return f"{self.count} of {self.rows} cells are not numbers, first {self.first}"
+
+
 class NumberStyle(NamedTuple):
     """How numbers are written."""
 

@@ -16,7 +16,7 @@ import numpy as np
 import pyarrow as pa
 
 from flatplank_data.errors import FlatplankError
-from flatplank_data.numbers import number_of, numbers_of, styles_of
+from flatplank_data.numbers import NotNumbers, number_of, numbers_of, styles_of
 from flatplank_data.text import lines_of
 
 KEYWORDS = (
@@ -66,6 +66,8 @@ class TydexFile:
     constants: Mapping[str, Quantity] = field(default_factory=dict)
     channels: Sequence[Channel] = ()
     data: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))
+    not_numbers: Mapping[str, NotNumbers] = field(default_factory=dict)
+    """by channel: cells with other text, which are NaN in `data`"""
 
 
 def parse_tydex(text: str, name: str) -> TydexFile:
@@ -85,9 +87,13 @@ def parse_tydex(text: str, name: str) -> TydexFile:
             raise FlatplankError(f"constant {key} twice", f"{name}, line {number}", "remove one")
         constants[key] = Quantity(line[40:50].strip(), value, line[10:40].strip())
     channels = [_channel(line, f"{name}, line {n}") for n, line in sections["MEASURCHANNELS"]]
-    data = _data(sections["MEASURDATA"], channels, name)
+    names = [channel.name for channel in channels]
+    twice = next((n for n in names if names.count(n) > 1), None)
+    if twice is not None:
+        raise FlatplankError(f"channel {twice} twice", name, "remove one")
+    data, others = _data(sections["MEASURDATA"], channels, name)
     comments = [line for _, line in sections.get("COMMENTS", [])]
-    return TydexFile(header, comments, constants, channels, data)
+    return TydexFile(header, comments, constants, channels, data, others)
 
 
 def _sections(text: str, name: str) -> tuple[dict[str, list[tuple[int, str]]], bool]:
@@ -126,15 +132,20 @@ def _channel(line: str, where: str) -> Channel:
     return Channel(key, unit, factor, before, after, note)
 
 
-def _data(lines: list[tuple[int, str]], channels: list[Channel], name: str) -> np.ndarray:
+def _data(
+    lines: list[tuple[int, str]], channels: list[Channel], name: str
+) -> tuple[np.ndarray, dict[str, NotNumbers]]:
+    """Physical values (samples, channels), and the cells that are no numbers."""
     if not channels:
         raise FlatplankError("no channels", name, "needs **MEASURCHANNELS")
     cells: list[str] = []
-    for _, line in lines:
+    places: list[int] = []
+    for number, line in lines:
         found = line.split()
         if any(len(cell) > 10 for cell in found):
             found = [line[i : i + 10].strip() for i in range(0, len(line), 10)]
         cells += found
+        places += [number] * len(found)
     rest = len(cells) % len(channels)
     if rest or not cells:
         row = len(cells) // len(channels) + 1
@@ -145,14 +156,15 @@ def _data(lines: list[tuple[int, str]], channels: list[Channel], name: str) -> n
         )
     texts = pa.array(cells, pa.string())
     values, other = numbers_of(texts, styles_of({"": texts})[""], name)
-    if other.any():
-        bad = cells[int(np.argmax(other))]
-        number = next(n for n, line in lines if bad in line)
-        raise FlatplankError(
-            f"'{bad}' is not a number", f"{name}, line {number}", f"write {MISSING} for no value"
-        )
+    others = {}
+    for column, channel in enumerate(channels):
+        bad = np.flatnonzero(other[column :: len(channels)])
+        if bad.size:
+            at = column + int(bad[0]) * len(channels)
+            first = f"'{cells[at]}' in line {places[at]}"
+            others[channel.name] = NotNumbers(bad.size, len(cells) // len(channels), first)
     factor, before, after = np.array([(c.factor, c.before, c.after) for c in channels]).T
-    return (values.reshape(-1, len(channels)) + before) * factor + after
+    return (values.reshape(-1, len(channels)) + before) * factor + after, others
 
 
 def format_tydex(file: TydexFile) -> str:

@@ -12,40 +12,21 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
+from flatplank_data.force_units import of_forces
 from flatplank_data.machine import FAST, GEAR_RATIO, SLOW, USUAL_RADIUS
 from flatplank_data.table import COLUMN_UNITS, MeasurementTable
+from flatplank_data.unit_relations import COARSE, Relation, relation
 from flatplank_data.units import units_of
 
 STANDS = 0.05
 """a wheel whose rim travels less than this share of the road stands [-]"""
-COARSE = 0.5 * math.log(1000.0)
-"""half of a factor of 1000: what is known only by its order of magnitude is this uncertain"""
 ALIKE = 0.02
 """difference of two sums below which both units explain the quotients"""
-
-
-@dataclass(frozen=True)
-class Relation:
-    """A quotient of columns that is 1 in SI."""
-
-    text: str
-    """what the quotient compares, with both values"""
-    off: float
-    """natural logarithm of the quotient"""
-    powers: Mapping[str, int]
-    """column -> its exponent in the quotient"""
-    slack: float = 0.0
-    """logarithm by which the quotient may be off without another unit"""
-
-    def rest(self, column: str = "", factor: float = 1.0) -> float:
-        """What is left of the logarithm when a column is multiplied by a factor."""
-        off = self.off + self.powers.get(column, 0) * math.log(factor)
-        return max(abs(off) - self.slack, 0.0)
 
 
 @dataclass(frozen=True)
@@ -64,7 +45,7 @@ def wrong_units(table: MeasurementTable, rolling: bool) -> list[WrongUnit]:
     relations = list(_relations(table, rolling))
     found: list[tuple[float, WrongUnit]] = []
     for column in dict.fromkeys(name for r in relations for name in r.powers):
-        shown = max((r for r in relations if column in r.powers), key=lambda r: abs(r.off))
+        shown = max((r for r in relations if column in r.powers), key=Relation.rest)
         for unit, factor in units_of(COLUMN_UNITS[column]).items():
             rest = sum(r.rest(column, factor) for r in relations)
             wrong = WrongUnit(column, unit, COLUMN_UNITS[column], shown.text)
@@ -75,18 +56,9 @@ def wrong_units(table: MeasurementTable, rolling: bool) -> list[WrongUnit]:
     return [wrong for rest, wrong in found if rest <= least + ALIKE]
 
 
-def _relation(
-    name: str, one: float, other: float, unit: str, powers: Mapping[str, int]
-) -> Iterator[Relation]:
-    """`one` over `other`, when both are numbers other than zero."""
-    quotient = abs(one / other) if other else math.nan
-    if math.isfinite(quotient) and quotient > 0.0:
-        text = name.format(f"{abs(one):.3g} {unit}", f"{abs(other):.3g} {unit}")
-        yield Relation(text, math.log(quotient), powers)
-
-
 def _relations(table: MeasurementTable, rolling: bool) -> Iterator[Relation]:
     yield from _of_record(table)
+    yield from of_forces(table)
     if rolling:
         yield from _of_travel(table)
 
@@ -107,7 +79,7 @@ def _of_record(table: MeasurementTable) -> Iterator[Relation]:
             unit = COLUMN_UNITS[column]
             text = f"'{column}' is {{}} in the mean, nominal {{}}"
             mean = float(np.nanmean(table[column]))
-            yield from _relation(text, mean, value, unit, {column: 1})
+            yield from relation(text, mean, value, unit, {column: 1})
 
 
 def _of_travel(table: MeasurementTable) -> Iterator[Relation]:
@@ -123,10 +95,10 @@ def _of_travel(table: MeasurementTable) -> Iterator[Relation]:
     usual = 0.5 * math.log(FAST / SLOW)
     text, powers = "the plank runs at {}, usual are {}", {"plank_position": 1, "time": -1}
     speed = way / time if time else math.nan
-    yield from _coarse(_relation(text, speed, math.sqrt(SLOW * FAST), "m/s", powers), usual)
+    yield from _coarse(relation(text, speed, math.sqrt(SLOW * FAST), "m/s", powers), usual)
     text = "the plank travels {} by its speed, {} by its position"
     powers = {"plank_velocity": 1, "time": 1, "plank_position": -1}
-    yield from _relation(text, _integral(part, "plank_velocity"), way, "m", powers)
+    yield from relation(text, _integral(part, "plank_velocity"), way, "m", powers)
     yield from _of_turning(part, way * (1.0 if free else 1.0 + info.kappa))
 
 
@@ -140,23 +112,23 @@ def _of_turning(part: MeasurementTable, way: float) -> Iterator[Relation]:
         return
     text = f"the rim travels {{}} at a radius of {radius:.3g} m, the plank {{}}"
     powers = {"wheel_angle": 1, "plank_position": -1}
-    rim = _relation(text, turned * radius, way, "m", powers)
+    rim = relation(text, turned * radius, way, "m", powers)
     yield from rim if math.isfinite(stated) else _coarse(rim, 0.0)
     text, powers = text.replace("travels", "travels by its speed"), {
         "wheel_velocity": 1, "time": 1, "plank_position": -1,
     }  # fmt: skip
-    rim = _relation(text, by_speed * radius, way, "m", powers)
+    rim = relation(text, by_speed * radius, way, "m", powers)
     yield from rim if math.isfinite(stated) else _coarse(rim, 0.0)
     text = "the wheel turns by {} by its motor, by {} by its own speed"
     powers = {"motor_velocity": 1, "wheel_velocity": -1}
-    yield from _relation(text, by_motor / GEAR_RATIO, by_speed, "rad", powers)
+    yield from relation(text, by_motor / GEAR_RATIO, by_speed, "rad", powers)
 
 
 def _coarse(relations: Iterator[Relation], slack: float) -> Iterator[Relation]:
     """Relations that are known by their order of magnitude: they count only beyond it."""
-    for relation in relations:
-        beyond = abs(relation.off) > COARSE + slack
-        yield dataclasses.replace(relation, off=relation.off if beyond else 0.0, slack=slack)
+    for one in relations:
+        beyond = abs(one.off) > COARSE + slack
+        yield dataclasses.replace(one, off=one.off if beyond else 0.0, below=slack, above=slack)
 
 
 def _integral(table: MeasurementTable, column: str) -> float:

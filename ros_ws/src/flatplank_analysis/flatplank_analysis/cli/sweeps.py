@@ -14,7 +14,8 @@ from flatplank_analysis.slip_sweeps.axes import SYSTEMS
 from flatplank_analysis.slip_sweeps.conditions import FORCE, HELD
 from flatplank_analysis.slip_sweeps.curves import NAMES, Formula
 from flatplank_analysis.slip_sweeps.raw import RAW
-from flatplank_analysis.slip_sweeps.study import FAILS, Study, by_level, study
+from flatplank_analysis.slip_sweeps.study import Study, by_level, study
+from flatplank_analysis.slip_sweeps.verdict import RISK, fails
 from flatplank_data.arguments import Parser
 from flatplank_data.errors import FlatplankError
 
@@ -108,15 +109,14 @@ def _tell_failures(found: Study, tir: TirFile, name: str) -> None:
         ratio = f"{f.error / curve.floor:.1f}" if curve.floor > 0.0 else "-"
         at = f"{c.slip.scale * f.worst_slip:+.1f} {c.slip.unit}"
         force = FORCE[c.swept].capitalize()
-        rows.append((str(k + 1), f"{f.error:.0f}", f"{100.0 * f.share:.0f}", ratio,
+        chance = f"{f.chance:.1g}" if np.isfinite(f.chance) else "-"
+        rows.append((str(k + 1), f"{f.error:.0f}", f"{100.0 * f.share:.0f}", ratio, chance,
                      f"{force} {f.worst:+.0f} N at {at}", c.label))  # fmt: skip
-    header = ("", "error [N]", "of the largest force [%]", "floors", "off most", "")
+    header = ("", "error [N]", "of the largest force [%]", "floors", "chance", "off most", "")
     common.print_rows(header, rows)
     for line in by_level(found.conditions, failures):
         print(line)
-    fails = sum(
-        f.error > FAILS * curve.floor
-        for f, curve in zip(failures, found.curves, strict=True)
-        if np.isfinite(curve.floor)
-    )
-    print(f"above {FAILS:g} floors in {fails} of {len(failures)} conditions")
+    known = [f.chance for f in failures if np.isfinite(f.chance)]
+    print("chance: that scatter alone makes an error as large")
+    print(f"fails in {int(fails(known).sum())} of {len(known)} conditions with a floor "
+          f"(an exact file would fail in any of them with a chance of {100.0 * RISK:g} %)")  # fmt: skip

@@ -23,7 +23,7 @@ from flatplank_analysis.steady.rolling_radius import RadiusRun, mean_radii, radi
 from flatplank_data.campaign import Campaign, Run
 from flatplank_data.condition import Condition
 from flatplank_data.errors import FlatplankError, NothingUsableError
-from flatplank_data.identity import copy_of
+from flatplank_data.identity import KnownRuns, copy_of
 from flatplank_data.problem import Problem, problem_from_error
 from flatplank_data.table import MeasurementTable
 
@@ -49,12 +49,12 @@ def read_each_run(
 ) -> list[Problem]:
     """Read every run and pass its table, up to the stop, to `take`; return all problems."""
     problems: list[Problem] = []
-    seen: dict[str, str] = {}
+    known = KnownRuns()
     for run in runs:
         try:
             table, remarks = run.read(columns)
             problems += remarks
-            copied = copy_of(table, seen)
+            copied = copy_of(table, known)
             if copied is not None:
                 problems.append(copied)
                 continue

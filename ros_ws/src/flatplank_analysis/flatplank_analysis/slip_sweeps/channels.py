@@ -143,7 +143,7 @@ def columns_of(header: Sequence[str], given: Mapping[str, str], where: str) -> d
 def in_si(
     channel: Channel, values: np.ndarray, unit: str | None, size: float, where: str
 ) -> tuple[np.ndarray, str]:
-    """Values in SI, and the assumption made; "" when the file states the unit.
+    """Values in SI, and the unit that was assumed; "" when the file states it.
 
     size: largest value of all channels with the same unit as this one.
 
@@ -153,9 +153,7 @@ def in_si(
     if unit is not None and (channel.unit == "1" or not is_bare(unit)):
         return to_si(values, unit, channel.unit, where), ""
     guess = [g.unit for g in channel.guesses if size >= g.least][-1]
-    assumed = len(channel.guesses) > 1 and guess != "-"
-    said = f"{channel.name}: no unit, taken to be in {guess} (up to {size:.3g})" if assumed else ""
-    return to_si(values, guess, channel.unit, where), said
+    return to_si(values, guess, channel.unit, where), guess
 
 
 def sizes(columns: Mapping[str, np.ndarray]) -> dict[str, float]:

@@ -18,6 +18,7 @@ from flatplank_analysis.models.magic_formula import steady_forces
 from flatplank_analysis.models.magic_formula.state import curve_angle
 from flatplank_analysis.models.tir import TirFile
 from flatplank_analysis.slip_sweeps.conditions import BINS, FORCE, SMOOTH, SweepCondition
+from flatplank_analysis.slip_sweeps.verdict import RELAXATION, chance_of, degrees_of_freedom
 
 FEW = 3
 """least number of samples of a bin; a bin with fewer is empty"""
@@ -45,6 +46,8 @@ class Curve:
     """smallest error that any curve can have [N]; NaN: not known"""
     floor_from: str
     """source of the floor, as text"""
+    freedom: float
+    """degrees of freedom of the floor; NaN without a floor"""
 
 
 @dataclass(frozen=True)
@@ -86,10 +89,8 @@ def curve_of(columns: Mapping[str, np.ndarray], condition: SweepCondition) -> Cu
         # repeats begin after the largest gap between sample indices
         first = np.arange(len(rows)) <= int(np.argmax(np.diff(rows)))
     up, down = bin_means(bins, force, rising), bin_means(bins, force, ~rising)
-    floor, source = _floor(bins, force, up, down, first)
-    return Curve(
-        bins, slip, bin_means(bins, slip), bin_means(bins, force), up, down, floor, source
-    )
+    floor = _floor(bins, force, up, down, first)
+    return Curve(bins, slip, bin_means(bins, slip), bin_means(bins, force), up, down, *floor)
 
 
 def _rises(slip: np.ndarray) -> np.ndarray:
@@ -111,15 +112,18 @@ def bin_means(
     return np.where(count >= FEW, total / np.maximum(count, 1), np.nan)
 
 
-def _floor(bins, force, up, down, first) -> tuple[float, str]:
-    """Floor of a mean curve [N] and its source: repeats, else rising and falling slip."""
+def _floor(bins, force, up, down, first) -> tuple[float, str, float]:
+    """Floor of a mean curve [N], its source, and its degrees of freedom: from repeats, else from
+    rising and falling slip."""
+    count = np.bincount(bins, minlength=BINS)
     if first is not None:
         a, b = bin_means(bins, force, first), bin_means(bins, force, ~first)
         if np.isfinite(a - b).mean() > COMMON:
-            return _half(a - b), BY_NAME["repeats"].title
+            return _half(a - b), BY_NAME["repeats"].title, degrees_of_freedom(a - b, count)
     if np.isfinite(up - down).mean() > COMMON:
-        return _half(up - down), BY_NAME["ways"].title
-    return float("nan"), BY_NAME["nothing"].title
+        freedom = degrees_of_freedom(up - down, count, RELAXATION)
+        return _half(up - down), BY_NAME["ways"].title, freedom
+    return float("nan"), BY_NAME["nothing"].title, float("nan")
 
 
 def _half(difference: np.ndarray) -> float:
@@ -190,6 +194,8 @@ class Failure:
     """slip of the largest error [rad, -]"""
     worst: float
     """largest error: measured minus modelled force [N]"""
+    chance: float
+    """chance that the scatter alone makes an error as large; NaN without a floor"""
 
 
 def failures(
@@ -228,4 +234,5 @@ def _failure(curve: Curve, modelled: np.ndarray) -> Failure:
         mean,
         float(curve.slip[at]),
         float(off[at]),
+        chance_of(error, curve.floor, curve.freedom),
     )

@@ -82,16 +82,20 @@ def _in_si(
 ) -> tuple[dict[str, np.ndarray], list[str]]:
     """Channels in SI, without those not needed whose unit is not known; and the assumptions."""
     values = {name: raw.columns[theirs] for name, theirs in found.items()}
-    size, columns, said = sizes(values), {}, []
+    size, columns, said, assumed = sizes(values), {}, [], []
     for name, theirs in found.items():
         place, unit = f"{where}, '{theirs}'", raw.units.get(theirs)
         try:
-            columns[name], remark = in_si(BY_NAME[name], values[name], unit, size[name], place)
+            columns[name], guess = in_si(BY_NAME[name], values[name], unit, size[name], place)
         except FlatplankError as error:
             if name not in NOT_NEEDED:
                 raise
-            remark = f"column '{theirs}' was left out: {error.what}"
-        said += [remark] if remark else []
+            said.append(f"column '{theirs}' was left out: {error.what}")
+            continue
+        most = float(np.nanmax(np.abs(values[name])))
+        assumed += [f"{name} in {guess} (up to {most:.3g})"] if guess else []
+    if assumed:
+        said.append(f"no unit in the file, taken to be: {', '.join(assumed)}")
     check_values(columns, found, where)
     return columns, said
 

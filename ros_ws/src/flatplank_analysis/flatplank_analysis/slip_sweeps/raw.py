@@ -47,8 +47,7 @@ def _text(data: bytes, where: str) -> Raw:
             said.append(f"column '{name}' is text and was left out")
             continue
         if other.any():
-            count = f"{int(other.sum())} of {len(other)} cells are not numbers"
-            said.append(f"column '{name}': {count}, first {table.first(name, other)}")
+            said.append(f"column '{name}': {table.not_numbers(name, other)}")
         columns[name] = values
     return Raw(columns, table.units, table.first, said)
 
@@ -65,7 +64,8 @@ def _tydex(data: bytes, where: str) -> Raw:
             continue
         columns[name] = np.full(len(file.data), value)
         units[name] = quantity.unit
-    return Raw(columns, {k: v for k, v in units.items() if v}, _sample)
+    said = [f"column '{name}': {cells}" for name, cells in file.not_numbers.items()]
+    return Raw(columns, {k: v for k, v in units.items() if v}, _sample, said)
 
 
 def _mat(data: bytes, where: str) -> Raw:

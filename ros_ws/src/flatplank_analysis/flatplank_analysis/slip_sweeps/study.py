@@ -34,8 +34,6 @@ from flatplank_data.errors import FlatplankError
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-FAILS = 1.5
-"""error, in floors, above which a tire file fails in a condition"""
 PANELS = 24
 """most panels of a figure"""
 
@@ -190,5 +188,5 @@ def _json(c: SweepCondition, curve: Curve, formula: Formula | None, found: Failu
         out["formula"] = {"values": dict(formula.values)} | spread | numbers
     if found:
         out |= {"error": found.error, "error_share": found.share}
-        out |= {"worst": found.worst, "worst_slip": found.worst_slip}
+        out |= {"worst": found.worst, "worst_slip": found.worst_slip, "chance": found.chance}
     return to_plain(out)

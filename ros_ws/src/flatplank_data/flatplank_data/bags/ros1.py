@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 from rosbags.rosbag1 import Reader
+from rosbags.rosbag1.reader import decompressors
 
 from flatplank_data.bags.blocks import Block, Channel, blocks_of
 from flatplank_data.bags.definitions import ROS1
@@ -28,6 +30,8 @@ class Ros1File:
         found: dict[Channel, list[tuple[int, bytes]]] = {}
         try:
             with Reader(self.path) as reader:
+                self._bound(reader)
+                _check_index(reader)
                 chosen = [c for c in reader.connections if c.topic in wanted]
                 for connection, time, data in reader.messages(chosen) if chosen else ():
                     self.budget.take(len(data))
@@ -44,3 +48,23 @@ class Ros1File:
         for channel, messages in found.items():
             times = np.array([time for time, _ in messages], dtype=np.int64)
             yield from blocks_of(channel, times, [data for _, data in messages])
+
+    def _bound(self, reader: Reader) -> None:
+        """Let chunks unpack to no more than the budget of the file."""
+        bounded = {
+            decompressors["bz2"]: self.budget.bz2,
+            decompressors["lz4"]: self.budget.lz4,
+        }
+        for position, chunk in reader.chunks.items():
+            unpack = bounded.get(chunk.decompressor, chunk.decompressor)
+            reader.chunks[position] = chunk._replace(decompressor=unpack)
+
+
+def _check_index(reader: Reader) -> None:
+    """Raise ValueError when the index has not as many messages as the chunks are said to have."""
+    counted: Counter[int] = Counter()
+    for chunk in reader.chunk_infos:
+        counted.update(chunk.connection_counts)
+    for connection, count in counted.items():
+        if len(reader.indexes.get(connection, ())) != count:
+            raise ValueError(f"the index has not all {count} messages of connection {connection}")

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from flatplank_data.errors import FlatplankError
+from flatplank_data.numbers import NotNumbers
 from flatplank_data.params import similar_names
 from flatplank_data.run_record import RunRecord
 from flatplank_data.store import Store
@@ -133,6 +134,17 @@ def columns_in_si(
             name, values = column_of(values_of(theirs), unit_of(theirs), ours, where)
             columns[name] = values
     return columns
+
+
+def left_out(request: Request, theirs: str, ours: str, cells: NotNumbers) -> str:
+    """Remark on cells that are no numbers; FlatplankError in a column that the run needs."""
+    if ours in request.needed:
+        text, _, line = cells.first.rpartition(" in ")
+        raise FlatplankError(
+            f"{text} in column '{theirs}' is not a number", f"{request.name}, {line}",
+            "correct or remove the line",
+        )  # fmt: skip
+    return f"column '{theirs}': {cells}"
 
 
 def canonical_names(

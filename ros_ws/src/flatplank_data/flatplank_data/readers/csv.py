@@ -7,7 +7,14 @@ import numpy as np
 
 from flatplank_data.delimited import TextTable, read_text_table
 from flatplank_data.errors import FlatplankError
-from flatplank_data.readers.base import Loaded, Request, canonical_names, columns_in_si, reader
+from flatplank_data.readers.base import (
+    Loaded,
+    Request,
+    canonical_names,
+    columns_in_si,
+    left_out,
+    reader,
+)
 from flatplank_data.table import COLUMN_UNITS
 
 
@@ -31,22 +38,10 @@ def read_csv(request: Request) -> Loaded:
             del names[name]
             remarks.append(f"column '{name}' is text and was left out")
         elif other.any():
-            remarks.append(_not_numbers(table, name, other, ours in request.needed))
+            remarks.append(left_out(request, name, ours, table.not_numbers(name, other)))
     _check_units(table, names, request)
     read = columns_in_si(names, request, columns.__getitem__, table.units.get)
     return Loaded(read, {}, [*table.remarks, *remarks])
-
-
-def _not_numbers(table: TextTable, name: str, other: np.ndarray, needed: bool) -> str:
-    """Remark on cells that are no numbers; FlatplankError in a column that the run needs."""
-    first = table.first(name, other)
-    if needed:
-        text, _, line = first.rpartition(" in ")
-        raise FlatplankError(
-            f"{text} in column '{name}' is not a number", f"{table.where}, {line}",
-            "correct or remove the line",
-        )  # fmt: skip
-    return f"column '{name}': {int(other.sum())} of {len(other)} cells are not numbers, {first}"
 
 
 def _check_units(table: TextTable, names: dict[str, str], request: Request) -> None:

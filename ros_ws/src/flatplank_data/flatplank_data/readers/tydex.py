@@ -12,7 +12,7 @@ import numpy as np
 
 from flatplank_data.errors import FlatplankError
 from flatplank_data.numbers import number_of
-from flatplank_data.readers.base import Loaded, Request, reader
+from flatplank_data.readers.base import Loaded, Request, left_out, reader
 from flatplank_data.table import COLUMN_UNITS
 from flatplank_data.text import decode_text
 from flatplank_data.tydex import TydexFile, parse_tydex
@@ -92,6 +92,9 @@ def _columns(file: TydexFile, request: Request) -> tuple[dict[str, np.ndarray], 
                 f"two channels give '{ours}'", f"{request.name}, {channel.name}", "remove one"
             )
         if request.wants(ours):
+            cells = file.not_numbers.get(channel.name)
+            if cells:
+                remarks.append(left_out(request, channel.name, ours, cells))
             where = f"{request.name}, channel {channel.name}"
             columns[ours] = to_si(file.data[:, index], channel.unit, COLUMN_UNITS[ours], where)
     return columns, remarks
