@@ -10,38 +10,34 @@ from contextlib import closing
 import numpy as np
 import pytest
 import yaml
-from mcap.writer import CompressionType, IndexType, Writer
+from mcap.writer import CompressionType, IndexType
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.typesys import Stores, get_types_from_idl, get_typestore
 
+from flatplank_control.recording.mcap_file import McapFile
 from flatplank_data.bags.ros1 import Ros1File
 from flatplank_data.bags.topics import topic_map
 from flatplank_data.errors import FlatplankError
 from flatplank_data.guard import Budget
 from flatplank_data.readers.bag import import_bag
-
-ROWS, PERIOD, START = 400, 10**8, 1_700_000_000 * 10**9
-JOINT, WRENCH = "sensor_msgs/msg/JointState", "geometry_msgs/msg/WrenchStamped"
-TOPICS = {
-    "/enc": {"plank_position": "position[0]", "wheel_angle": "position[1]"},
-    "/hub": {"fx": "wrench.force.x", "fz": "wrench.force.z"},
-}
-STORE = get_typestore(Stores.ROS2_JAZZY)
-
-
-def messages(store=STORE, **more):
-    """Topic, type, time [ns] and message; the values tell the number of the row."""
-    t = store.types
-    vector = t["geometry_msgs/msg/Vector3"]
-    for i in range(ROWS):
-        at = START + i * PERIOD
-        stamp = t["builtin_interfaces/msg/Time"](at // 10**9, at % 10**9)
-        header = t["std_msgs/msg/Header"](stamp=stamp, frame_id="", **more)
-        places = np.array([1e-3 * i, 2e-3 * i])
-        none = np.zeros(0)
-        yield "/enc", JOINT, at, t[JOINT](header, ["plank", "wheel"], places, none, none)
-        force = t["geometry_msgs/msg/Wrench"](vector(float(i), 0.0, 3700.0), vector(0.0, 0.0, 0.0))
-        yield "/hub", WRENCH, at, t[WRENCH](header, force)
+from flatplank_validation.trust.files.bags import (
+    JOINT,
+    PERIOD,
+    ROS1,
+    ROWS,
+    START,
+    STORE,
+    TOPICS,
+    WRENCH,
+    create,
+    definition,
+    insert,
+    messages,
+    messages_of_ros1,
+    plain,
+    write_mcap,
+    write_ros1,
+)
 
 
 def read(path, topics=None):
@@ -56,31 +52,6 @@ def assert_rows(loaded, numbers):
 
 
 # SQLite
-
-
-def create(path, mode: str) -> sqlite3.Connection:
-    base = sqlite3.connect(path, isolation_level=None)
-    base.execute(f"PRAGMA journal_mode={mode}")
-    base.execute("CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT)")
-    base.execute(
-        "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, "
-        "data BLOB)"
-    )
-    for number, (topic, kind) in enumerate((("/enc", JOINT), ("/hub", WRENCH)), start=1):
-        base.execute("INSERT INTO topics VALUES(?,?,?)", (number, topic, kind))
-    return base
-
-
-def insert(base: sqlite3.Connection, first: int, last: int) -> None:
-    """The messages of rows first to last, without the last, in one transaction."""
-    base.execute("BEGIN")
-    rows = [
-        (1 + (topic == "/hub"), at, bytes(STORE.serialize_cdr(message, kind)))
-        for topic, kind, at, message in messages()
-    ]
-    base.executemany(
-        "INSERT INTO messages(topic_id, timestamp, data) VALUES(?,?,?)", rows[2 * first : 2 * last]
-    )
 
 
 def killed(tmp_path, base: sqlite3.Connection, leave=()):
@@ -193,29 +164,6 @@ def test_another_database_is_refused(tmp_path, sql):
 # other definitions and serialisations
 
 
-def write_mcap(path, rows, language, text, coding="cdr", **options):
-    with open(path, "wb") as stream:
-        writer = Writer(stream, **options)
-        writer.start(profile="ros2")
-        channels: dict[str, int] = {}
-        for topic, kind, at, payload in rows:
-            if topic not in channels:
-                schema = writer.register_schema(kind, language, text(kind).encode())
-                channels[topic] = writer.register_channel(topic, coding, schema)
-            writer.add_message(channels[topic], at, payload, at)
-        writer.finish()
-    return path
-
-
-def plain(store=STORE):
-    for topic, kind, at, message in messages(store):
-        yield topic, kind, at, bytes(store.serialize_cdr(message, kind))
-
-
-def definition(kind: str) -> str:
-    return STORE.generate_msgdef(kind, ros_version=2)[0]
-
-
 @pytest.mark.parametrize(
     "options",
     [
@@ -294,29 +242,16 @@ def test_a_type_that_nobody_defines_is_named(tmp_path):
         read(path)
 
 
-ROS1 = get_typestore(Stores.ROS1_NOETIC)
-
-
 PACKINGS = [None, Writer1.CompressionFormat.LZ4, Writer1.CompressionFormat.BZ2]
-
-
-def write_ros1(path, packing=None, rows=None):
-    writer = Writer1(path)
-    if packing:
-        writer.set_compression(packing)
-    with writer:
-        channels: dict = {}
-        for topic, kind, at, message in rows or messages(ROS1, seq=7):
-            if topic not in channels:
-                channels[topic] = writer.add_connection(topic, kind, typestore=ROS1)
-            data = message if isinstance(message, bytes) else ROS1.serialize_ros1(message, kind)
-            writer.write(channels[topic], at, data)
-    return path
 
 
 @pytest.mark.parametrize("packing", PACKINGS)
 def test_bags_of_ros_1(tmp_path, packing):
-    assert_rows(read(write_ros1(tmp_path / "r.bag", packing)), np.arange(ROWS))
+    path = write_ros1(tmp_path / "r.bag", packing, chunk=3000)
+    assert_rows(read(path), np.arange(ROWS))
+    found = messages_of_ros1(path.read_bytes())  # an independent reader
+    places = [ROS1.deserialize_ros1(data, JOINT).position[1] for data in found["/enc"]]
+    np.testing.assert_array_equal(read(path).columns["wheel_angle"], places)
 
 
 @pytest.mark.parametrize("packing", PACKINGS[1:])
@@ -368,3 +303,31 @@ def test_a_chunk_that_fills_the_memory_is_refused(tmp_path):
     path = write_mcap(tmp_path / "r.mcap", rows, "ros2msg", definition, **options)
     with pytest.raises(FlatplankError, match="unpacks to more than 1000 times its size"):
         read(path)
+
+
+def test_one_bit_of_a_bag_of_the_bench_is_found_and_its_rows_are_named(tmp_path):
+    """The recorder writes a checksum per chunk; here 50 rows, 5 s."""
+    path = tmp_path / "b_0.mcap"
+    file = McapFile.create(path)
+    numbers = {}
+    for topic, kind in (("/enc", JOINT), ("/hub", WRENCH)):
+        schema = file.add_schema(kind, STORE.generate_msgdef(kind, ros_version=2)[0])
+        numbers[topic] = file.add_channel(topic, schema, {})
+    for i, (topic, kind, at, message) in enumerate(messages()):
+        file.add(numbers[topic], at, bytes(STORE.serialize_cdr(message, kind)))
+        if i % 100 == 99:
+            file.flush()
+    file.finish()
+    topics = topic_map({"topics": TOPICS})
+    assert not import_bag(path, topics).remarks
+    data = bytearray(path.read_bytes())
+    force = np.float64(175.0).tobytes() + np.float64(0.0).tobytes() + np.float64(3700.0).tobytes()
+    data[data.index(force) + 7] ^= 1  # 175 N becomes 1.3e-153 N
+    path.write_bytes(data)
+    loaded = import_bag(path, topics)
+    kept = np.r_[0:150, 200:400]
+    np.testing.assert_array_equal(loaded.columns["fx"], kept)
+    assert loaded.remarks == [
+        "damaged (checksum): the messages from 14.900 s to 20.000 s are left out; "
+        "copy the bag again from where it was recorded"
+    ]

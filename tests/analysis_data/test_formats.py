@@ -12,9 +12,9 @@ from flatplank_data.errors import FlatplankError
 from flatplank_data.exporters import EXPORTERS
 from flatplank_data.readers import suffixes
 from flatplank_data.readers.base import Request
-from flatplank_data.table import STANDARD_COLUMNS
 from flatplank_data.readers.tydex import read_tydex
 from flatplank_data.store import LocalStore
+from flatplank_data.table import STANDARD_COLUMNS
 from flatplank_data.tydex import parse_tydex
 
 TOLERANCE = {".parquet": 0.0, ".csv": 1e-12, ".tdx": 2e-6}
@@ -137,11 +137,13 @@ def test_text_in_a_tydex_channel_costs_the_file_only_where_it_is_needed(tmp_path
     (tmp_path / "run.tdx").write_text(TYDEX.replace("  NOTAVAIL", f"{text:>10}"))
     loaded = read_tydex(Request(LocalStore(str(tmp_path)), "run.tdx", needed=("fx",)))
     assert np.isnan(loaded.columns["mz"][2]) and loaded.columns["fx"][2] == 2000.0
-    assert f"column 'MZW': 1 of 4 cells are not numbers, first '{text}' in line 27" in loaded.remarks
+    assert (
+        f"column 'MZW': 1 of 4 cells are not numbers, first '{text}' in line 28" in loaded.remarks
+    )
     (tmp_path / "run.tdx").write_text(TYDEX.replace("       210", f"{text:>10}"))
     with pytest.raises(FlatplankError) as caught:
         read_tydex(Request(LocalStore(str(tmp_path)), "run.tdx", needed=("fx",)))
-    assert f"run.tdx, line 26: '{text}' in column 'FX' is not a number" in str(caught.value)
+    assert f"run.tdx, line 28: '{text}' in column 'FX' is not a number" in str(caught.value)
 
 
 def test_tydex_without_blanks_between_the_values():

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import io
 import os
 import struct
 import subprocess
@@ -13,28 +12,13 @@ import zlib
 
 import numpy as np
 import pytest
-import scipy.io
-from damage import damaged
 
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError
 from flatplank_data.guard import DamagedError
 from flatplank_data.native import child, parent
 from flatplank_data.readers.mat import variables
-
-
-def mat(packed: bool = False, **values) -> bytes:
-    stream = io.BytesIO()
-    scipy.io.savemat(stream, values, do_compression=packed)
-    return stream.getvalue()
-
-
-RUN = {
-    "time": 0.2 * np.arange(200), "fx": np.sin(np.arange(200.0)), "fz": np.full(200, 3700.0),
-    "units": {"time": "s", "fx": "kN", "fz": "N"}, "kappa": 0.05, "tire": "TOY",
-    "names": np.array(["a", "bcd"], dtype=object), "grid": np.arange(6.0).reshape(2, 3),
-    "flag": np.array([True, False]), "deep": {"a": {"b": 2.0}},
-}  # fmt: skip
+from flatplank_validation.trust.rows.table_files import RUN, mat
 
 
 @pytest.mark.parametrize("packed", [False, True])
@@ -131,18 +115,3 @@ def test_a_bomb_is_refused():
     data = mat(x=1.0)[:128] + struct.pack("<II", 15, len(body)) + body
     with pytest.raises(FlatplankError, match="not a whole MATLAB file"):
         variables(data, "bomb.mat")
-
-
-@pytest.mark.parametrize("packed", [False, True])
-def test_damaged_files_are_read_as_scipy_does_or_refused(packed, pytestconfig):
-    """Some of them end the process that parses; never this one."""
-    count = 20_000 if pytestconfig.getoption("--long") else 300
-    for what, data in damaged(mat(packed, **RUN), count, 11 + packed):
-        try:
-            found = variables(data, "run.mat")
-        except FlatplankError as error:
-            assert "\n" not in str(error), what
-            continue
-        if packed:  # checked by its packing
-            for name in set(found) & {"time", "fx", "fz"}:
-                np.testing.assert_array_equal(found[name], RUN[name], what)

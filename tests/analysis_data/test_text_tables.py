@@ -13,36 +13,9 @@ import pytest
 from flatplank_data.campaign import Campaign
 from flatplank_data.delimited import read_text_table
 from flatplank_data.errors import FlatplankError
+from flatplank_validation.trust.files.text import NAMES, ROWS, STYLES, written
 
-NAMES = ["time", "plank_position", "fx", "fz"]
-ROWS = np.column_stack([
-    0.05 * np.arange(40),
-    0.0015 * np.arange(40),
-    -1234.5 + 61.73 * np.arange(40),
-    3700.125 + np.sin(np.arange(40)),
-])  # fmt: skip
 ENCODINGS = ("utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "utf-32", "cp1252")
-#: decimal mark, mark of thousands, separators that go with them
-STYLES = {
-    "point": (".", "", "\t;,| "),
-    "comma": (",", "", "\t;| "),
-    "point, thousands by comma": (".", ",", "\t;| "),
-    "comma, thousands by point": (",", ".", "\t;| "),
-    "comma, thousands by blank": (",", "\N{NO-BREAK SPACE}", "\t;|"),
-    "point, thousands by apostrophe": (".", "'", "\t;,| "),
-}
-
-
-def number(value: float, decimal: str, thousands: str) -> str:
-    """A number in a style."""
-    text = f"{value:,.4f}" if thousands else f"{value:.4f}"
-    return text.translate(str.maketrans({",": thousands, ".": decimal}))
-
-
-def written(separator: str, style: str, rows=ROWS, head=None) -> str:
-    decimal, thousands, _ = STYLES[style]
-    lines = [separator.join(number(v, decimal, thousands) for v in row) for row in rows]
-    return "\r\n".join([*(head or [separator.join(NAMES)]), *lines, ""])
 
 
 def by_pandas(text: str, separator: str, style: str, **options) -> pd.DataFrame:
@@ -262,7 +235,9 @@ def test_a_damaged_line_before_the_first_sample_is_not_lost(units):
     with pytest.raises(FlatplankError, match=f"line {len(head) + 1}: 3 values for 4 columns"):
         read_text_table(cut.encode(), "a.csv", NAMES.__contains__)
     lines = [*head, "# a comment", "started again by hand"]
-    table = read_text_table(written(";", "comma", head=lines).encode(), "a.csv", NAMES.__contains__)
+    table = read_text_table(
+        written(";", "comma", head=lines).encode(), "a.csv", NAMES.__contains__
+    )
     assert len(table.lines) == len(ROWS)
     place = f"line {len(lines)} 'started again by hand'"
     assert table.remarks == [f"1 line is no sample and was left out: {place}"]

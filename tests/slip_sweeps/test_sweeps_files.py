@@ -4,15 +4,19 @@
 from __future__ import annotations
 
 import formula_of_sweeps as tire
+import h5py
 import numpy as np
 import pytest
 
 from flatplank_analysis.cli.main import main
 from flatplank_analysis.models.tir import read_tir
 from flatplank_analysis.slip_sweeps.study import study
-from flatplank_analysis.slip_sweeps.verdict import fails
 from flatplank_data.errors import FlatplankError
 from flatplank_data.tydex import Channel, Quantity, TydexFile, format_tydex
+from flatplank_validation.trust.files.matlab73 import write_mat73
+
+UNLIKELY = 1e-4
+"""chance that the scatter of one of the conditions here, some sixty, is never seen to have"""
 
 
 def agrees(found, conditions: int = 3) -> None:
@@ -27,9 +31,9 @@ def agrees(found, conditions: int = 3) -> None:
 
 
 def exact(found, tir) -> None:
-    """The exact tire file does not fail."""
+    """The errors of the exact tire file are no more than scatter."""
     assert 0.0 < max(curve.floor for curve in found.curves) < tire.NOISE
-    assert not fails([f.chance for f in found.failures(read_tir(str(tir)))]).any()
+    assert min(f.chance for f in found.failures(read_tir(str(tir)))) > UNLIKELY
 
 
 SLIPS = {
@@ -281,21 +285,25 @@ def test_long_names_and_names_of_ones_own(tmp_path, capsys):
         assert words in capsys.readouterr().err
 
 
+CHANNELS = {"ET": ("RUNTIME", "s"), "SA": ("SLIPANGL", "rad"), "FZ": ("FZW", "N"),
+            "FY": ("FYW", "N"), "IA": ("INCLANGL", "rad"), "MZ": ("MZW", "Nm")}  # fmt: skip
+
+
+def tydex(columns, names=CHANNELS, constants=None) -> str:
+    channels = [Channel(*named) for named in names.values()]
+    data = np.column_stack([columns[k] for k in names])
+    return format_tydex(TydexFile({"RELEASE": "1.3"}, [], constants or {}, channels, data))
+
+
 @pytest.mark.parametrize("held", [False, True])
 def test_sweeps_in_tydex(held, tmp_path):
     columns = tire.sweep(tire.wave())
-    names = {"ET": ("RUNTIME", "s"), "SA": ("SLIPANGL", "rad"), "FZ": ("FZW", "N"),
-             "FY": ("FYW", "N"), "IA": ("INCLANGL", "rad")}  # fmt: skip
-    constants = {"INCLANGL": Quantity("deg", "4"), "INFLPRES": Quantity("kPa", "83")}
+    names, constants = dict(CHANNELS), None
     if held:
+        constants = {"INCLANGL": Quantity("deg", "4"), "INFLPRES": Quantity("kPa", "83")}
         del names["IA"]
         columns |= {"FY": tire.side_force(columns["FZ"], columns["SA"], np.radians(4.0))}
-    file = TydexFile(
-        {"RELEASE": "1.3"}, [], constants if held else {},
-        [Channel(*named) for named in names.values()],
-        np.column_stack([columns[k] for k in names]),
-    )  # fmt: skip
-    path, tir = tire.files(tmp_path, format_tydex(file), "lateral.tdx")
+    path, tir = tire.files(tmp_path, tydex(columns, names, constants), "lateral.tdx")
     found = study(path)
     assert len(found.conditions) == 3 and len(found.columns["fz"]) == 6 * N
     if held:
@@ -305,3 +313,41 @@ def test_sweeps_in_tydex(held, tmp_path):
         return
     agrees(found)
     exact(found, tir)
+
+
+def test_text_in_a_tydex_channel_that_no_curve_needs_costs_no_row(tmp_path):
+    text = tydex(tire.sweep(tire.wave()))
+    lines = text.splitlines()
+    first = lines.index("**MEASURDATA") + 1
+    for k in range(first + 100, first + 160):
+        lines[k] = lines[k][:50] + "OVL".rjust(9)
+    found = study(tire.files(tmp_path, "\n".join(lines), "lateral.tdx")[0])
+    agrees(found)
+    assert len(found.columns["fz"]) == 6 * N
+    place = f"first 'OVL' in line {first + 101}"
+    assert f"column 'MZW': 60 of {6 * N} cells are not numbers, {place}" in found.said
+
+
+SHAPES = {
+    "vectors and units": lambda columns, units: {**columns, "units": units},
+    "vectors and channel": lambda columns, units: {
+        **columns, "channel": {"name": list(units), "units": list(units.values())}},
+    "a struct": lambda columns, units: {"run": columns, "units": units},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_sweeps_in_matlab_73(shape, tmp_path):
+    columns = tire.sweep(tire.wave())
+    shown = {k: tire.FACTORS.get(k, 1.0) * v for k, v in columns.items()}
+    units = {k: tire.UNITS[k] for k in columns}
+    path, tir = tire.files(tmp_path, "", "lateral.mat")
+    write_mat73(path, SHAPES[shape](shown, units))
+    found = study(path)
+    agrees(found)
+    exact(found, tir)
+    for name, (theirs, factor) in {"fy": ("FY", 1.0), "alpha": ("SA", np.pi / 180.0)}.items():
+        with h5py.File(path) as file:  # an independent reader
+            values = file.get("run", file)[theirs][()].ravel()
+        np.testing.assert_allclose(found.columns[name], factor * values, rtol=1e-12)
+    assert len(found.said) == 1

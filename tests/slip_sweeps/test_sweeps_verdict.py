@@ -13,8 +13,8 @@ from flatplank_analysis.models.tir import read_tir
 from flatplank_analysis.slip_sweeps.conditions import BINS
 from flatplank_analysis.slip_sweeps.study import study
 from flatplank_analysis.slip_sweeps.verdict import (
-    RISK,
     RELAXATION,
+    RISK,
     chance_of,
     degrees_of_freedom,
     fails,
@@ -23,7 +23,9 @@ from flatplank_analysis.slip_sweeps.verdict import (
 DRAWS = 2000
 
 
-def drawn_chances(memory: float, counts: np.ndarray, smooth: int = 0, lag: float = 0.0) -> np.ndarray:
+def drawn_chances(
+    memory: float, counts: np.ndarray, smooth: int = 0, lag: float = 0.0
+) -> np.ndarray:
     """Chances of an exact file; memory: correlation of neighbouring bins of one pass; lag:
     difference of the passes that is no scatter."""
     random = np.random.default_rng(7)

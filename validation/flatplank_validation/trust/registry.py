@@ -34,12 +34,20 @@ class Tally:
     many: int = 0
     failures: list[str] = field(default_factory=list)
     """one line for each failed case: what was done and what came out"""
+    refused: int = 0
+    """cases that passed because they were refused"""
 
     def add(self, failure: str) -> None:
         """Count a case; `failure` is empty when it passed."""
         self.many += 1
         if failure:
             self.failures.append(failure)
+
+    def join(self, other: Tally) -> None:
+        """Add the cases of another tally."""
+        self.many += other.many
+        self.refused += other.refused
+        self.failures += other.failures
 
 
 Run = Callable[[Options], Tally]

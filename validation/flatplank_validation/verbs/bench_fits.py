@@ -10,7 +10,14 @@ from pathlib import Path
 
 from flatplank_analysis.cli import common
 from flatplank_data.arguments import Parser
-from flatplank_validation.fits import bag_import, campaign_fit, magic_formula, nonlinear_fit, tires
+from flatplank_validation.fits import (
+    bag_import,
+    campaign_fit,
+    large_bag,
+    magic_formula,
+    nonlinear_fit,
+    tires,
+)
 
 Part = Callable[[argparse.Namespace], Mapping[str, float]]
 #: part -> measured quantity, limit
@@ -29,15 +36,20 @@ PARTS: Mapping[str, tuple[Part, str]] = {
         "all four through simulate, fit and report; wanted: C_Fk within 3 %, c_cx and sigma_x "
         "without the model's bias within 7 %, r_e within 1 %",
     ),
+    "large_bag": (
+        lambda o: large_bag.measure(o.gigabytes),
+        "one bag of another bench; wanted for 2 GB: time_s at most 120, memory_over_size below 2",
+    ),
     "bag_import": (lambda o: bag_import.measure(o.bags), "wanted: ratio at least 0.5"),
 }
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """`flatplank bench-fits [PART...] [--runs N] [--bags DIR] [--json]`."""
+    """`flatplank bench-fits [PART...] [--runs N] [--gigabytes N] [--bags DIR] [--json]`."""
     parser = Parser(prog="flatplank bench-fits", description=__doc__)
     parser.add_argument("parts", nargs="*", help=f"some of {', '.join(PARTS)}; default: all")
     parser.add_argument("--runs", type=int, default=800, help="of campaign_fit (default 800)")
+    parser.add_argument("--gigabytes", type=float, default=2.0, help="of large_bag (default 2)")
     parser.add_argument("--bags", type=Path, help="campaign of bags; without it no bag_import")
     parser.add_argument("--json", action="store_true", help="print JSON for programs")
     chosen = parser.parse_args(argv)

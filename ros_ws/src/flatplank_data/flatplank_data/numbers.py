@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -30,7 +31,8 @@ _INFINITE = re.compile(r"[-+]?inf(?:inity)?", re.IGNORECASE)
 _SIMPLE = r"^-?[0-9]+(?:D[0-9]*)?(?:[eE][-+]?[0-9]+)?$"
 
 
-class NotNumbers(NamedTuple):
+@dataclass(frozen=True)
+class NotNumbers:
     """Cells of a column that are neither empty nor a number."""
 
     count: int

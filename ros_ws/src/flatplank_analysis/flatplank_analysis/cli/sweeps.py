@@ -117,6 +117,6 @@ def _tell_failures(found: Study, tir: TirFile, name: str) -> None:
     for line in by_level(found.conditions, failures):
         print(line)
     known = [f.chance for f in failures if np.isfinite(f.chance)]
+    risk = f"an exact file would fail in any of them with a chance of {100.0 * RISK:g} %"
     print("chance: that scatter alone makes an error as large")
-    print(f"fails in {int(fails(known).sum())} of {len(known)} conditions with a floor "
-          f"(an exact file would fail in any of them with a chance of {100.0 * RISK:g} %)")  # fmt: skip
+    print(f"fails in {fails(known).sum()} of {len(known)} conditions with a floor ({risk})")

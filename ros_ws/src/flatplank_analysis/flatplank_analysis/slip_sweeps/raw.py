@@ -70,7 +70,8 @@ def _tydex(data: bytes, where: str) -> Raw:
 
 def _mat(data: bytes, where: str) -> Raw:
     values = variables(data, where)
-    structs = [v for v in values.values() if isinstance(v, dict) and len(v) > 3]
+    named = {k: v for k, v in values.items() if k not in ("channel", "units")}
+    structs = [v for v in named.values() if isinstance(v, dict) and len(v) > 3]
     if len(structs) == 1 and not _vectors(values):
         values = {**values, **structs[0]}
     vectors = _vectors(values)

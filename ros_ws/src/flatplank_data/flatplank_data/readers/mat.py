@@ -60,7 +60,7 @@ def variables(data: bytes, where: str) -> dict[str, Any]:
 
 
 def _columns_of(values: dict[str, Any]) -> dict[str, Any]:
-    structs = [v for v in values.values() if isinstance(v, dict)]
+    structs = [v for k, v in values.items() if isinstance(v, dict) and k != "units"]
     if not any(name in values for name in COLUMN_UNITS) and len(structs) == 1:
         return {**values, **structs[0]}
     return values

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from xml.etree import ElementTree
 
 from flatplank_hw.ethercat.busfile import Entry, Mailbox, Pdo, SdoValue, SyncManagers
+from flatplank_hw.ethercat.esi.commands import is_mapping
 from flatplank_hw.ethercat.esi.numbers import EsiError, cia402_type, parse_number, type_of
 from flatplank_hw.ethercat.layout import TYPES
 
@@ -53,6 +54,8 @@ def read_pdos(nodes: Sequence[ElementTree.Element], where: str) -> Pdos:
     for node in nodes:
         index = parse_number(node.findtext("Index"), f"{where}: Index of a PDO", 0xFFFF)
         here = f"{where}: PDO 0x{index:04X}"
+        if not is_mapping(index):
+            raise EsiError(f"{here}: must be within 0x1600 .. 0x17FF or 0x1A00 .. 0x1BFF")
         entries = []
         for e in node.iterfind("Entry"):
             entry, said = _entry(e, here)
