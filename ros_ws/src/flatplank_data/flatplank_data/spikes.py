@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import product
 
 import numpy as np
@@ -99,15 +100,24 @@ def _leaves_and_returns(
 ) -> np.ndarray:
     """Whether the samples from `first` on leave the line of their neighbours, `before` of which
     are before them, while the neighbours keep to it."""
+    at, design, inverse, inside = _line(length, before)
+    beside = x[first[:, None] + at]
+    line = beside @ inverse
+    left = beside - line @ design.T
+    scatter = left.max(axis=1) - left.min(axis=1)
+    ends = np.abs(x[first[:, None] + np.array([0, length - 1])] - line @ inside)
+    return ends.min(axis=1) > FAR * np.maximum(scatter, scale)
+
+
+@lru_cache(maxsize=None)
+def _line(length: int, before: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Places of the neighbours of a spike (6,), design matrix of their line (6, 2), what gives the
+    line from the neighbours (6, 2), and the line at both ends of the spike (2, 2)."""
     after = np.arange(length, length + 2 * SIDE - before)
     at = np.concatenate([np.arange(-before, 0), after])
     design = np.stack([np.ones(at.size), at], axis=1)
-    beside = x[first[:, None] + at]
-    line = beside @ np.linalg.pinv(design).T
-    scatter = np.ptp(beside - line @ design.T, axis=1)
-    inside = np.arange(length)
-    away = np.abs(x[first[:, None] + inside] - line @ np.stack([np.ones(length), inside]))
-    return np.minimum(away[:, 0], away[:, -1]) > FAR * np.maximum(scatter, scale)
+    ends = np.array([[1.0, 1.0], [0.0, length - 1.0]])
+    return at, design, np.linalg.pinv(design).T, ends
 
 
 def _beyond_all(values: np.ndarray, bad: np.ndarray, rows: np.ndarray) -> bool:
