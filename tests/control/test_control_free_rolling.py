@@ -9,7 +9,10 @@ from dataclasses import replace
 
 import pytest
 
+import control
+
 from flatplank_control.free_rolling import FreeRollingController, FreeRollingParameters
+from flatplank_control.free_rolling.loop import margins
 from flatplank_hw.samples import EncoderSample, HubSample, Wrench
 
 P = FreeRollingParameters(automatic=False)
@@ -109,3 +112,11 @@ def test_a_cycle_is_cheap():
         c.step(hub, enc)
     # 1.1 us on the machine where it was written; the bound only catches a change of kind
     assert (time.process_time() - start) / len(pairs) < 20e-6
+
+
+def test_the_gain_margin_is_that_of_the_smallest_rising_gain():
+    """1 / (s + 1)^3: the margin is 8; with a gain of 2 it is 4."""
+    s = control.tf("s")
+    for gain in (1.0, 2.0):
+        _, _, margin = margins(gain * 1.5 / (s + 1) ** 3)
+        assert margin == pytest.approx(8.0 / (1.5 * gain), rel=1e-6)

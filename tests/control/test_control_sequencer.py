@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -209,3 +210,44 @@ def test_a_cycle_is_cheap():
         s.step(e)
     # 0.7 us on the machine where it was written; the bound only catches a change of kind
     assert (time.process_time() - start) / len(samples) < 20e-6
+
+
+def following(road: float = math.nan, **parameters) -> SlipSequencer:
+    """A step that follows the travel of the road."""
+    s = SlipSequencer(replace(P, follow_until=0.1, **parameters))
+    assert s.set_slip_step(0.0, 1.5, RE).accepted
+    s.step(sample(0, 0.0, 0.0, road_position=road))
+    return s
+
+
+def speeds(s: SlipSequencer, cycles: int, **fields) -> list[float]:
+    """References of a wheel that stays where it is while the road moves 0.5 mm per cycle."""
+    return [s.step(sample(k + 1, 5e-4 * (k + 1), **fields)).value for k in range(cycles)]
+
+
+def test_lost_travel_is_recovered_at_its_rate_until_the_road_has_gone_far_enough():
+    free = V / RE
+    found = speeds(following(), 220)
+    # by hand: the lost angle grows by 0.5 mm / RE per cycle
+    assert found[0] == pytest.approx(free + P.follow_rate * 5e-4 / RE)
+    assert found[1] == pytest.approx(free + P.follow_rate * 1e-3 / RE)
+    assert found[100] == pytest.approx(1.5 * free)
+    assert found[198] > free
+    assert found[201] == found[-1] == pytest.approx(free)
+
+
+def test_the_second_encoder_of_the_road_is_followed_where_it_is_fitted():
+    s = following(1.0, use_road_encoder=True)
+    ahead = s.step(sample(2, 0.0, road_position=1.0005)).value
+    assert ahead == pytest.approx(V / RE + P.follow_rate * 5e-4 / RE)
+    assert speeds(following(use_road_encoder=True), 1)[0] > V / RE
+
+
+def test_without_a_moving_plank_there_is_no_actual_slip():
+    s = with_step()
+    assert math.isnan(s.state.actual_slip)
+    s.step(sample(0, 0.0, 0.0, wheel_velocity=0.1))
+    assert math.isnan(s.state.actual_slip)
+    s.step(sample(1, 0.1, motor_velocity=1.02 * V / RE * P.gear_ratio))
+    assert s.state.actual_slip == pytest.approx(0.02)
+    assert math.isnan(SlipSequencer(P).state.actual_slip)

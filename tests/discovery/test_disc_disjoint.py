@@ -15,6 +15,7 @@ from flatplank_analysis.proposal.confirm import new_sessions
 from flatplank_data.campaign import Campaign
 from flatplank_data.disjoint import shared_runs
 from flatplank_data.errors import FlatplankError
+from flatplank_data.yaml_text import dump_yaml, parse_yaml
 
 SLIPS = (-0.05, -0.01, 0.01, 0.05)
 
@@ -73,3 +74,43 @@ def test_one_run_among_new_ones_is_found(search, other) -> None:
     mixed = [*new.campaign.runs, session.campaign.runs[3]]
     file = session.campaign.runs[3].info.file
     assert shared_runs(mixed, session.campaign.runs) == [(file, file)]
+
+
+def beside_copied(folder: Path, file: str) -> str:
+    shutil.copy(folder / file, folder / "another.parquet")
+    return "another.parquet"
+
+
+def beside_linked(folder: Path, file: str) -> str:
+    (folder / "another.parquet").symlink_to(folder / file)
+    return "another.parquet"
+
+
+def beside_spelled(_folder: Path, file: str) -> str:
+    return f"./{file}"
+
+
+def beside_of_another_format(folder: Path, file: str) -> str:
+    pd.read_parquet(folder / file).to_csv(folder / "another.csv", index=False)
+    return "another.csv"
+
+
+BESIDE = [beside_copied, beside_linked, beside_spelled, beside_of_another_format]
+
+
+@pytest.mark.parametrize("way", BESIDE)
+def test_a_copy_beside_its_run_is_in_no_set_whether_fitted_or_held_out(way, search, tmp_path):
+    """The runs of a batch, those that are fitted and those that are held out, are parts of one
+    folder: a copy there would be in two of them."""
+    folder = tmp_path / "c"
+    shutil.copytree(search, folder)
+    listed = parse_yaml((folder / "campaign.yaml").read_text())
+    entry = dict(listed["runs"][3])
+    entry["file"] = way(folder, entry["file"])
+    listed["runs"].append(entry)
+    (folder / "campaign.yaml").write_text(dump_yaml(listed))
+    session = Session.open(str(folder))
+    used = [run.info.file for run in Session.open(str(search)).campaign.runs]
+    tables = [table.info.file for table in session.campaign.tables()]
+    assert tables == used
+    assert any("another" in str(p) or "./" in str(p) for p in session.campaign.problems)

@@ -173,3 +173,19 @@ def test_before_the_first_inputs_nothing_has_moved():
     assert rig.drive.position == 0.0
     assert "start the bus" in rig.drive.enable().reason
     assert rig.drive.set_operation_mode("velocity", 0.1).accepted  # the axis does not turn
+
+
+def test_a_constant_level_of_the_road_trigger_counts_as_one_pulse():
+    trigger = RoadTrigger()
+    trigger.arm(0.0)
+    assert [trigger.step(0.1 * k, True) for k in range(4)] == [trigger.step(0.0, False)] * 4
+    assert trigger.pulses == 1
+
+
+def test_commands_are_whole_numbers():
+    """As the frames need them."""
+    for mode, reference in (("free_rolling", 3.14159), ("slip", 0.0987654)):
+        rig = rolling(mode)
+        rig.reference = reference
+        rig.run(10)
+        assert all(type(value) is int for value in rig.commands[-1])

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 import time
+from dataclasses import replace
 
 import pytest
 from hub_inputs import bus, volts_from_wheel
@@ -90,3 +91,15 @@ def test_a_cycle_is_cheap():
         hub.step(i)
     # 2.6 us on the machine where it was written; the bound only catches a change of kind
     assert (time.process_time() - start) / len(inputs) < 25e-6
+
+
+def test_constants_of_a_plan_are_in_force_from_the_next_cycle_on():
+    """The rim of a plan changes the lever of the forces."""
+    p = HubParameters()
+    changed = replace(p, et_value=p.et_value + 0.01)
+    hub, fresh = MeasurementHub(p), MeasurementHub(changed)
+    volts = volts_from_wheel(Wrench(100.0, 200.0, 3000.0, 10.0, 20.0, 30.0), gains(p))
+    before = hub.step(bus(0, bridge_volts=volts))
+    hub.set_constants(changed)
+    after = hub.step(bus(1, bridge_volts=volts))
+    assert after.wheel == fresh.step(bus(1, bridge_volts=volts)).wheel != before.wheel

@@ -147,3 +147,11 @@ def test_parameters_can_switch_it_on_at_the_start(tmp_path):
     assert max(abs(s.wheel.fx) for s in run(hub, range(100))) < 1e-9
     with pytest.raises(ValueError, match="filter_on needs parasitic_fit"):
         MeasurementHub(HubParameters(filter_on=True))
+
+
+def test_the_signal_is_the_sine_of_each_channel():
+    sines = tuple(Sine(0.1 * k, 1.0 + 0.1 * k, 0.3 * k, 0.0, 0.0) for k in range(1, 6))
+    signal = ParasiticFit("", "", sines).signal()
+    for x in (-2.0, 0.0, 1.3, 7.0):
+        by_hand = [a * math.sin(b * x + c) for a, b, c, *_ in sines]
+        assert signal(x) == pytest.approx(by_hand, abs=1e-12)

@@ -14,7 +14,13 @@ from flatplank_control.recording.topics import RUN_TOPIC, run_message
 from flatplank_control.recording.typestore import typestore
 from flatplank_data.errors import RecordingError
 from flatplank_data.record_checks import STATUSES
-from flatplank_data.run_record import RunRecord, load_record, record_from_dict, record_from_yaml
+from flatplank_data.run_record import (
+    RunRecord,
+    load_record,
+    record_from_dict,
+    record_from_yaml,
+    stem_of,
+)
 
 FULL = samples.toyo(
     operator="Jürgen: 'x'",
@@ -122,3 +128,22 @@ def test_message_says_what_the_record_says(status):
     assert (message.header.stamp.sec, message.header.stamp.nanosec) == (12, 34)
     assert (message.uuid, message.name, message.status) == (record.uuid, record.name, status)
     assert record_from_yaml(message.record) == record
+
+
+@pytest.mark.parametrize(
+    ("file", "stem"),
+    [("a/b/run_one.csv", "run_one"), ("run.parquet", "run"), ("bag/", "bag"), ("RUN.CSV", "RUN")],
+)
+def test_a_run_is_named_after_its_file(file, stem):
+    assert stem_of(file) == stem
+
+
+@pytest.mark.parametrize(
+    ("measurement", "waveform", "kind"),
+    [("slip", "step", "slip"), ("slip", "sine", "slip sine"), ("cleat", "sine", "cleat")],
+)
+def test_only_a_slip_run_is_named_after_its_waveform(measurement, waveform, kind):
+    record = record_from_dict(
+        {"tire": "TOY", "measurement": measurement, "waveform": {"name": waveform}}
+    )
+    assert record.kind == kind

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 from itertools import product
 
 import numpy as np
@@ -109,7 +109,7 @@ def _leaves_and_returns(
     return ends.min(axis=1) > FAR * np.maximum(scatter, scale)
 
 
-@lru_cache(maxsize=None)
+@cache
 def _line(length: int, before: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Places of the neighbours of a spike (6,), design matrix of their line (6, 2), what gives the
     line from the neighbours (6, 2), and the line at both ends of the spike (2, 2)."""

@@ -37,7 +37,9 @@ def grown(few: Path, count: int, folder: Path) -> Path:
         table, draw = tables[i % len(tables)], np.random.default_rng(i)
         noise = draw.normal(0.0, NOISE_N, len(table))
         columns = {**table.columns, "fx": table["fx"] + noise}
-        info = replace(table.info, file=f"run_{i:04d}.parquet", uuid=str(UUID(int=i + 1)), repeat=i)
+        info = replace(
+            table.info, file=f"run_{i:04d}.parquet", uuid=str(UUID(int=i + 1)), repeat=i
+        )
         new = replace(table, columns=columns, info=info)
         EXPORTERS[".parquet"](new, folder / info.file)
         made.append((info.to_dict(), info.file))
