@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 
 import pytest
 
@@ -11,9 +12,9 @@ from flatplank_control.runner.plans import PLANS
 from flatplank_hw.drive import AxisDrive, safety
 from flatplank_hw.drive.following import Following
 from flatplank_validation.trust import registry, scenario
-from flatplank_validation.trust.faults import FAULTS
+from flatplank_validation.trust.faults import CLOCK, FAULTS
 from flatplank_validation.trust.page import table
-from flatplank_validation.trust.registry import Options, Tally, rows
+from flatplank_validation.trust.registry import Options, Result, Tally, rows
 from flatplank_validation.trust.rows import work
 from flatplank_validation.trust.rows.twin import APART, pairs, triples
 from flatplank_validation.trust.scenario import MOTIONS, Scenario, failure
@@ -71,17 +72,41 @@ def test_every_pair_and_every_fault_is_asked():
 
 
 def test_the_table_has_every_row_and_counts(monkeypatch, capsys):
-    found = {name: (Tally(10, ["a", "b"]), 1.5) for name in rows()}
+    found = {name: Result(Tally(10, ["a", "b"]), 1.5, 0.05, 3) for name in rows()}
     lines = table(found)
     assert len(lines) == 2 + len(rows())
-    assert all("| 10 | 2 | 2 s |" in line for line in lines[2:])
+    assert all("| 10 | 5 %, seed 3 | 2 | 2 s |" in line for line in lines[2:])
     monkeypatch.setattr(
         scenario, "failure", lambda case: "" if case.motion != "hanging" else "bad"
     )
     assert main(["--only", "single", "--jobs", "1"]) == 1
     out = capsys.readouterr()
-    assert f"| {3 * len(FAULTS)} | {len(FAULTS)} |" in out.out
+    assert f"| {3 * len(FAULTS)} | 1 %, seed 1 | {len(FAULTS)} |" in out.out
     assert out.err.count("single: bad") == len(FAULTS)
+
+
+def test_results_of_earlier_runs_are_put_together(tmp_path, capsys):
+    parts = {"a": ("triples", 7, []), "b": ("pairs", 3, ["bad"])}
+    for file, (name, many, failures) in parts.items():
+        row = {"many": many, "failures": failures, "seconds": 2.0, "share": 0.5, "seed": 1}
+        text = json.dumps({"format": "flatplank-bench-trust/1", "rows": {name: row}})
+        (tmp_path / file).write_text(text)
+    files = [str(tmp_path / file) for file in parts]
+    assert main(["--from", *files, "--write", str(tmp_path / "page.md")]) == 1
+    lines = [line for line in (tmp_path / "page.md").read_text().splitlines() if "seed 1" in line]
+    assert [line.split("|")[3:6] for line in lines] == [
+        [" 3 ", " 50 %, seed 1 ", " 1 "], [" 7 ", " 50 %, seed 1 ", " 0 "]
+    ]  # fmt: skip
+    assert "pairs: bad" in capsys.readouterr().err
+    (tmp_path / "a").write_text("{}")
+    with pytest.raises(SystemExit, match="a: 'format'; give an output of --json"):
+        main(["--from", files[0]])
+
+
+@pytest.mark.parametrize("jump", CLOCK)
+def test_a_clock_that_jumps_leaves_no_wheel_turning(jump):
+    assert not failure(Scenario("slip", ((jump, 5), ("plank stops", 5))))
+    assert not failure(Scenario("free rolling", ((jump, 5),)))
 
 
 def test_two_rows_of_one_name_and_an_unknown_row_are_refused():

@@ -10,7 +10,6 @@ from dataclasses import replace
 import pytest
 
 import control
-
 from flatplank_control.free_rolling import FreeRollingController, FreeRollingParameters
 from flatplank_control.free_rolling.loop import margins
 from flatplank_hw.samples import EncoderSample, HubSample, Wrench

@@ -294,3 +294,15 @@ def test_a_torque_that_no_source_commands_may_turn_the_wheel_in_the_air():
     rig.run(500)
     assert rig.velocity == pytest.approx(0.24, rel=1e-3)
     assert rig.samples[-1].stop_reason == 0
+
+
+def test_two_images_of_one_stamp_do_not_end_the_node():
+    """Stamps of the bus that stand still for a cycle; the wheel is outside of the range."""
+    rig = rolling("free_rolling", 12.0)
+    rig.run(20)
+    for _ in range(2):
+        inputs = rig.image(rig.n, rig.n * PERIOD)
+        _, sample = rig.drive.step(inputs, rig._encoders, rig._hub, None)
+        rig.counts += 0.001 * rig.scale
+    assert sample.stop_reason == 0
+    assert math.isfinite(rig.drive._watch.situation.following_limit)

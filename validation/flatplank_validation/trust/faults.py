@@ -47,6 +47,16 @@ class Frozen(Fault):
 
 
 @dataclass
+class Clock(Fault):
+    """The clock of the bus jumps, and runs on from there."""
+
+    seconds: float
+
+    def inputs(self, inputs: BusInputs) -> BusInputs:
+        return inputs._replace(stamp_ns=inputs.stamp_ns + round(self.seconds * 1e9))
+
+
+@dataclass
 class Jump(Fault):
     """A counter jumps by half a turn of its encoder."""
 
@@ -188,3 +198,11 @@ FAULTS: dict[str, Callable[[], Fault]] = {
     "reset and enabled": lambda: Once(lambda t: (t.drive.reset_fault(), t.drive.enable())),
 }
 """name -> a new fault"""
+CLOCK: dict[str, Callable[[], Fault]] = {
+    "clock an hour ahead": lambda: Clock(3600.0),
+    "clock an hour back": lambda: Clock(-3600.0),
+    "clock a second ahead": lambda: Clock(1.0),
+    "clock a second back": lambda: Clock(-1.0),
+    "clock a cycle back": lambda: Clock(-0.004),
+}
+"""jumps of the clock, each with every other fault in a row of their own"""

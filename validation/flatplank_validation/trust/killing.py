@@ -55,14 +55,13 @@ def end(process: subprocess.Popen) -> None:
     process.wait()
 
 
-def killed_after(words: Sequence[str], seconds: float, log: Path) -> bool:
-    """Start a program, kill it after a time; false when it had ended before."""
+def killed_after(words: Sequence[str], seconds: float, log: Path) -> int:
+    """Start a program, kill it after a time; its exit code, negative when it was killed."""
     process = started(words, log)
     with suppress(subprocess.TimeoutExpired):
         process.wait(seconds)
-    early = process.poll() is None
     end(process)
-    return early
+    return process.returncode
 
 
 def whole(words: Sequence[str], log: Path) -> tuple[str, float]:

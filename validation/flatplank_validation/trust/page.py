@@ -7,11 +7,11 @@ from collections.abc import Mapping
 
 from flatplank_hw.drive import DriveParameters
 from flatplank_validation.trust.faults import FAULTS
-from flatplank_validation.trust.registry import Tally, rows
+from flatplank_validation.trust.registry import Result, rows
 from flatplank_validation.trust.scenario import most_s
 
-Found = Mapping[str, tuple[Tally, float]]
-"""row -> tally and time [s]"""
+Found = Mapping[str, Result]
+"""row -> result"""
 
 HEAD = """\
 # What the bench can be trusted with
@@ -38,20 +38,31 @@ def table(found: Found) -> list[str]:
     """Markdown table: what, how many, how many failed."""
     known = rows()
     lines = [
-        "| what is tried | failed means | how many | failed | time |",
-        "|---|---|---|---|---|",
+        "| what is tried | failed means | how many | share of a night | failed | time |",
+        "|---|---|---|---|---|---|",
     ]
-    for name, (tally, seconds) in found.items():
-        row = known[name]
+    for name, result in found.items():
+        row, tally = known[name], result.tally
+        share = f"{100.0 * result.share:g} %, seed {result.seed}"
         lines.append(
-            f"| {row.what} (`{name}`) | {row.bar} | {tally.many} | {len(tally.failures)} "
-            f"| {seconds:.0f} s |"
+            f"| {row.what} (`{name}`) | {row.bar} | {tally.many} | {share} "
+            f"| {len(tally.failures)} | {result.seconds:.0f} s |"
         )
     return lines
 
 
-def page(found: Found, command: str) -> str:
+def page(found: Found) -> str:
     """The whole page."""
     names, most = ", ".join(FAULTS), most_s(DriveParameters())
     tail = f"{TAIL.format(most=most)}{names}."
-    return "\n".join([HEAD, f"Written by `{command}`.", "", *table(found), "", tail, ""])
+    return "\n".join(
+        [
+            HEAD,
+            "Measured by `./flatplank bench-trust --only ROW --share SHARE --seed SEED`.",
+            "",
+            *table(found),
+            "",
+            tail,
+            "",
+        ]
+    )

@@ -50,6 +50,17 @@ class Tally:
         self.failures += other.failures
 
 
+@dataclass(frozen=True)
+class Result:
+    """A row as it was measured."""
+
+    tally: Tally
+    seconds: float
+    share: float
+    """of the cases of a night"""
+    seed: int
+
+
 Run = Callable[[Options], Tally]
 
 

@@ -20,7 +20,7 @@ from flatplank_hw.cia402 import State
 from flatplank_hw.drive import DriveParameters
 from flatplank_hw.samples import DriveSample
 from flatplank_sim.twin.twin import Twin
-from flatplank_validation.trust.faults import FAULTS
+from flatplank_validation.trust.faults import CLOCK, FAULTS
 from flatplank_validation.trust.faulty import FaultyTwin
 
 WATCHED_S = 2.5
@@ -141,7 +141,7 @@ def failure(scenario: Scenario) -> str:
     for name, wait in scenario.faults:
         for _ in range(wait):
             twin.cycle()
-        bench.begin(FAULTS[name]())
+        bench.begin((FAULTS | CLOCK)[name]())
     p = twin.drive.parameters
     rest, uncommanded, most = p.standstill_speed, 0, most_s(p) * twin.rate_hz
     for _ in range(round(WATCHED_S * twin.rate_hz)):

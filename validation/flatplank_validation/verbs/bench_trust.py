@@ -8,6 +8,7 @@ import json
 import os
 import sys
 import time
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
@@ -15,8 +16,9 @@ from flatplank_data.arguments import Parser
 from flatplank_data.files import write_atomic
 from flatplank_data.params import nearest_hint
 from flatplank_validation.trust.page import page, table
-from flatplank_validation.trust.registry import Options, Tally, rows
+from flatplank_validation.trust.registry import Options, Result, Tally, rows
 
+FORMAT = "flatplank-bench-trust/1"
 SHARE = 0.01
 """share of a night's cases without --long"""
 
@@ -30,6 +32,10 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes")
     p.add_argument("--only", default="", metavar="ROW", help="one row of the table")
     p.add_argument("--write", type=Path, metavar="FILE", help="write the page of the docs")
+    p.add_argument(
+        "--from", dest="earlier", nargs="+", type=Path, default=[], metavar="FILE",
+        help="print what earlier runs have written with --json, and measure nothing",
+    )  # fmt: skip
     p.add_argument("--json", action="store_true", help="print JSON for programs")
     return p
 
@@ -40,8 +46,24 @@ def say(name: str, done: int, count: int) -> None:
     print(f"{name}: {done} of {count}", end=end, file=sys.stderr, flush=True)
 
 
-def measure(o: argparse.Namespace, share: float) -> dict[str, tuple[Tally, float]]:
-    """Tally and time [s] of the rows that are asked for."""
+def earlier(files: Sequence[Path]) -> dict[str, Result]:
+    """Results of earlier runs, in the order of the table; of two of a row the later file's."""
+    found: dict[str, Result] = {}
+    for file in files:
+        try:
+            raw = json.loads(file.read_text(encoding="utf-8"))
+            if raw["format"] != FORMAT:
+                raise ValueError(f"format is {raw['format']!r}, must be {FORMAT!r}")
+            for name, r in raw["rows"].items():
+                tally = Tally(int(r["many"]), [str(text) for text in r["failures"]])
+                found[name] = Result(tally, float(r["seconds"]), float(r["share"]), int(r["seed"]))
+        except (OSError, KeyError, TypeError, ValueError) as error:
+            raise SystemExit(f"bench-trust: {file}: {error}; give an output of --json") from None
+    return {name: found[name] for name in rows() if name in found}
+
+
+def measure(o: argparse.Namespace, share: float) -> dict[str, Result]:
+    """Results of the rows that are asked for."""
     known = rows()
     if o.only and o.only not in known:
         raise SystemExit(f"bench-trust: no row '{o.only}'{nearest_hint(o.only, known)}")
@@ -49,7 +71,8 @@ def measure(o: argparse.Namespace, share: float) -> dict[str, tuple[Tally, float
     for name in [o.only] if o.only else known:
         began = time.monotonic()
         options = Options(share, o.seed, o.jobs, partial(say, name))
-        found[name] = known[name].run(options), time.monotonic() - began
+        tally = known[name].run(options)
+        found[name] = Result(tally, time.monotonic() - began, share, o.seed)
     return found
 
 
@@ -59,22 +82,24 @@ def main(argv: list[str]) -> int:
     share = o.share if o.share is not None else 1.0 if o.long else SHARE
     if not 0.0 < share <= 1.0:
         raise SystemExit(f"bench-trust: --share is {share:g}, must be above 0 and at most 1")
-    found = measure(o, share)
+    found = earlier(o.earlier) if o.earlier else measure(o, share)
     if o.json:
         plain = {
-            name: {"many": t.many, "failed": len(t.failures), "failures": t.failures, "seconds": s}
-            for name, (t, s) in found.items()
-        }
-        print(json.dumps({"format": "flatplank-bench-trust/1", "rows": plain}, indent=1))
+            name: {"many": r.tally.many, "failed": len(r.tally.failures),
+                   "failures": r.tally.failures, "seconds": r.seconds, "share": r.share,
+                   "seed": r.seed}
+            for name, r in found.items()
+        }  # fmt: skip
+        print(json.dumps({"format": FORMAT, "rows": plain}, indent=1))
     elif o.write:
-        write_atomic(o.write, page(found, " ".join(["./flatplank bench-trust", *argv])))
+        write_atomic(o.write, page(found))
         print(f"written: {o.write}")
     else:
         print("\n".join(table(found)))
-    for name, (tally, _) in found.items():
-        for text in tally.failures:
+    for name, result in found.items():
+        for text in result.tally.failures:
             print(f"{name}: {text}", file=sys.stderr)
-    return 1 if any(tally.failures for tally, _ in found.values()) else 0
+    return 1 if any(result.tally.failures for result in found.values()) else 0
 
 
 if __name__ == "__main__":

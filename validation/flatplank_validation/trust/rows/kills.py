@@ -99,8 +99,9 @@ class Investigating:
         words = k.verb("investigate", folder, "--sim", "--minutes", "30", "--jobs", "1")
         k.killed_after(words, share * SLOW_S, self.log)
         before = {p.name for p in folder.glob("*.parquet")}
-        if not k.killed_after(words, SLOW_S, self.log):
-            return self.log.read_text(errors="replace").splitlines()[-1]
+        if (code := k.killed_after(words, SLOW_S, self.log)) > 0:
+            last = (self.log.read_text(errors="replace").splitlines() or [""])[-1]
+            return f"exit {code}: {last}"
         gone = before - {p.name for p in folder.glob("*.parquet")}
         if gone:
             return f"lost: {', '.join(sorted(gone))}"

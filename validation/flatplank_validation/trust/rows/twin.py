@@ -10,7 +10,7 @@ from contextlib import nullcontext
 
 from flatplank_analysis.parallel import Serial, worker_pool
 from flatplank_hw.drive import DriveParameters
-from flatplank_validation.trust.faults import FAULTS
+from flatplank_validation.trust.faults import CLOCK, FAULTS
 from flatplank_validation.trust.registry import Options, Tally, row
 from flatplank_validation.trust.scenario import MOTIONS, Scenario, judge, most_s
 
@@ -69,6 +69,16 @@ def single(o: Options) -> Tally:
 def all_pairs(o: Options) -> Tally:
     """Every pair in every motion."""
     return tally(_share([s for motion in MOTIONS for s in pairs(motion)], o), o)
+
+
+@row("clock", "a clock that jumps, alone and before each of the same faults", BAR)
+def clock(o: Options) -> Tally:
+    """Every jump in every motion."""
+    alone = [Scenario(m, ((jump, 5),)) for m in MOTIONS for jump in CLOCK]
+    both = itertools.product(MOTIONS, CLOCK, FAULTS)
+    return tally(
+        alone + _share([Scenario(m, ((j, 5), (name, APART))) for m, j, name in both], o), o
+    )
 
 
 @row("triples", "drawn scenarios of three faults", BAR)

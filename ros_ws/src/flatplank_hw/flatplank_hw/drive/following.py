@@ -95,7 +95,8 @@ class Following:
         else:
             outside = travel - (high if travel > 0.0 else low)
             error = s.following_error - outside
-            self._peak = max(self._peak, abs(outside) / dt)
+            if dt > 0.0:  # else two images have one stamp
+                self._peak = max(self._peak, abs(outside) / dt)
         self._set(s, error)
 
     def _set(self, s: Situation, error: float) -> None:
