@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from flatplank_control.bench.fast_dds import PROFILE
-from flatplank_hw.nodes import local
 from flatplank_control.nodes import loop
+from flatplank_hw.nodes import local
 from flatplank_hw.nodes.local import IGNORE_LOCAL, PROFILES, LocalTopics, ignore_local_endpoints
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from flatplank_hw.bus.histogram import percentile
 from flatplank_hw.bus.pacing import ABSENT_TIMEOUT_S, CATCH_UP, Pacer
+from flatplank_hw.bus.timing import LATE, MADE, REMEMBERED, BusTiming
 from flatplank_hw.nodes import convert
 from flatplank_msgs.msg import BusOutputs
 from flatplank_sim.nodes.simulated_plant import SimulatedPlant
@@ -35,7 +36,12 @@ def test_an_answer_to_an_older_cycle_does_not_count():
 def test_a_command_of_the_bus_before_a_clean_up_is_dropped():
     """Configured again, the plant has made no cycle yet; it would wait for cycle 500."""
     plant = SimpleNamespace(
-        commands={}, ages=[0] * 64, cycle=-1, pacer=lockstep(), release=lambda: None
+        commands={},
+        ages=[0] * 64,
+        timing=BusTiming(),
+        cycle=-1,
+        pacer=lockstep(),
+        release=lambda: None,
     )
     for cycle in (500, 5):
         old = convert.COMMAND.read(BusOutputs(axis=0, cycle=cycle))
@@ -77,6 +83,35 @@ def test_idle_lockstep_is_no_faster_than_the_clock():
     assert pacer.batches_due(10.0 + 0.1 / RATE, RATE, idle=False) == 1
 
 
+def test_a_tick_that_is_earlier_than_the_first_was_is_not_left_to_the_next():
+    """The first tick came late, by a quarter of a period, and all others in time."""
+    pacer = Pacer("realtime", 1, frozenset(), timeout=1.0)
+    pacer.set_pace("realtime", 9.9985)  # at any time between two ticks
+    made = []
+    for cycle, wall in enumerate([10.001, *(10.0 + k / RATE for k in range(1, 50))]):
+        made.append(pacer.batches_due(wall, RATE))
+        for _ in range(made[-1]):
+            pacer.register_batch(cycle, wall)
+    assert made == [0] + [1] * 49
+
+
+def test_durations_of_a_bus_are_told_in_microseconds():
+    timing = BusTiming()
+    for cycle in range(1000):
+        timing.add_wake_up(50_000 if cycle else 2_000_000)
+        timing.add_frame(cycle, 1, (1 + cycle) * 4_000_000)
+        timing.add_command(cycle, now_ns=(1 + cycle) * 4_000_000 + 300_000)
+        timing.add_command(cycle - REMEMBERED, now_ns=0)  # too old to be timed
+    timing.late += 10
+    told = timing.values()
+    assert (told[MADE], told[LATE]) == (1000, 10)
+    assert told["wake-up p99 [us]"] == pytest.approx(50.0, rel=0.1)
+    assert told["wake-up p99.9 [us]"] == pytest.approx(50.0, rel=0.1)
+    assert told["wake-up worst [us]"] == 2000.0
+    assert told["frame to frame worst [us]"] == 4000.0
+    assert told["stamp to command p50 [us]"] == pytest.approx(300.0, rel=0.1)
+
+
 def test_hold_makes_no_cycle_and_advance_makes_just_as_many_as_asked():
     pacer = Pacer("hold", 1, frozenset({0}), timeout=1.0)
     assert pacer.batches_due(100.0, RATE) == 0
@@ -114,10 +149,10 @@ def test_a_held_bus_gives_up_on_a_drive_that_has_gone():
 def test_realtime_makes_what_the_clock_asks_for():
     pacer = Pacer("realtime", 1, frozenset({0}), timeout=1.0)
     assert pacer.batches_due(50.0, RATE) == 0
-    assert pacer.batches_due(50.0 + 3.5 / RATE, RATE) == 3
+    assert pacer.batches_due(50.0 + 3.4 / RATE, RATE) == 3
     for cycle in (1, 2, 3):
         pacer.register_batch(cycle, 50.0)
-    assert pacer.batches_due(50.0 + 3.9 / RATE, RATE) == 0
+    assert pacer.batches_due(50.0 + 3.4 / RATE, RATE) == 0
 
 
 def test_realtime_that_was_held_up_for_long_says_what_it_dropped():

@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measures the graph in real time: lost cycles, and the delay of the drive's command."""
+"""Measures the graph in real time: processor, lost and late cycles, and how late it wakes up and
+answers, beside a bare loop that sleeps until each cycle. Graph and bare loop take turns, so that
+their ratio does not depend on what else the machine does."""
 
 from __future__ import annotations
 
 import os
+import statistics
 import sys
 import tempfile
 import time
@@ -16,9 +19,12 @@ from flatplank_control.bench.fast_dds import loopback_environment
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.nodes.client import BenchClient
+from flatplank_hw.bus.histogram import Histogram
+from flatplank_hw.bus.timing import LATE, MADE, SHARES
 from flatplank_msgs.srv import (
     PlankSwitch,
     SetOperationMode,
+    SetPace,
     SetValue,
     SetWaveform,
     StartRecording,
@@ -26,17 +32,21 @@ from flatplank_msgs.srv import (
 )
 from lockstep import processor_s
 
-CASES = ((250, 1, 60.0), (1000, 1, 30.0), (1000, 4, 30.0))
+CASES = ((250, 1, 60.0), (1000, 1, 40.0), (1000, 4, 40.0))
 """bus rate [Hz], cycles per message, wall time [s]"""
+TURNS = 4
+"""turns of graph and bare loop"""
+Told = dict[str, str]
 
 
 def run(rate_hz: int, batch: int, seconds: float) -> None:
     """Roll in slip control, record, and print the results."""
-    seen: dict[str, str] = {}
+    seen: Told = {}
 
     def note(message: DiagnosticArray) -> None:
         for status in message.status:
             if status.name == "/simulated_plant":
+                seen.clear()
                 seen.update((v.key, v.value) for v in status.values)
 
     with tempfile.TemporaryDirectory() as folder:
@@ -45,21 +55,66 @@ def run(rate_hz: int, batch: int, seconds: float) -> None:
             c.wait_connected(bench)
             c.node.create_subscription(DiagnosticArray, "/diagnostics", note, 10)
             roll(c)
-            wait(c, 1.5)
-            before, begin, used = int(seen["skipped"]), time.monotonic(), processor_s(bench)
-            wait(c, seconds)
-            cores = (processor_s(bench) - used) / (time.monotonic() - begin)
-            dropped = int(seen["skipped"]) - before
+            turns: list[tuple[Told, Histogram, float]] = []
+            for _ in range(TURNS):
+                c.call(SetPace, "/simulated_plant/set_pace", pace="realtime", batch=batch)
+                begin, used = time.monotonic(), processor_s(bench)
+                wait(c, seconds / TURNS)
+                cores = (processor_s(bench) - used) / (time.monotonic() - begin)
+                told = dict(seen)
+                c.call(SetPace, "/simulated_plant/set_pace", pace="hold", batch=batch)
+                turns.append((told, bare_loop(batch / rate_hz, seconds / TURNS), cores))
             done = c.call(StopRecording, "/recorder/stop", status="complete")
-            wait(c, 1.5)
-    print(f"real time at {rate_hz} Hz, {batch} cycles per message, for {seconds:g} s:")
-    print(f"  processor: {cores:.2f} cores, recorded (wanted at 250 Hz: 0.25)")
+    said = f"{batch} cycles per message, {TURNS} turns of {seconds / TURNS:g} s"
+    print(f"real time at {rate_hz} Hz, {said}:")
+    show(turns)
     print(f"  cycles recorded {done.cycles_received}, lost {done.cycles_lost} (wanted: 0)")
-    print(f"  messages that the bus itself dropped: {dropped} (wanted: 0; {before} at the start)")
+
+
+def show(turns: list[tuple[Told, Histogram, float]]) -> None:
+    """Print the medians over the turns, and the sums of what was counted."""
+    cores = statistics.median(cores for *_, cores in turns)
+    print(f"  processor: {cores:.2f} cores, recorded (wanted at 250 Hz: 0.25)")
+    made, late = (sum(int(told[key]) for told, *_ in turns) for key in (MADE, LATE))
+    print(f"  cycles made {made}, later than a period {late}")
+    ages = max(int(told["command age max"]) for told, *_ in turns)
+    usual = max(int(told["command age p99"]) for told, *_ in turns)
     print(
-        f"  drive command after its sample: p99 {seen['command age p99']} cycles, "
-        f"max {seen['command age max']} (wanted: {2 * batch})"
+        f"  drive command after its sample: p99 {usual} cycles, max {ages} (wanted: one message)"
     )
+    print(f"  {'':20s}" + "".join(f"{label:>9s}" for label in SHARES) + "  [us]")
+    for name in ("wake-up", "stamp to command", "frame to frame"):
+        values = [median_us(turns, f"{name} {label} [us]") for label in SHARES]
+        print(f"  {name:20s}" + "".join(f"{value:9.0f}" for value in values))
+    bare = [
+        statistics.median(loop.percentile_us(share) for _, loop, _ in turns)
+        for share in SHARES.values()
+    ]
+    print(f"  {'bare loop, wake-up':20s}" + "".join(f"{value:9.0f}" for value in bare))
+    ratios = [
+        float(told["wake-up p99.9 [us]"]) / loop.percentile_us(SHARES["p99.9"])
+        for told, loop, _ in turns
+    ]
+    print(
+        f"  wake-up p99.9 over that of the bare loop: {statistics.median(ratios):.1f} "
+        f"({min(ratios):.1f} to {max(ratios):.1f}; wanted: 3)"
+    )
+
+
+def median_us(turns: list[tuple[Told, Histogram, float]], key: str) -> float:
+    """Median over the turns [us]."""
+    return statistics.median(float(told[key]) for told, *_ in turns)
+
+
+def bare_loop(period: float, seconds: float) -> Histogram:
+    """How late a loop wakes up that does nothing but sleep until each cycle; `period` [s]."""
+    late, due = Histogram(), time.monotonic()
+    end = due + seconds
+    while due < end:
+        due += period
+        time.sleep(max(due - time.monotonic(), 0.0))
+        late.add(round((time.monotonic() - due) * 1e9))
+    return late
 
 
 def roll(c: BenchClient) -> None:

@@ -80,6 +80,9 @@ MENU: dict[str, Item] = {
     "rack_backlash": Item(
         "m", 5e-4, 1e-4, 2.5e-3, _defect("rack_backlash", "gap"), _kernel("rack_gap"),
     ),
+    "torn_weld": Item(
+        "m", 1e-3, 1e-4, 6e-3, _defect("torn_weld", "gap", seen=0.0),
+    ),
     "mesh_ripple": Item(
         "m", 4e-5, 2e-5, 1e-3,
         lambda s, r: {"mesh_ripple": {"tooth": 0.0, "turn": s, "phase": r.uniform(0.0, 6.28)}},
@@ -234,6 +237,7 @@ MENU: dict[str, Item] = {
 KIN: dict[str, tuple[str, ...]] = {
     "drive_backlash": ("rack_backlash",),
     "rack_backlash": ("drive_backlash", "road_play"),
+    "torn_weld": ("road_play", "rack_backlash", "drive_backlash"),
     "speed_droop": ("carcass_softening",),
     "time_skew": ("force_lag",),
     "force_lag": ("time_skew",),

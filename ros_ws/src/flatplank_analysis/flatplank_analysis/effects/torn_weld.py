@@ -41,9 +41,6 @@ class TornWeld(TireEffect):
     hold: float = param(
         1500.0, unit="N", bounds=(100.0, 9000.0), note="driving force that the crack holds"
     )
-    way: float = param(
-        0.02, unit="m", bounds=(0.003, 0.15), note="plank travel from its begin to its end"
-    )
 
     @classmethod
     def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:
@@ -60,9 +57,11 @@ class TornWeld(TireEffect):
         return len(SHARES)
 
     def motion(self, motion: Motion) -> None:
+        # the shaft jumps as fast as it unwinds: within one sample, as far as these runs can tell
         data = motion.data
         begin = crossings(data.runs.measured[0], data.position, self.hold)
-        gone = np.clip((data.position - begin[..., None]) / self.way, 0.0, 1.0)
+        way = float(np.median(np.diff(data.position)))
+        gone = np.clip((data.position - begin[..., None]) / way, 0.0, 1.0)
         motion.travel += self.gap * np.diff(gone, axis=-1, prepend=0.0)
 
 

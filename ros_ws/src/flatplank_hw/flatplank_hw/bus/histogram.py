@@ -21,9 +21,9 @@ def percentile(counts: Sequence[int], share: float) -> int:
 
 FIRST_US = 10.0
 """upper edge of the first bin [us]"""
-GROWTH = 1.25
+GROWTH = 1.1
 """upper edge of a bin over that of the bin before [-]"""
-BINS = 50
+BINS = 160
 _LOG = math.log(GROWTH)
 
 
@@ -55,6 +55,7 @@ class Histogram:
             "count": self.total,
             "p50_us": round(self.percentile_us(0.5), 1),
             "p99_us": round(self.percentile_us(0.99), 1),
+            "p99_9_us": round(self.percentile_us(0.999), 1),
             "max_us": round(self.largest_ns / 1e3, 1),
             "bins_us": used,
         }

@@ -43,7 +43,7 @@ class Pacer:
 
     def set_pace(self, pace: str, wall: float) -> None:
         self.pace, self.until = pace, None
-        self._start, self._made, self._last = wall, 0, wall
+        self._start, self._made, self._last = None, 0, wall
 
     def advance(self, cycle: int, cycles: int) -> int:
         """Let a held bus run in lockstep for `cycles` more; returns the last of them.
@@ -115,7 +115,8 @@ class Pacer:
         if self.pace == "realtime":
             if self._start is None:
                 self._start = wall
-            behind = int((wall - self._start) * rate_hz / self.batch) - self._made
+            # to the nearest: a tick that is a little earlier than the first one was is no less
+            behind = round((wall - self._start) * rate_hz / self.batch) - self._made
             if behind > CATCH_UP:
                 self.skipped += behind - CATCH_UP
                 self._made += behind - CATCH_UP

@@ -16,7 +16,6 @@ from flatplank_hw.bus.commanders import CommandGate
 from flatplank_hw.bus.histogram import percentile
 from flatplank_hw.bus.image import AXES, AxisCommand
 from flatplank_hw.bus.pacing import PACES, Pacer
-from flatplank_hw.cia402 import ENABLE_OPERATION
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import STREAM
 from flatplank_hw.nodes.reporting import SHOWN
@@ -77,6 +76,7 @@ class SimulatedPlant(BenchNode):
         self.waiting: list[tuple[int, Future]] = []
         self.ages = [0] * 64
         """histogram of the age of commands [cycles]"""
+        self.timing = BusTiming()
 
     def connect(self) -> None:
         p = self.parameters
@@ -91,7 +91,7 @@ class SimulatedPlant(BenchNode):
         )  # fmt: skip
         self.skipped, self.slow_at = 0, 0.0
         """number of reported lost batches, and time of the report [s]"""
-        self.add_timer(p.batch / p.rate_hz, self.on_tick)
+        self.tick = self.add_timer(p.batch / p.rate_hz, self.on_tick)
         self.add_timer(1.0, self.on_second)
         self.add_service(Advance, "~/advance", self.on_advance)
         self.add_service(SetPace, "~/set_pace", self.on_pace)
@@ -110,6 +110,7 @@ class SimulatedPlant(BenchNode):
         if not self.gate.contested(command.axis):
             self.commands[command.axis] = command
         self.ages[min(self.cycle - command.cycle, len(self.ages) - 1)] += 1
+        self.timing.add_command(command.cycle)
         go_on = self.pacer.register_answer(command.axis, command.cycle)
         self.release()
         if go_on and not self.idle():
@@ -123,6 +124,7 @@ class SimulatedPlant(BenchNode):
             "skipped": self.pacer.skipped,
             "command age p99": percentile(self.ages, 0.99),
             "command age max": max((k for k, n in enumerate(self.ages) if n), default=0),
+            **(self.timing.values() if self.pacer.pace == "realtime" else {}),
         }
 
     def on_second(self) -> None:
@@ -150,8 +152,12 @@ class SimulatedPlant(BenchNode):
         gone = bool(pacer.waited(now) or pacer.absent) and self.a_drive_has_gone()
         if pacer.stop_waiting(now, gone):
             self.release()
-        rate = self.parameters.rate_hz
-        for _ in range(pacer.batches_due(now, rate, gone=gone, idle=self.idle())):
+        due = pacer.batches_due(now, self.parameters.rate_hz, gone=gone, idle=self.idle())
+        if due and pacer.pace == "realtime":
+            tick_ns = self.tick.timer_period_ns
+            self.timing.add_wake_up(due * tick_ns - self.tick.time_until_next_call())
+            self.timing.late += (due - 1) * pacer.batch
+        for _ in range(due):
             self.go()
 
     def a_drive_has_gone(self) -> bool:
@@ -171,8 +177,9 @@ class SimulatedPlant(BenchNode):
     def go(self) -> None:
         """Make one batch of cycles and publish it."""
         batch = [self.plant.step(tuple(self.commands.values())) for _ in range(self.pacer.batch)]
-        self.cycle = batch[-1].cycle
-        self.pacer.register_batch(self.cycle, time.monotonic())
+        self.cycle, now_ns = batch[-1].cycle, time.monotonic_ns()
+        self.timing.add_frame(self.cycle, len(batch), now_ns)
+        self.pacer.register_batch(self.cycle, now_ns * 1e-9)
         sent = convert.batch_of(batch, self.period_ns, self.t0)
         self.gate.send(sent.cycles[-1].stamp_ns)
         self.publish(sent)
@@ -206,6 +213,7 @@ class SimulatedPlant(BenchNode):
             return fill_response(response, False, f"batch is {request.batch}, at most {MAX_BATCH}")
         self.pacer.set_pace(request.pace, time.monotonic())
         self.pacer.batch = request.batch or self.pacer.batch
+        self.timing = BusTiming()
         if self.pacer.all_have_answered():
             self.go()
         return fill_response(response, True, f"pace is {request.pace}", cycle=self.cycle + 1)
