@@ -16,6 +16,8 @@ from flatplank_hw.bus.commanders import CommandGate
 from flatplank_hw.bus.histogram import percentile
 from flatplank_hw.bus.image import AXES, AxisCommand
 from flatplank_hw.bus.pacing import PACES, Pacer
+from flatplank_hw.bus.timing import BusTiming
+from flatplank_hw.cia402 import ENABLE_OPERATION
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import STREAM
 from flatplank_hw.nodes.reporting import SHOWN
