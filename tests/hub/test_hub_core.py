@@ -23,7 +23,8 @@ def test_tare_makes_the_mean_zero_and_says_when():
     assert not hub.tare().accepted
     for n in range(10):
         hub.step(bus(n, bridge_volts=LOADED))
-    assert hub.tare() == (True, "", 10)
+    said = "the mean of 20 samples becomes the zero, from cycle 10"
+    assert hub.tare() == (True, said, 10)
     samples = [hub.step(bus(n, bridge_volts=LOADED)) for n in range(10, 60)]
     # 20 samples from cycle 10 on: the zero is in force with the last of them, at cycle 29
     assert [abs(s.wheel.fz) < 1e-9 for s in samples] == [n >= 29 for n in range(10, 60)]

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from flatplank_control.sequencer.waveforms import triangle
+from flatplank_control.sequencer.waveforms import in_words, triangle
 from flatplank_data.limits import Limit
 from flatplank_data.params import (
     ParameterError,
@@ -174,7 +174,6 @@ ANGLES: dict[str, Callable[[EncoderSample], float]] = {
     "camber": lambda e: e.road_camber,
 }
 """axis -> its angle [rad] in an encoder sample"""
-OK = Answer(True, "", 0)
 
 
 @dataclass(frozen=True)
@@ -211,7 +210,7 @@ class AngleControl:
         if reason := Limit(-most, most, "rad").refusal("angle", angle):
             return refused(reason)
         self._profile, self.wanted = None, angle
-        return OK
+        return Answer(True, f"the angle is held at {math.degrees(angle):+.4g} deg", 0)
 
     def set_profile(self, name: str, values: Mapping[str, float]) -> Answer:
         """Follow a profile from the next cycle on; a faulty one is refused as a whole."""
@@ -229,7 +228,7 @@ class AngleControl:
             return refused(f"profile {name} reaches {profile.largest():.3g} rad, beyond "
                            f"{self.parameters.limit:.3g} rad")  # fmt: skip
         self._profile, self._since = profile, 0.0
-        return OK
+        return Answer(True, f"{name} of {in_words(profile, values)}", 0)
 
     def reference(self, hub: HubSample, encoders: EncoderSample) -> Reference:
         """Set-point of the axis in mode `follow` [rad/s]."""

@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 
 class Answer(NamedTuple):
-    """Answer to a request: accepted, effective from `cycle` on; or refused, with the reason."""
+    """Answer to a request: accepted, effective from `cycle` on, with what was done as `reason`;
+    or refused, with the reason."""
 
     accepted: bool
     reason: str
@@ -30,10 +31,11 @@ class ActionQueue:
         self.due: list[Callable[[], None]] = []
         self.last_cycle = -1
 
-    def accept(self, action: Callable[[], None]) -> Answer:
-        """Schedule an action for the next cycle."""
+    def accept(self, action: Callable[[], None], done: str) -> Answer:
+        """Schedule an action for the next cycle; `done` says what it does, with numbers."""
         self.due.append(action)
-        return Answer(True, "", self.last_cycle + 1)
+        cycle = self.last_cycle + 1
+        return Answer(True, f"{done}, from cycle {cycle}", cycle)
 
     def run(self) -> None:
         """Perform the actions that are due, in the order in which they were accepted."""

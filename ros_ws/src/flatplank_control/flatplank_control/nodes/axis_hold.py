@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from flatplank_control.nodes.source import FollowerNode
+from flatplank_control.nodes.source import FollowerNode, named_values
 from flatplank_control.steering_hold import AngleControl, AngleParameters
 from flatplank_hw.nodes.support import fill_response, run_node
 from flatplank_msgs.srv import SetValue, SetWaveform
@@ -31,9 +31,10 @@ class AxisHoldNode(FollowerNode):
     def on_profile(
         self, request: SetWaveform.Request, response: SetWaveform.Response
     ) -> SetWaveform.Response:
-        if len(request.parameters) != len(request.values):
-            return fill_response(response, False, "parameters and values differ in number")
-        values = dict(zip(request.parameters, request.values, strict=True))
+        try:
+            values = named_values(request)
+        except ValueError as error:
+            return fill_response(response, False, str(error))
         return fill_response(response, *self.core.set_profile(request.name, values))
 
     def on_hold(self, request: SetValue.Request, response: SetValue.Response) -> SetValue.Response:

@@ -27,7 +27,9 @@ class LoadControllerNode(FollowerNode):
             self.core.set_load(request.value)
         except ValueError as error:
             return fill_response(response, False, str(error))
-        return fill_response(response, True, "")
+        ramp = self.core.parameters.ramp
+        done = f"Fz goes to {request.value:g} N, at {ramp:g} N/s at most"
+        return fill_response(response, True, done)
 
 
 NODE = LoadControllerNode

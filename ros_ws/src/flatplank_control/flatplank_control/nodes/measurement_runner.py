@@ -117,14 +117,14 @@ class MeasurementRunnerNode(BenchNode):
         self, _request: Trigger.Request, response: Trigger.Response
     ) -> Trigger.Response:
         asking, self.asking = self.asking, False
-        return fill_response(response, asking, "" if asking else "nothing is being asked")
+        return fill_response(response, asking, "confirmed" if asking else "nothing is being asked")
 
     def on_enough(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """End the present run here and keep it."""
         if self.bench is None:
             return fill_response(response, False, "no measurement is under way")
         self.bench.enough = True
-        return fill_response(response, True, "")
+        return fill_response(response, True, "the run ends here and is kept")
 
     def on_wish(
         self, wish: str, _request: Trigger.Request, response: Trigger.Response
@@ -132,7 +132,7 @@ class MeasurementRunnerNode(BenchNode):
         if self.campaign is None:
             return fill_response(response, False, "no campaign is under way")
         self.campaign.wish = wish
-        return fill_response(response, True, "")
+        return fill_response(response, True, f"{wish} of the present run")
 
     async def execute(self, goal: ServerGoalHandle) -> RunMeasurement.Result:
         self.busy = True

@@ -196,7 +196,9 @@ class RecorderNode(BenchNode):
             return fill_response(response, False, str(error))
         self.requested = requested
         self.publish_record()
-        return fill_response(response, True, "", path=str(path), uuid=record.uuid)
+        begin = "at once" if request.at_once else "with the motion trigger"
+        done = f"{path} is recorded, beginning {begin}"
+        return fill_response(response, True, done, path=str(path), uuid=record.uuid)
 
     async def on_stop(
         self, request: StopRecording.Request, response: StopRecording.Response

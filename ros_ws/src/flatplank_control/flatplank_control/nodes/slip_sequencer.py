@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from flatplank_control.nodes.source import SourceNode
+from flatplank_control.nodes.source import SourceNode, named_values
 from flatplank_control.sequencer import SequencerParameters, SlipSequencer
 from flatplank_hw.nodes.support import fill_response, run_node
 from flatplank_hw.samples import EncoderSample, Reference
@@ -55,9 +55,10 @@ class SlipSequencerNode(SourceNode):
     def on_waveform(
         self, request: SetWaveform.Request, response: SetWaveform.Response
     ) -> SetWaveform.Response:
-        if len(request.parameters) != len(request.values):
-            return fill_response(response, False, "parameters and values differ in number")
-        values = dict(zip(request.parameters, request.values, strict=True))
+        try:
+            values = named_values(request)
+        except ValueError as error:
+            return fill_response(response, False, str(error))
         at, radius = request.start_position, request.effective_rolling_radius
         return fill_response(response, *self.core.set_waveform(request.name, values, at, radius))
 

@@ -15,6 +15,17 @@ from flatplank_hw.nodes.support import BenchNode
 from flatplank_hw.samples import EncoderSample, Reference
 
 
+def named_values(request: Any) -> dict[str, float]:
+    """Parameters of a SetWaveform request by name; ValueError when they are no pairs."""
+    names, values = list(request.parameters), list(request.values)
+    if len(names) != len(values):
+        raise ValueError(f"{len(names)} parameters and {len(values)} values: give one for each")
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise ValueError(f"given twice: {', '.join(twice)}")
+    return dict(zip(names, values, strict=True))
+
+
 class SourceNode(BenchNode):
     """Joins the samples of a cycle, calls its core, and publishes the reference for its drive.
 

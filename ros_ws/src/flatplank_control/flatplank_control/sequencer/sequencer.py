@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from flatplank_control.sequencer.params import FASTEST, JUMP, SETUP_CONSTANTS, SequencerParameters
-from flatplank_control.sequencer.waveforms import WAVEFORMS, Waveform
+from flatplank_control.sequencer.waveforms import WAVEFORMS, Waveform, in_words
 from flatplank_data.limits import Limit
 from flatplank_data.params import ParameterError, from_mapping, nearest_hint, require_changes_only
 from flatplank_hw.answers import ActionQueue, Answer, refused
@@ -173,7 +173,8 @@ class SlipSequencer:
             self._wave, self._start = wave, float(start_position)
             self._radius = float(effective_rolling_radius)
 
-        return self._agenda.accept(act)
+        place = f"at {start_position:g} m, r_e {1e3 * effective_rolling_radius:.1f} mm"
+        return self._agenda.accept(act, f"{name} of {in_words(wave, values)} {place}")
 
     def reset(self) -> None:
         """Reset the plank position; the waveform stays."""

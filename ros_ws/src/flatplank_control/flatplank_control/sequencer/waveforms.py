@@ -4,11 +4,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import ClassVar
 
 from flatplank_data.limits import LIMITS
-from flatplank_data.params import Params, param
+from flatplank_data.params import Params, param, parameter_infos
 
 SLIP = LIMITS["kappa"].bounds
 MAX_SLIP = SLIP[1]
@@ -29,6 +30,19 @@ class Waveform(Params):
     def slip(self, distance: float) -> float:
         """kappa [-] at `distance` >= 0 [m]; ISO W, driving > 0."""
         raise TypeError(f"{type(self).__name__} must define slip")
+
+
+def in_words(wave: Params, given: Iterable[str]) -> str:
+    """The given parameters of a waveform or profile, slips in percent."""
+    words = []
+    for info in parameter_infos(type(wave)):
+        if info.name not in given:
+            continue
+        value = getattr(wave, info.name)
+        slip = info.bounds == SLIP and info.unit == "-"
+        amount = f"{100 * value:+g} %" if slip else f"{value:g} {info.unit}".removesuffix(" -")
+        words.append(amount if info.name == "kappa" else f"{info.name} {amount}")
+    return ", ".join(words) or "its defaults"
 
 
 @dataclass(frozen=True)

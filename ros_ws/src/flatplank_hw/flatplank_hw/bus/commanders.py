@@ -18,7 +18,8 @@ class CommandGate:
     """
 
     def __init__(self) -> None:
-        self._sent = -1
+        self.sent_ns = 0
+        """stamp of the latest inputs [ns]"""
         self._answered: dict[int, int] = {}
         self._inside: set[int] = set()
         self._contested_until: dict[int, int] = {}
@@ -26,7 +27,7 @@ class CommandGate:
 
     def send(self, stamp_ns: int) -> None:
         """Register the inputs that are about to be published."""
-        self._sent = stamp_ns
+        self.sent_ns = stamp_ns
 
     def accept(self, axis: int, stamp_ns: int, *, inside: bool = False) -> bool:
         """True for the first answer of the axis to published inputs. `inside`: it comes from a
@@ -34,17 +35,17 @@ class CommandGate:
         if inside:
             self._inside.add(axis)
         last = self._answered.get(axis, -1)
-        if inside == (axis in self._inside) and last < stamp_ns <= self._sent:
+        if inside == (axis in self._inside) and last < stamp_ns <= self.sent_ns:
             self._answered[axis] = stamp_ns
             return True
         self._refused[axis] += 1
         if axis not in self._inside and stamp_ns == last:
-            self._contested_until[axis] = self._sent + QUIET_NS
+            self._contested_until[axis] = self.sent_ns + QUIET_NS
         return False
 
     def contested(self, axis: int) -> bool:
         """True while two nodes of other processes command the axis."""
-        return self._sent <= self._contested_until.get(axis, -1)
+        return self.sent_ns <= self._contested_until.get(axis, -1)
 
     def take_refused(self) -> dict[int, int]:
         """Axis -> number of commands refused since the last call."""

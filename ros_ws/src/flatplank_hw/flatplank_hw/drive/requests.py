@@ -112,15 +112,18 @@ class DriveRequests:
             return refused(
                 TROUBLES[rule.name].line(trouble_detail(rule.name, situation, self.parameters))
             )
-        return self._agenda.accept(self._enable)
+        return self._agenda.accept(self._enable, f"the drive is enabled in mode {self.mode}")
 
     def disable(self) -> Answer:
         """Disable the drive; a turning axis is braked first."""
-        return self._agenda.accept(lambda: self._stop_with(0))
+        return self._agenda.accept(lambda: self._stop_with(0), "the axis is braked and disabled")
 
     def quick_stop(self) -> Answer:
         """Brake at once and stay stopped until the drive is enabled again."""
-        return self._agenda.accept(lambda: self._stop_with(safety.QUICK_STOP))
+        return self._agenda.accept(
+            lambda: self._stop_with(safety.QUICK_STOP),
+            "the axis is braked and stays stopped until it is enabled",
+        )
 
     def reset_fault(self) -> Answer:
         """Reset a fault of the drive, or a latched stop; never enables."""
@@ -129,12 +132,18 @@ class DriveRequests:
         rule = safety.first_stop(self._lasting, self._watch.situation, self.parameters)
         if rule is not None:
             return refused(f"{rule.text}: reset when that is over")
-        return self._agenda.accept(self._reset)
+        return self._agenda.accept(
+            self._reset, "fault and stop are reset, the drive stays disabled"
+        )
 
     def home(self) -> Answer:
         """Make the present position zero."""
         reason = self._not_ready() or self._turning()
-        return refused(reason) if reason else self._agenda.accept(self._start_homing)
+        if reason:
+            return refused(reason)
+        unit = self.parameters.unit
+        here = f"the present position {self.position:.4g} {unit} becomes 0 {unit}"
+        return self._agenda.accept(self._start_homing, here)
 
     def move_to(self, position: float, speed: float = 0.0) -> Answer:
         """Move to a position [unit]; speed 0 selects `move_speed`."""
@@ -153,7 +162,10 @@ class DriveRequests:
             self._change(mode)
             mode.set_value(position)
 
-        return self._agenda.accept(act)
+        way = f"from {self.position:.4g} {p.unit} to {position:.4g} {p.unit}"
+        return self._agenda.accept(
+            act, f"the axis moves {way} at {speed or p.move_speed:g} {p.unit}/s"
+        )
 
     def set_operation_mode(self, name: str, value: float = 0.0) -> Answer:
         """Choose a mode; `value` is its position, velocity or torque, ignored by the others.
@@ -168,6 +180,8 @@ class DriveRequests:
             return self.home()
         if mode is self._position_mode and self._wanted:
             return self.move_to(value)
+        if mode.source and mode.watched_by not in self.parameters.rules:
+            return refused(f"the {self.parameters.axis} drive has no source for mode '{name}'")
         reason = None if mode.source else mode.refusal(value)
         reason = reason or (self._turning() if mode is not self._mode else None)
         if reason:
@@ -177,18 +191,21 @@ class DriveRequests:
             self._change(mode)
             mode.set_value(value)
 
-        return self._agenda.accept(act)
+        unit = mode.limit.unit if mode.limit else ""
+        own = "" if mode.source else f" with {value:.4g} {unit}".rstrip()
+        return self._agenda.accept(act, f"mode {name}{own}")
 
     def set_trigger(self, distance: float) -> Answer:
         """Set the trigger output for an optical system: a pulse every `distance` [m] of road; 0:
         constantly on; below 0: off."""
         trigger = self.road_trigger
         if distance < 0.0:
-            return self._agenda.accept(trigger.disarm)
+            return self._agenda.accept(trigger.disarm, "the trigger output is off")
         limit = Limit(SHORTEST, self.parameters.road_length, "m")
         if distance != 0.0 and (reason := limit.refusal("trigger distance", distance)):
             return refused(reason)
-        return self._agenda.accept(lambda: trigger.arm(distance))
+        pulses = f"gives a pulse every {1e3 * distance:g} mm of road" if distance else "is on"
+        return self._agenda.accept(lambda: trigger.arm(distance), f"the trigger output {pulses}")
 
     def claim(self, client: str) -> Answer:
         """Give control to `client`: from now on the axis stops without its `heartbeat`. The same
@@ -198,11 +215,13 @@ class DriveRequests:
             return refused("a claim needs the name of the client")
         if claim.client not in ("", client):
             return refused(f"'{claim.client}' is in charge")
-        return self._agenda.accept(lambda: claim.take(client))
+        limit = self.parameters.heartbeat_timeout
+        done = f"'{client}' is in charge and must send a heartbeat within {limit:g} s"
+        return self._agenda.accept(lambda: claim.take(client), done)
 
     def release(self) -> Answer:
         """Release the claim; no client is in charge then."""
-        return self._agenda.accept(self._watch.claim.release)
+        return self._agenda.accept(self._watch.claim.release, "nobody is in charge")
 
     def adopt_claim(self, client: str) -> Answer:
         """Take over a claim that another drive has answered: `client` is in charge of this axis,
@@ -210,7 +229,7 @@ class DriveRequests:
         if not client:
             return self.release()
         claim = self._watch.claim
-        return self._agenda.accept(lambda: claim.take(client))
+        return self._agenda.accept(lambda: claim.take(client), f"'{client}' is in charge")
 
     def heartbeat(self, client: str) -> Answer:
         """Register a heartbeat of the client in charge."""

@@ -61,7 +61,10 @@ class Encoders:
 
     def arm(self) -> Answer:
         """Let the next motion trigger set the plank position to zero."""
-        return self._agenda.accept(lambda: setattr(self, "_armed", True))
+        return self._agenda.accept(
+            lambda: setattr(self, "_armed", True),
+            "the next motion trigger makes the plank position 0 m",
+        )
 
     def step(self, inputs: BusInputs) -> EncoderSample:
         """Return the sample of one bus cycle; takes about 5 us."""

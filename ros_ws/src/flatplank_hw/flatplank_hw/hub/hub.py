@@ -110,13 +110,18 @@ class MeasurementHub:
             return refused("the plank moves: stop it, then tare")
         if not abs(self._fz) <= self.parameters.tare_limit_fz:
             return refused(f"Fz is {self._fz:.0f} N: unload the tire, then tare")
-        return self._agenda.accept(self._start_tare)
+        return self._agenda.accept(
+            self._start_tare,
+            f"the mean of {self.parameters.tare_samples} samples becomes the zero",
+        )
 
     def set_filter(self, on: bool) -> Answer:
         """Switch the parasitic filter on or off."""
         if on and self._fit is None and not self._fit_coming:
             return refused("no parasitic fit is loaded: load the file of this mounting first")
-        return self._agenda.accept(lambda: self._switch(on))
+        return self._agenda.accept(
+            lambda: self._switch(on), f"the parasitic filter is {'on' if on else 'off'}"
+        )
 
     def load_fit(self, path: str) -> Answer:
         """Load the fit of a mounting from its file."""
@@ -129,7 +134,9 @@ class MeasurementHub:
     def use_fit(self, fit: ParasiticFit) -> Answer:
         """Use an identified fit."""
         self._fit_coming = True
-        return self._agenda.accept(lambda: self._use_fit(fit))
+        return self._agenda.accept(
+            lambda: self._use_fit(fit), "the parasitic fit of this mounting is in use"
+        )
 
     # status
     @property

@@ -150,6 +150,9 @@ class EthercatBus(BenchNode):
         if not done.cancelled() and done.exception() is not None:
             self.get_logger().error(f"no diagnostics of the bus: {done.exception()!r}")
 
+    def bench_ns(self) -> int:
+        return self.gate.sent_ns
+
     def diagnostic_values(self) -> dict[str, Any]:
         return {"bus file": self.parameters.bus_file, **self.found}
 
@@ -174,7 +177,7 @@ class EthercatBus(BenchNode):
             data = await self.in_thread(self.client.sdo_read, *place)
         except LookupError as error:
             return fill_response(response, False, str(error))
-        return fill_response(response, True, "", data=list(data))
+        return fill_response(response, True, f"{len(data)} bytes read", data=list(data))
 
     async def on_sdo_write(
         self, request: SdoWrite.Request, response: SdoWrite.Response
@@ -184,7 +187,7 @@ class EthercatBus(BenchNode):
             await self.in_thread(self.client.sdo_write, *place, bytes(request.data))
         except LookupError as error:
             return fill_response(response, False, str(error))
-        return fill_response(response, True, "")
+        return fill_response(response, True, f"{len(request.data)} bytes written")
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         self.stop_publishing()

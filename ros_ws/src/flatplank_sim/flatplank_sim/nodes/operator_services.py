@@ -11,7 +11,7 @@ from typing import Any
 
 from std_srvs.srv import SetBool, Trigger
 
-from flatplank_data.limits import refusal
+from flatplank_data.limits import LIMITS, refusal
 from flatplank_hw.nodes.support import BenchNode, fill_response
 from flatplank_msgs.srv import PlankSwitch, SetValue
 
@@ -55,20 +55,28 @@ class OperatorServices:
             self._operate(name, *values)
         except ValueError as error:
             return fill_response(response, False, str(error), self._cycle())
-        return fill_response(response, True, answer, self._cycle() + 1)
+        cycle = self._cycle() + 1
+        return fill_response(response, True, f"{answer}, from cycle {cycle}", cycle)
 
     def _on_plank(self, request: Any, response: Any) -> Any:
-        return self._act(response, "plank", request.direction, request.fast, request.stop_at)
+        way = {1: "goes forward", 0: "stops", -1: "goes back"}.get(request.direction, "")
+        speed = "" if request.direction == 0 else ", fast" if request.fast else ", slowly"
+        stop = "" if math.isnan(request.stop_at) else f", to {request.stop_at:g} m"
+        values = request.direction, request.fast, request.stop_at
+        return self._act(response, "plank", *values, answer=f"the plank {way}{speed}{stop}")
 
     def _on_unload(self, _request: Any, response: Any) -> Any:
-        return self._act(response, "unload")
+        return self._act(response, "unload", answer="the axle lifts the wheel off the road")
 
     def _on_switch(self, method: str, request: Any, response: Any) -> Any:
-        return self._act(response, method, request.data)
+        answer = f"{method.replace('_', ' ')} is {'on' if request.data else 'off'}"
+        return self._act(response, method, request.data, answer=answer)
 
     def _on_value(self, name: str, request: Any, response: Any) -> Any:
         setting, method, to_si = VALUES[name]
         if setting and (reason := refusal(setting, request.value)):
             return fill_response(response, False, reason, self._cycle())
-        answer = ON_THE_WAY.get(name, "").format(value=request.value)
+        unit = LIMITS[setting].unit if setting else "m"
+        done = f"{method.replace('_', ' ')} goes to {request.value:g} {unit}"
+        answer = ON_THE_WAY.get(name, done).format(value=request.value)
         return self._act(response, method, to_si(request.value), answer=answer)

@@ -118,6 +118,9 @@ class SimulatedPlant(BenchNode):
         if go_on and not self.idle():
             self.go()
 
+    def bench_ns(self) -> int:
+        return self.gate.sent_ns
+
     def diagnostic_values(self) -> dict[str, Any]:
         """Delays of the graph, for /diagnostics."""
         return {
@@ -204,7 +207,9 @@ class SimulatedPlant(BenchNode):
             if self.pacer.all_have_answered():
                 self.go()
             await future
-        return fill_response(response, True, "", cycle=self.cycle)
+        return fill_response(
+            response, True, f"{request.cycles} cycles made, up to {self.cycle}", cycle=self.cycle
+        )
 
     def on_pace(self, request: SetPace.Request, response: SetPace.Response) -> SetPace.Response:
         if request.pace not in PACES:
