@@ -98,6 +98,11 @@ def test_results_of_earlier_runs_are_put_together(tmp_path, capsys):
         [" 3 ", " 50 %, seed 1 ", " 1 "], [" 7 ", " 50 %, seed 1 ", " 0 "]
     ]  # fmt: skip
     assert "pairs: bad" in capsys.readouterr().err
+    faults = [{"area": "hub", "killed": killed} for killed in ("a test", "", "too slow")]
+    (tmp_path / "journal").write_text("\n".join(json.dumps(fault) for fault in faults))
+    words = ["--from", files[0], "--mutants", str(tmp_path / "journal")]
+    assert main([*words, "--write", str(tmp_path / "page.md")]) == 0
+    assert "| hub | 3 | 2 | 67 % |" in (tmp_path / "page.md").read_text()
     (tmp_path / "a").write_text("{}")
     with pytest.raises(SystemExit, match="a: 'format'; give an output of --json"):
         main(["--from", files[0]])

@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 from flatplank_hw.drive import DriveParameters
 from flatplank_validation.trust.faults import FAULTS
@@ -26,10 +28,11 @@ TAIL = """\
 
 The wheel slips under load on the moving plank, rolls freely there, or turns in the air. The
 faults begin within half a second of each other. The shaft of the simulated machine must rest, or
-turn as its good source wants it to; it may do otherwise for {most:.2f} s, in which the slowest
-rules notice a drive that obeys nothing, and stop it. A drive that is deaf keeps
-its last set-point; its bus chip has a watchdog of its own, as every EtherCAT drive has. What stops
-what: [decisions/stop-authorities.md](decisions/stop-authorities.md).
+turn as its good source wants it to, in free rolling no faster than the road; it may do otherwise
+for {most:.2f} s, in which the slowest rules notice a drive that obeys nothing, and stop it. A
+drive that is deaf keeps its last set-point; its bus chip has a watchdog of its own, as every
+EtherCAT drive has. What stops what:
+[decisions/stop-authorities.md](decisions/stop-authorities.md).
 
 """
 
@@ -51,7 +54,34 @@ def table(found: Found) -> list[str]:
     return lines
 
 
-def page(found: Found) -> str:
+MUTANTS = """\
+## Small faults in the code
+
+`python tests/mutation/mutate.py --near --journal FILE` turns a sign, a comparison or a condition
+round, or leaves a call out, one at a time, and asks the tests of the area. Wanted are nine of ten.
+The samples are small: of 14 faults 9 noticed mean 35 to 87 %. A fault that changes no result
+counts as not noticed, too.
+
+| area | faults tried | noticed | share |
+|---|---|---|---|
+"""
+
+
+def mutants(journals: Sequence[Path]) -> str:
+    """Section on the faults of the journals of `mutate.py`; empty without one."""
+    areas: dict[str, list[bool]] = {}
+    for journal in journals:
+        for line in journal.read_text(encoding="utf-8").splitlines():
+            fault = json.loads(line)
+            areas.setdefault(fault["area"], []).append(bool(fault["killed"]))
+    rows = [
+        f"| {name} | {len(found)} | {sum(found)} | {100.0 * sum(found) / len(found):.0f} % |"
+        for name, found in sorted(areas.items())
+    ]
+    return "\n".join([MUTANTS.rstrip("\n"), *rows, ""]) if rows else ""
+
+
+def page(found: Found, journals: Sequence[Path] = ()) -> str:
     """The whole page."""
     names, most = ", ".join(FAULTS), most_s(DriveParameters())
     tail = f"{TAIL.format(most=most)}{names}."
@@ -62,6 +92,7 @@ def page(found: Found) -> str:
             "",
             *table(found),
             "",
+            mutants(journals),
             tail,
             "",
         ]

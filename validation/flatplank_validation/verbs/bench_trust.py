@@ -36,6 +36,10 @@ def parser() -> argparse.ArgumentParser:
         "--from", dest="earlier", nargs="+", type=Path, default=[], metavar="FILE",
         help="print what earlier runs have written with --json, and measure nothing",
     )  # fmt: skip
+    p.add_argument(
+        "--mutants", nargs="+", type=Path, default=[], metavar="FILE",
+        help="journals of tests/mutation/mutate.py, for --write",
+    )  # fmt: skip
     p.add_argument("--json", action="store_true", help="print JSON for programs")
     return p
 
@@ -92,7 +96,7 @@ def main(argv: list[str]) -> int:
         }  # fmt: skip
         print(json.dumps({"format": FORMAT, "rows": plain}, indent=1))
     elif o.write:
-        write_atomic(o.write, page(found))
+        write_atomic(o.write, page(found, o.mutants))
         print(f"written: {o.write}")
     else:
         print("\n".join(table(found)))
