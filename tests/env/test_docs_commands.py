@@ -27,7 +27,7 @@ CHEAP = (
 NEEDS_INPUT = re.compile(r"\.py|\.yaml|DIR|NAME")
 
 
-class Parsed(Exception):  # noqa: N818
+class Parsed(Exception):
     """The arguments were understood."""
 
 

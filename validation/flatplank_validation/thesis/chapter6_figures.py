@@ -59,7 +59,7 @@ def fluctuations(lab: Lab) -> Iterator[Figure]:
 
 def repeatability(lab: Lab) -> Iterator[Figure]:
     """Figure 6.22."""
-    yield from chapter6.repeatability(lab.result("repeats"))
+    yield from chapter6.repeatability(lab.repeats)
 
 
 def speeds(lab: Lab) -> Iterator[Figure]:
@@ -90,7 +90,7 @@ def scatter(number: int, lab: Lab) -> tuple[np.ndarray, np.ndarray, float]:
     info = condition(number, lab)[0].info
     found = [
         c
-        for c in lab.result("repeats").conditions
+        for c in lab.repeats.conditions
         if (c.condition.kappa, c.condition.alpha_deg) == (info.kappa, info.alpha_deg)
     ]
     c = found[0]

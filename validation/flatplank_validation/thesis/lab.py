@@ -217,8 +217,9 @@ class Lab:
         """The samples of all runs of a campaign."""
         return [run.table(columns) for run in Campaign.load(self.measured(name)).runs]
 
-    def result(self, *names: str) -> CampaignResult:
-        """Analysis of these campaigns together, with the footprints and stiffness of the tire."""
+    def result(self, *names: str, models: bool = True) -> CampaignResult:
+        """Analysis of these campaigns together, with the footprints and stiffness of the tire;
+        `models`: with the nonlinear model and the Magic Formula, which take most of the time."""
         if names not in self._results:
             first, *others = [Campaign.load(self.measured(name)) for name in names]
             for other in others:
@@ -227,7 +228,9 @@ class Lab:
             def progress(done: int, of: int, label: str) -> None:
                 self.say(f"analysis of {' and '.join(names)} {done}/{of} {label}")
 
-            self._results[names] = analyse(first, jobs=self.jobs, progress=progress)
+            self._results[names] = analyse(
+                first, jobs=self.jobs, nonlinear=models, magic=models, progress=progress
+            )
         return self._results[names]
 
     @property
@@ -238,7 +241,12 @@ class Lab:
     @property
     def drive(self) -> CampaignResult:
         """The longitudinal part with the friction of the wheel drive."""
-        return self.result("longitudinal", FRICTION)
+        return self.result("longitudinal", FRICTION, models=False)
+
+    @property
+    def repeats(self) -> CampaignResult:
+        """Ten runs of each of four conditions."""
+        return self.result("repeats", models=False)
 
     @staticmethod
     def free_radius(tire: str) -> float:
