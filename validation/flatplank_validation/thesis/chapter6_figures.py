@@ -77,7 +77,8 @@ def condition(number: int, lab: Lab):
     """The ten runs of a condition of section 6.2."""
     kappa, alpha = {1: (0.01, 0.0), 2: (0.01, 5.0), 3: (0.05, 0.0), 4: (0.05, 5.0)}[number]
     if "repeats" not in lab.kept:
-        lab.kept["repeats"] = lab.tables("repeats", ("plank_position", "plank_velocity", "fx"))
+        columns = ("plank_position", "plank_velocity", "fx")
+        lab.kept["repeats"] = lab.tables("repeats", columns) + lab.tables("repeats_torn", columns)
     return [
         t
         for t in lab.kept["repeats"]

@@ -78,6 +78,7 @@ CAMPAIGNS: dict[str, Measured] = {
     "longitudinal": Measured("longitudinal"),
     "angles": Measured("angles", seed=2),
     "repeats": Measured("repeats", seed=3),
+    "repeats_torn": Measured("repeats_torn", plant="torn_plant.yaml", seed=5),
     "repaired": Measured("nominal", plant="repaired_plant.yaml", seed=4),
     "filtered": Measured("filter"),
     "unfiltered": Measured("filter", {"measurement_hub": {"filter_on": False}}, seed=2),
@@ -246,7 +247,7 @@ class Lab:
     @property
     def repeats(self) -> CampaignResult:
         """Ten runs of each of four conditions."""
-        return self.result("repeats", models=False)
+        return self.result("repeats", "repeats_torn", models=False)
 
     @staticmethod
     def free_radius(tire: str) -> float:
