@@ -16,6 +16,8 @@ from flatplank_data.numbers import is_missing
 SEPARATE = 1.5
 """steps forward in a file that mixes the rows of one recording are as short as one period; in
 several recordings by different clocks they are two periods of the sorted stamps or more"""
+DAY, DAY_LENGTH = date(2000, 1, 1), 86400.0
+"""date of times of day; [s]"""
 SHORTEST = 10
 """samples of the shortest recording"""
 
@@ -30,6 +32,7 @@ def seconds_of(texts: Sequence[str], lines: Iterable[int], where: str) -> np.nda
     """
     out = np.full(len(texts), np.nan)
     first: datetime | None = None
+    last, days = 0.0, 0.0
     for row, (text, line) in enumerate(zip(texts, lines, strict=True)):
         if is_missing(text):
             continue
@@ -40,11 +43,16 @@ def seconds_of(texts: Sequence[str], lines: Iterable[int], where: str) -> np.nda
                 f"{where}, line {line}", "write the time in s",
             )  # fmt: skip
         first = first or stamp
-        out[row] = (stamp - first).total_seconds()
+        seconds = (stamp - first).total_seconds()
+        if stamp.date() == DAY and last - seconds > 0.5 * DAY_LENGTH:  # past midnight
+            days += DAY_LENGTH
+        last, out[row] = seconds, seconds + days
     return out
 
 
 def _stamp(text: str) -> datetime | None:
+    if _FRACTION_OF_MINUTE.search(text):  # minutes and seconds, or hours and minutes
+        return None
     text = _FRACTION.sub(_microseconds, text.strip().replace("Z", "+00:00"))
     for read in (datetime.fromisoformat, _of_day):
         try:
@@ -56,9 +64,10 @@ def _stamp(text: str) -> datetime | None:
 
 
 def _of_day(text: str) -> datetime:
-    return datetime.combine(date(2000, 1, 1), time.fromisoformat(text))
+    return datetime.combine(DAY, time.fromisoformat(text))
 
 
+_FRACTION_OF_MINUTE = re.compile(r"(?<![\d:])\d+:\d+[.,]")
 _FRACTION = re.compile(r"[.,](\d+)")
 
 

@@ -42,7 +42,9 @@ class WheelStop(NamedTuple):
 def speed_of(time: np.ndarray, way: np.ndarray) -> np.ndarray:
     """Speed (n,) over a window of time that averages encoder steps."""
     before, after = (np.clip(time + d, time[0], time[-1]) for d in (-WINDOW, WINDOW))
-    return (np.interp(after, time, way) - np.interp(before, time, way)) / (after - before)
+    travel, span = np.interp(after, time, way) - np.interp(before, time, way), after - before
+    # stamps so large (ns for s) that the window is less than their last digit: no speed
+    return np.divide(travel, span, out=np.zeros_like(travel), where=span > 0.0)
 
 
 def road_moves(columns: Columns) -> np.ndarray:

@@ -24,7 +24,7 @@ def whole_turns(
     differs from a turn by no more than the wheel turns between two samples.
 
     Raises:
-        FlatplankError: the angle jumps by a turn of another unit.
+        FlatplankError: the angle jumps by a turn of another unit, or back by what is no turn.
     """
     angle = columns.get(COLUMN)
     if angle is None or len(angle) < 3 or not np.isfinite(angle).all():
@@ -45,6 +45,12 @@ def whole_turns(
         raise FlatplankError(
             f"jumps by {step[row - 2]:.4g}: one turn in {unit}, not in rad",
             f"{file}, row {row}, column '{COLUMN}'", f"write its unit, as '{COLUMN} [{unit}]'",
+        )  # fmt: skip
+    back = np.sign(step[jumps]) == -np.sign(step[~jumps].sum())
+    if back.all() and slack < 0.5 * float(np.abs(step[jumps]).min()):
+        raise FlatplankError(
+            f"jumps back by {abs(step[row - 2]):.4g} rad, which is no turn",
+            f"{file}, row {row}, column '{COLUMN}'", "correct its unit, or repair the samples",
         )  # fmt: skip
     return dict(columns), []
 

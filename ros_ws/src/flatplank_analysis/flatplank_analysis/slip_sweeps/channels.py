@@ -184,7 +184,10 @@ def check_columns(columns: Sequence[str], where: str) -> None:
 LARGEST_ANGLE = 0.5 * np.pi
 """angle of a wheel that no sweep passes [rad]: it would roll backwards, or lie on its side"""
 LARGEST_RATIO = 1000.0**0.5
-"""force over load above which the two have units of a ratio of 1000, rather than of 1"""
+"""force over load above which the two have units of a ratio of 1000, rather than of 1; a force
+smaller than the load by so much is that of no tire which slips: on ice friction is 0.05"""
+SWEEPS = {"fx": ("kappa", 0.04), "fy": ("alpha", np.radians(2.0))}
+"""force -> its slip, and the least range of a sweep of it [-, rad]"""
 
 
 def check_values(columns: Mapping[str, np.ndarray], names: Mapping[str, str], where: str) -> None:
@@ -199,7 +202,9 @@ def check_values(columns: Mapping[str, np.ndarray], names: Mapping[str, str], wh
     load = float(np.nanmax(np.abs(columns["fz"])))
     for name in ("fx", "fy"):
         most = float(np.nanmax(np.abs(columns.get(name, 0.0))))
-        if most > LARGEST_RATIO * load:
+        slip, least = SWEEPS[name]
+        swept = slip in columns and np.nanmax(columns[slip]) - np.nanmin(columns[slip]) > least
+        if most > LARGEST_RATIO * load or (swept and 0.0 < most < load / LARGEST_RATIO):
             raise FlatplankError(
                 f"'{names[name]}' goes up to {most:.4g} N at a load of {load:.4g} N", where,
                 f"correct the unit of '{names[name]}' or '{names['fz']}'",

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.ndimage import median_filter
 
+from flatplank_analysis.slip_sweeps.channels import SWEEPS
 from flatplank_data.wording import plain
 
 SMOOTH = 25
@@ -54,6 +55,17 @@ HELD = (
 BY_NAME = {held.name: held for held in HELD}
 
 
+def not_held(columns: Mapping[str, np.ndarray]) -> HeldChannel | None:
+    """A channel that changes its level from row to row: the rows are not in order of time."""
+    for held in HELD[:4]:
+        if held.name in columns:
+            values = columns[held.name]
+            smooth = median_filter(values, min(SMOOTH, len(values)), mode="nearest")
+            if (np.abs(values - smooth) > held.distance(smooth)).mean() > 0.5:
+                return held
+    return None
+
+
 def levels(held: HeldChannel, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Values of the levels (n,), and the level of each sample; -1 between two levels."""
     smooth = median_filter(values, min(SMOOTH, len(values)), mode="nearest")
@@ -91,9 +103,9 @@ def _valleys(order: np.ndarray, apart: float) -> np.ndarray:
     return np.array(out)
 
 
-WIDE = {"alpha": np.radians(2.0), "kappa": 0.04}
+WIDE = dict(SWEEPS.values())
 """least range of a swept slip [rad, -]"""
-FORCE = {"alpha": "fy", "kappa": "fx"}
+FORCE = {slip: force for force, (slip, _) in SWEEPS.items()}
 """swept slip -> force that is evaluated"""
 UNLOADED = 0.05
 """share of the largest load below which the tire is unloaded"""

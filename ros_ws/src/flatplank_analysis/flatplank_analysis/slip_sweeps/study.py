@@ -19,6 +19,7 @@ from flatplank_analysis.slip_sweeps.conditions import (
     FORCE,
     HELD,
     SweepCondition,
+    not_held,
     split_into_conditions,
 )
 from flatplank_analysis.slip_sweeps.curves import (
@@ -142,6 +143,12 @@ def study(
         known = ", ".join(axes.SYSTEMS)
         raise FlatplankError(f"no axis system '{system}'", "--axes", f"known: {known}")
     columns, told = axes.in_iso(recording.columns, system, turn, str(path))
+    jumps = not_held(columns)
+    if jumps:
+        raise FlatplankError(
+            f"the {jumps.title} changes from row to row: the rows are not in order of time",
+            str(path), "sort the rows by time, or add a column with their stamps",
+        )  # fmt: skip
     conditions = tuple(split_into_conditions(columns))
     if not conditions:
         raise FlatplankError(

@@ -5,6 +5,7 @@ and of those with the opposite sign."""
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -147,19 +148,37 @@ def left_out(request: Request, theirs: str, ours: str, cells: NotNumbers) -> str
     return f"column '{theirs}': {cells}"
 
 
+def known_name(name: str, mapping: Mapping[str, Any] | None) -> str:
+    """Our name of a column of a file; the name itself where it is not known."""
+    foreign = (mapping or {}).get("columns") or {}
+    return str(foreign.get(name) or _PLAIN.get(_plain(name), name))
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[\W_]+", "", name).lower()
+
+
+_PLAIN = {_plain(name): name for name in COLUMN_UNITS}
+
+
 def canonical_names(
     names: Iterable[str], mapping: Mapping[str, Any] | None, further: bool = False
 ) -> tuple[dict[str, str], list[str]]:
     """File column -> our column, and remarks on columns that are not known.
 
-    The mapping file may have `columns: {theirs: ours}`. further: unknown columns are kept under
-    their own names.
+    The mapping file may have `columns: {theirs: ours}`; in other names case, blanks and hyphens do
+    not count. further: unknown columns are kept under their own names. FlatplankError for two
+    columns that are the same one.
     """
-    foreign = dict((mapping or {}).get("columns") or {})
-    out, remarks = {}, []
+    out: dict[str, str] = {}
+    remarks: list[str] = []
     for name in names:
-        ours = foreign.get(name, name)
+        ours = known_name(name, mapping)
         if ours in COLUMN_UNITS:
+            twice = next((n for n, o in out.items() if o == ours), None)
+            if twice is not None:
+                what = f"columns '{twice}' and '{name}' are both '{ours}'"
+                raise FlatplankError(what, "header", "rename or remove one")
             out[name] = ours
             continue
         near = similar_names(ours.lower(), COLUMN_UNITS, 0.6)

@@ -12,6 +12,7 @@ from flatplank_data.readers.base import (
     Request,
     canonical_names,
     columns_in_si,
+    known_name,
     left_out,
     reader,
 )
@@ -21,10 +22,9 @@ from flatplank_data.table import COLUMN_UNITS
 @reader(".csv")
 def read_csv(request: Request) -> Loaded:
     """Read a table; lines that start with '#' before the names are comments."""
-    foreign = (request.mapping or {}).get("columns") or {}
     with request.store.open(request.name) as stream:
         table = read_text_table(
-            stream.read(), request.name, lambda name: foreign.get(name, name) in COLUMN_UNITS
+            stream.read(), request.name, lambda n: known_name(n, request.mapping) in COLUMN_UNITS
         )
     names, remarks = canonical_names(table.names, request.mapping, request.further)
     columns: dict[str, np.ndarray] = {}
