@@ -14,6 +14,7 @@ ONLY_THE_LAUNCH_KNOWS = {
     "bus_file": "the wiring of the machine",
     "constants_from": "trouble not_calibrated",
     "fifo_priority": "real time is for a bus of frames alone",
+    "axes": "which axes have a drive",
     "driven_axes": "which axes have a drive",
     "driven_plank": "which axes have a drive",
 }

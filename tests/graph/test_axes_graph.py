@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import yaml
 from bench_graph import graph
 from std_srvs.srv import SetBool
 
@@ -40,6 +41,13 @@ def columns(path):
     return Run(RunRecord(file=path.name), open_store(path.parent)).table(names).columns
 
 
+def messages_of(bag) -> dict[str, int]:
+    """Recorded topics and the number of their messages."""
+    content = yaml.safe_load((bag / "metadata.yaml").read_text())
+    topics = content["rosbag2_bagfile_information"]["topics_with_message_count"]
+    return {t["topic_metadata"]["name"]: t["message_count"] for t in topics}
+
+
 def steering_stops_with_its_operator(bench):
     """The wheel's drive answers the claim; the steering's hears of it, and of no heartbeat."""
     seen = bench.listen(DriveStatus, "/steer_drive/status")
@@ -64,6 +72,14 @@ def test_load_and_steering_are_led_by_their_nodes(tmp_path, monkeypatch, capsys)
         with pytest.raises(BenchError, match="camber_drive.*is its node running"):
             measure("{measurement: camber_sweep, profile: sine}", simulated=True, folder=data)
         steering_stops_with_its_operator(bench)
+    kept = messages_of(next(bench.data.glob("TOY_PARKING*")))
+    of_every_cycle = kept["/wheel_drive/status"]
+    for axis in setup["axes"]:
+        assert kept[f"/{axis}_drive/status"] == kept[f"/{axis}_drive/joint_states"]
+        assert kept[f"/{axis}_drive/status"] == of_every_cycle > 1000
+        assert kept[f"/{axis}_drive/mode"] > 0
+    assert kept["/steer_drive/reference"] > 1000
+    assert "/operator/in_charge" in kept
     held = columns(next(bench.data.glob("TOY_REL_LNG*")))
     parked = columns(next(bench.data.glob("TOY_PARKING*")))
     worst = float(np.abs(np.convolve(held["fz"], np.ones(25) / 25, "valid") / 3700.0 - 1.0).max())

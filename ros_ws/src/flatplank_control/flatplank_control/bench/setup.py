@@ -225,7 +225,11 @@ class BenchSetup:
             "load_controller": of_graph,
             "steering_hold": of_graph,
             "camber_hold": of_graph,
-            "recorder": {"folder": self.data, "calibration": self.calibration},
+            "recorder": {
+                "folder": self.data,
+                "calibration": self.calibration,
+                "axes": ",".join(self.axes),
+            },
             "measurement_runner": {
                 "held": self.pace == "hold",
                 "driven_plank": "plank" in self.axes,

@@ -17,13 +17,14 @@ from rclpy.task import Future
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from flatplank_control.bench.setup import parse_axes
 from flatplank_control.calibration.book import CalibrationBook
 from flatplank_control.nodes.asking import NodeParameters, parameter_clients
 from flatplank_control.recording.bus_cycles import Arrivals
 from flatplank_control.recording.filled import in_words, requested_record
 from flatplank_control.recording.recovery import repair
 from flatplank_control.recording.session import RecordingSession, State
-from flatplank_control.recording.topics import RECORDED, at_every_cycle
+from flatplank_control.recording.topics import at_every_cycle, recorded_topics
 from flatplank_control.runner.provenance import InForce, complete_record, software_version
 from flatplank_data.errors import RecordingError
 from flatplank_data.params import Params, param
@@ -48,6 +49,7 @@ class RecorderParameters(Params):
     pre_trigger: float = param(
         2.0, "kept from before the motion trigger", unit="s", bounds=(0.0, 60.0)
     )
+    axes: str = param("", "driven beside the wheel, as in vertical,steer; empty: none")
     calibration: str = param("", "book that the bench was started with; empty: none")
 
 
@@ -77,7 +79,8 @@ class RecorderNode(BenchNode):
         folder.mkdir(parents=True, exist_ok=True)
         for repaired in repair(folder):
             self.troubles.report_occurrence("bag_mended", str(repaired))
-        self.session = RecordingSession(folder, RECORDED, pre_trigger=parameters.pre_trigger)
+        self.topics = recorded_topics(parse_axes(parameters.axes, "axes"))
+        self.session = RecordingSession(folder, self.topics, pre_trigger=parameters.pre_trigger)
         self.arrivals = Arrivals()
         self.requested = requested_record("")
         self.mode = ""
@@ -89,7 +92,7 @@ class RecorderNode(BenchNode):
         self.parameters_of = parameter_clients(self)
         for client in self.parameters_of.values():
             self._teardown.append(partial(self.destroy_client, client))
-        for spec in RECORDED:
+        for spec in self.topics:
             latched = spec.qos.durability == "transient_local"
             with_header = not spec.type.startswith("std_msgs/")
             self.add_subscription(

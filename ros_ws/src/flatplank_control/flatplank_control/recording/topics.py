@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -106,9 +107,31 @@ TABLE = (
     _row("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", "1 Hz",
          "health of the nodes", HEALTH),
 )  # fmt: skip
-"""recorded topics; the recorder adds `/run` (flatplank_msgs/Run), latched: the run record"""
+"""topics of every bench; the recorder adds those of `recorded_topics` and `/run`
+(flatplank_msgs/Run), latched: the run record"""
 
 RECORDED = tuple(row.spec for row in TABLE)
+
+
+IN_CHARGE = TopicSpec("/operator/in_charge", "std_msgs/msg/String", LATCHED)
+
+_OF_A_DRIVE = {
+    "status": ("flatplank_msgs/msg/DriveStatus", STREAM),
+    "joint_states": ("sensor_msgs/msg/JointState", STREAM),
+    "reference": ("flatplank_msgs/msg/Reference", REFERENCE),
+    "mode": ("std_msgs/msg/String", LATCHED),
+}
+
+
+def recorded_topics(axes: Iterable[str]) -> tuple[TopicSpec, ...]:
+    """All topics that the recorder takes; `axes`: driven beside the wheel."""
+    of_axes = [
+        TopicSpec(f"/{axis}_drive/{name}", kind, qos)
+        for axis in axes
+        for name, (kind, qos) in _OF_A_DRIVE.items()
+        if axis != "plank" or name != "reference"  # nobody leads the plank's drive
+    ]
+    return (*RECORDED, *of_axes, IN_CHARGE)
 
 
 def at_every_cycle(mode: str) -> list[str]:
