@@ -158,8 +158,8 @@ class Arrivals:
     def add(self, topic: str, stamp_ns: int) -> int:
         """Register a message; returns its bench time [ns].
 
-        A stamp that may not be bench time (diagnostics of a node without a bus) is replaced by that
-        of the present cycle.
+        A stamp that may not be bench time (diagnostics of a node without a bus) is replaced by
+        that of the present cycle.
         """
         if topic == TOPIC:
             self.bus_ns = stamp_ns
