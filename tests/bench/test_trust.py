@@ -98,6 +98,9 @@ def test_results_of_earlier_runs_are_put_together(tmp_path, capsys):
         [" 3 ", " 50 %, seed 1 ", " 1 "], [" 7 ", " 50 %, seed 1 ", " 0 "]
     ]  # fmt: skip
     assert "pairs: bad" in capsys.readouterr().err
+    missing = set(rows()) - {"pairs", "triples"}
+    (line,) = [n for n in (tmp_path / "page.md").read_text().splitlines() if "Not measured" in n]
+    assert all(f"`{name}`:" in line for name in missing) and "`pairs`:" not in line
     faults = [{"area": "hub", "killed": killed} for killed in ("a test", "", "too slow")]
     (tmp_path / "journal").write_text("\n".join(json.dumps(fault) for fault in faults))
     words = ["--from", files[0], "--mutants", str(tmp_path / "journal")]

@@ -12,6 +12,7 @@ import pytest
 import control
 from flatplank_control.free_rolling import FreeRollingController, FreeRollingParameters
 from flatplank_control.free_rolling.loop import margins
+from flatplank_control.free_rolling.start import Start
 from flatplank_hw.samples import EncoderSample, HubSample, Wrench
 
 P = FreeRollingParameters(automatic=False)
@@ -119,3 +120,33 @@ def test_the_gain_margin_is_that_of_the_smallest_rising_gain():
     for gain in (1.0, 2.0):
         _, _, margin = margins(gain * 1.5 / (s + 1) ** 3)
         assert margin == pytest.approx(8.0 / (1.5 * gain), rel=1e-6)
+
+
+def held_tire(n: int, x: float, stiffness: float = 4e5) -> tuple[float, EncoderSample]:
+    """Force and encoders of a wheel that its gear holds, when the road has moved by x [m]."""
+    _, encoders = samples(n, 0.0)
+    return -stiffness * x, encoders._replace(plank_position=0.1 + x)
+
+
+def test_the_start_estimates_the_stiffness_while_the_gear_holds_the_wheel():
+    start = Start(P)
+    step = 0.03092 / P.rate_hz
+    torques = [start.step(*held_tire(n, step * n)) for n in range(20)]
+    waiting = torques.index(next(t for t in torques if t != 0.0))
+    assert start.stiffness == pytest.approx(4e5, rel=1e-6)
+    # by hand: 450 N after 1.125 mm
+    assert waiting == math.ceil(450.0 / 4e5 / step)
+    assert all(t >= P.start_torque for t in torques[waiting:])
+
+
+def test_the_travel_goes_on_when_the_trigger_sets_the_position_to_zero():
+    start = Start(P)
+    _, encoders = samples(0, 0.0)
+    start.observe(0.0, encoders)
+    assert start.observe(0.0, encoders._replace(plank_position=0.1002)) == pytest.approx(2e-4)
+    jumped = encoders._replace(plank_position=0.0)
+    assert start.observe(0.0, jumped) == pytest.approx(2e-4 + 0.03092 / P.rate_hz)
+
+
+def test_the_delay_of_the_loop_has_the_hold_of_half_a_cycle():
+    assert P.loop_delay == pytest.approx((2.0 + 0.5) / 250.0)

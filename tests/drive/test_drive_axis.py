@@ -9,9 +9,10 @@ import time
 import pytest
 from drive_rig import Rig, up
 
-from flatplank_hw.cia402 import State
+from flatplank_hw.bus.image import AxisInputs
+from flatplank_hw.cia402 import HOMING_ATTAINED, CiaMode, State
 from flatplank_hw.drive import AxisDrive, DriveParameters
-from flatplank_hw.drive.modes import MODES
+from flatplank_hw.drive.modes import MODES, HomingSequence
 from flatplank_hw.drive.safety import LEFT_OPERATION, NO_ANSWER, QUICK_STOP, RULES
 
 NAN, INF = math.nan, math.inf
@@ -306,3 +307,13 @@ def test_a_cycle_is_cheap():
         rig.drive.step(i, e, h, None)
     # 4.3 us on the machine where it was written; the bound only catches a change of kind
     assert (time.process_time() - start) / len(samples) < 40e-6
+
+
+def test_the_bit_of_an_earlier_homing_does_not_count():
+    """It may be set until the drive has answered the start of the new one, four cycles later."""
+    sequence = HomingSequence(DriveParameters())
+    sequence.start(0)
+    attained = AxisInputs(0x0237 | HOMING_ATTAINED, CiaMode.HOMING, 0, 0, 0, 0)
+    done = [sequence.step(attained, 4_000_000 * n)[1] for n in range(6)]
+    assert done == [False] * 5 + [True]
+    assert not sequence.running

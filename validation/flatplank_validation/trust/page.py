@@ -81,6 +81,12 @@ def mutants(journals: Sequence[Path]) -> str:
     return "\n".join([MUTANTS.rstrip("\n"), *rows, ""]) if rows else ""
 
 
+def absent(found: Found) -> list[str]:
+    """Rows that were not measured for the page."""
+    names = [f"`{name}`: {row.what}" for name, row in rows().items() if name not in found]
+    return [f"Not measured for this page: {'; '.join(names)}.", ""] if names else []
+
+
 def page(found: Found, journals: Sequence[Path] = ()) -> str:
     """The whole page."""
     names, most = ", ".join(FAULTS), most_s(DriveParameters())
@@ -92,6 +98,7 @@ def page(found: Found, journals: Sequence[Path] = ()) -> str:
             "",
             *table(found),
             "",
+            *absent(found),
             mutants(journals),
             tail,
             "",
