@@ -15,7 +15,7 @@ from flatplank_data.params import load_parameter_set
 from flatplank_hw.bus.image import AXES, Health
 from flatplank_hw.cia402 import State
 from flatplank_hw.drive import DriveParameters
-from flatplank_hw.drive.safety import RULES, Situation, first_stop
+from flatplank_hw.drive.safety import RULES, Situation, first_stop, may_turn, unloaded
 from flatplank_hw.drive.watch import Watch
 from flatplank_hw.share import config_file
 
@@ -167,3 +167,15 @@ def test_fz_counts_as_high_in_both_senses_and_when_it_is_no_number(fz, high):
     hub = SimpleNamespace(loaded_radius=0.3, fz_filtered=fz, stamp_ns=0)
     watch.update_from_samples(0, 4 * MS, None, hub)
     assert watch.situation.fz_high_ns == high * MS
+
+
+@pytest.mark.parametrize(
+    ("fz", "clear"),
+    [(0.0, True), (399.0, True), (-399.0, True), (401.0, False), (-401.0, False),
+     (-9000.0, False), (NAN, False), (-math.inf, False)],
+)  # fmt: skip
+def test_only_a_tire_with_almost_no_force_is_unloaded(fz, clear):
+    """A large force of either sign is a load, or a hub that cannot tell."""
+    s = Situation(loaded_radius=0.325, fz=fz)
+    assert unloaded(s, DriveParameters()) is clear
+    assert may_turn(s, DriveParameters()) is clear

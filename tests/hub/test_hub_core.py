@@ -12,6 +12,7 @@ from hub_inputs import bus, volts_from_wheel
 
 from flatplank_hw.hub import HubParameters, MeasurementHub
 from flatplank_hw.hub.appendix_a import gains
+from flatplank_hw.hub.params import COUNTS
 from flatplank_hw.samples import Wrench
 
 P = HubParameters(tare_samples=20)
@@ -104,3 +105,10 @@ def test_constants_of_a_plan_are_in_force_from_the_next_cycle_on():
     hub.set_constants(changed)
     after = hub.step(bus(1, bridge_volts=volts))
     assert after.wheel == fresh.step(bus(1, bridge_volts=volts)).wheel != before.wheel
+
+
+@pytest.mark.parametrize("name", COUNTS)
+def test_an_encoder_has_counts(name):
+    with pytest.raises(ValueError, match=f"{name} is 0"):
+        HubParameters(**{name: 0})
+    assert getattr(HubParameters(**{name: 1}), name) == 1
