@@ -56,3 +56,19 @@ def test_bad_samples_are_left_out_and_decide_nothing(bad, clean, tmp_path):
     told = [p for p in session.campaign.problems if "spikes" in p.what]
     assert {p.file for p in told} == {t.info.file for t in tables}
     assert all("row" in p.what and not p.fatal for p in told)
+
+
+@pytest.mark.parametrize("bad", [_one_in_all, _three_per_run])
+def test_the_first_effect_beside_bad_samples_is_that_of_the_clean_runs(bad, clean, tmp_path):
+    """One sample of 20 kN in all runs hid the play, three per run named an effect that explains
+    nothing."""
+    tables, _ = clean
+    expected, found = (
+        session.diagnose().to_dict()
+        for session in (Session.of_tables(tables), _spoilt(bad, tables, tmp_path))
+    )
+    assert found["verdict"] == expected["verdict"]
+    effect, same = found["effects"][0], expected["effects"][0]
+    assert effect["name"] in (same["name"], *same["class"])
+    assert same["interval"][0] <= effect["size"] <= same["interval"][1]
+    assert found["rmse_after"] == pytest.approx(expected["rmse_after"], rel=0.03)
