@@ -25,7 +25,9 @@ et_value: 0.055
 def test_the_record_states_what_the_nodes_have(tmp_path, monkeypatch):
     book = CalibrationBook(tmp_path / "c.yaml")
     book.add(Entry("hub_fz", "2020-01-01", {"k_fz1": 2.0, "k_fz2": 1.95}, 0.1))
-    with graph(tmp_path, monkeypatch, calibration=str(book.path), seed=SEED) as bench:
+    changed = {"slip_sequencer": {"follow_until": 0.2}}
+    setup = {"calibration": str(book.path), "parameters": changed}
+    with graph(tmp_path, monkeypatch, seed=SEED, **setup) as bench:
         book.add(Entry("lvdt", "2020-01-01", {"lvdt_gain": 0.021, "lvdt_offset": 0.3}, 0.0))
         (bag,) = bench.client.measure(PLAN, simulated=True)
         by_hand = recorded_by_hand(bench)
@@ -40,9 +42,9 @@ def test_the_record_states_what_the_nodes_have(tmp_path, monkeypatch):
     assert record.plant == {"tire": "toyo", "preset": "", "config": "", "seed": SEED}
     assert record.software_version == software_version()
     # whoever asks for a bag gets the same record of the bench
-    for key in ("calibration", "plant", "software_version", "et_value"):
+    for key in ("calibration", "plant", "software_version", "et_value", "parameters"):
         assert getattr(by_hand, key) == getattr(record, key), key
-    assert by_hand.parameters["slip_sequencer"] == record.parameters["slip_sequencer"]
+    assert record.parameters == changed
 
 
 def recorded_by_hand(bench: Graph) -> RunRecord:
