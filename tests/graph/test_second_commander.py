@@ -35,7 +35,9 @@ def test_a_second_drive_node_is_refused_and_named(separate, tmp_path, monkeypatc
         with second_drive():
             answer = bench.client.call(SetBool, "/other_drive/enable", timeout=60.0, data=True)
             assert not answer.success
-            assert "not connected: no partner on ~/reference" in answer.message
+            # and maybe others that it has not met yet
+            assert answer.message.startswith("not connected: no partner on ")
+            assert "~/reference" in answer.message
             found = {}
             while "second_commander" not in str(found.get("/simulated_plant", "")):
                 bench.advance(20)
