@@ -79,8 +79,8 @@ class Mode:
     code: ClassVar[int]
     source: ClassVar[str | None] = None
     """`Reference.source` that the mode follows; None: the mode uses its own value"""
-    watched_by: ClassVar[str] = ""
-    """safety rule for its references; only an axis with this rule has the source"""
+    axes: ClassVar[frozenset[str]] = frozenset()
+    """axes that have the source"""
 
     def __init__(self, p: DriveParameters) -> None:
         self.p = p
@@ -108,7 +108,7 @@ class Follow(Mode):
     """Follow the speed of a controller of this axis: load, steering angle, road camber."""
 
     name, code, source = "follow", 7, "follow"
-    watched_by = "reference_gone"
+    axes = frozenset({"steer", "vertical", "camber"})
 
     def __init__(self, p: DriveParameters) -> None:
         super().__init__(p)
@@ -122,7 +122,7 @@ class Slip(Follow):
     """Follow the wheel speed of the slip sequencer."""
 
     name, code, source = "slip", 1, "slip"
-    watched_by = "reference"
+    axes = frozenset({"wheel"})
 
 
 class Position(Mode):
@@ -198,7 +198,7 @@ class FreeRolling(Mode):
     """Follow the motor torque of the free-rolling controller."""
 
     name, code, source = "free_rolling", 5, "free_rolling"
-    watched_by = "reference"
+    axes = frozenset({"wheel"})
 
     def __init__(self, p: DriveParameters) -> None:
         super().__init__(p)

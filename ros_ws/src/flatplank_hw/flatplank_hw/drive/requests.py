@@ -180,8 +180,9 @@ class DriveRequests:
             return self.home()
         if mode is self._position_mode and self._wanted:
             return self.move_to(value)
-        if mode.source and mode.watched_by not in self.parameters.rules:
-            return refused(f"the {self.parameters.axis} drive has no source for mode '{name}'")
+        axis = self.parameters.axis
+        if mode.source and axis not in mode.axes:
+            return refused(f"the {axis} drive has no source for mode '{name}'")
         reason = None if mode.source else mode.refusal(value)
         reason = reason or (self._turning() if mode is not self._mode else None)
         if reason:

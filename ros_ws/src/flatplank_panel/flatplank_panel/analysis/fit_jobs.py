@@ -18,6 +18,7 @@ from flatplank_analysis.discovery.fit import effect_contribution
 from flatplank_analysis.discovery.modelfile import ModelFile, load_model, save_unchanged
 from flatplank_analysis.discovery.sources import source_of
 from flatplank_analysis.discovery.steps import Step
+from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.effects import consent
 from flatplank_control.bench.simulator import simulator
 from flatplank_data.errors import FlatplankError
@@ -157,10 +158,25 @@ def _ranked(step: Step) -> list[dict[str, Any]]:
     return out
 
 
+@lru_cache(maxsize=1)
+def _diagnoses(_session: Session) -> dict[str, Diagnosis]:
+    """Diagnoses of a campaign: state of its model -> diagnosis."""
+    return {}
+
+
+def _diagnosis(at: _Open, progress: Progress) -> Diagnosis:
+    """Diagnosis of the present model; the last one is kept."""
+    known, state = _diagnoses(at.session), repr(at.start and at.start.state())
+    if state not in known:
+        known.clear()
+        known[state] = at.session.diagnose(at.start, progress)
+    return known[state]
+
+
 def diagnose(progress: Progress, folder: str, model: str) -> dict[str, Any]:
     """Search for what the model lacks."""
     at = _opened(folder, model)
-    result = at.session.diagnose(at.start, progress)
+    result = _diagnosis(at, progress)
     answer = result.to_dict()
     answer["next_run"] = runs_of(at.session, result.next_run)
     if result.search is None:
@@ -231,7 +247,7 @@ def report(progress: Progress, folder: str, model: str, target: str) -> dict[str
     from flatplank_analysis.discovery.report.page import write_report
 
     at = _opened(folder, model)
-    result = at.session.diagnose(at.start, progress)
+    result = _diagnosis(at, progress)
     progress("figures", 0.95)
     page = write_report(result, Path(target), at.session.campaign.path, at.model.history)
     return {"page": str(page)}
