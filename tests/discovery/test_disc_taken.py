@@ -89,6 +89,7 @@ def parts(monkeypatch):
         invariants, "not_raising_error", lambda _fitter, _old, fits: SimpleNamespace(terms=fits[0])
     )
     monkeypatch.setattr(invariants, "is_active", lambda term: term.effect.identifier != "null")
+    monkeypatch.setattr(invariants, "is_fall_by_chance", lambda _state, _fit: False)
     monkeypatch.setattr(heldout, "gain", lambda state, fit, index: 0.1 + index)
     monkeypatch.setattr(search, "suspects", lambda *what: what[1:])
 
