@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -133,7 +134,7 @@ def test_file_does_what_the_search_saw():
 def test_a_delay_is_nothing_while_time_stands():
     """Runs whose plank begins later than others have several nodes at one time."""
     effect = effect_of(sentence("delay", PLACE, "ramp"))
-    model = probe_of(effect)
+    model = deepcopy(probe_of(effect))  # the probe is one for all
     model.data.runs.time[:, :4] = model.data.runs.time[:, 3:4]
     base = np.array([p.null for p in model.parameters])
     predicted = model.predict([ParameterSet(base, ((effect, effect.vector({"amount": 0.1})),))])
