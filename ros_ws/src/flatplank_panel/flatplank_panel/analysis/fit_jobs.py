@@ -43,6 +43,8 @@ class _Open(NamedTuple):
     path: Path
     """path of the model file"""
     model: ModelFile
+    diagnoses: dict[str, Diagnosis]
+    """state of a model -> its diagnosis, of this campaign; the last one is kept"""
 
     @property
     def start(self) -> ModelFile | None:
@@ -51,8 +53,11 @@ class _Open(NamedTuple):
 
 
 @lru_cache(maxsize=2)
-def _session(folder: str, _stamp: Stamp, files: tuple[str, ...]) -> Session:
-    return Session.open(folder, files)
+def _session(
+    folder: str, _stamp: Stamp, files: tuple[str, ...]
+) -> tuple[Session, dict[str, Diagnosis]]:
+    """The session of a campaign, and room for its diagnoses."""
+    return Session.open(folder, files), {}
 
 
 def _opened(folder: str, model: str) -> _Open:
@@ -60,7 +65,8 @@ def _opened(folder: str, model: str) -> _Open:
     path = Path(model)
     file = load_model(path) if path.exists() else ModelFile()
     own = tuple(e.file for e in file.effects if e.file)
-    return _Open(_session(folder, stamp_of(folder), own), path, file)
+    session, diagnoses = _session(folder, stamp_of(folder), own)
+    return _Open(session, path, file, diagnoses)
 
 
 def open_(progress: Progress, folder: str, model: str) -> dict[str, Any]:
@@ -158,19 +164,13 @@ def _ranked(step: Step) -> list[dict[str, Any]]:
     return out
 
 
-@lru_cache(maxsize=1)
-def _diagnoses(_session: Session) -> dict[str, Diagnosis]:
-    """Diagnoses of a campaign: state of its model -> diagnosis."""
-    return {}
-
-
 def _diagnosis(at: _Open, progress: Progress) -> Diagnosis:
-    """Diagnosis of the present model; the last one is kept."""
-    known, state = _diagnoses(at.session), repr(at.start and at.start.state())
-    if state not in known:
-        known.clear()
-        known[state] = at.session.diagnose(at.start, progress)
-    return known[state]
+    """Diagnosis of the present model."""
+    state = repr(at.start and at.start.state())
+    if state not in at.diagnoses:
+        at.diagnoses.clear()
+        at.diagnoses[state] = at.session.diagnose(at.start, progress)
+    return at.diagnoses[state]
 
 
 def diagnose(progress: Progress, folder: str, model: str) -> dict[str, Any]:
