@@ -116,6 +116,6 @@ def test_a_key_is_one_service_of_the_runner(capsys):
     runner = Runner()
     for key in ("", "x", "r", "c", "e"):
         call_service_of_key(runner, OF_A_RUN, key)
-    assert runner.asked == ["/measurement_runner/confirm", "/measurement_runner/enough"]
+    assert runner.asked == ["measurement_runner/confirm", "measurement_runner/enough"]
     said = capsys.readouterr().out.splitlines()
     assert said == ["nothing is being asked", OF_A_RUN["e"].text]
