@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import bz2
 from dataclasses import dataclass
+from typing import Any
 
 import lz4.frame
 import zstandard
@@ -55,26 +56,21 @@ class Budget:
 
     def lz4(self, data: bytes, size: int | None = None) -> bytes:
         """Unpack an lz4 frame of an expected size. Raises DamagedError."""
-        limit = self._limit(size)
-        try:
-            stream = lz4.frame.LZ4FrameDecompressor()
-            out = stream.decompress(data, max_length=limit + 1)
-        except (RuntimeError, EOFError, MemoryError) as error:
-            raise DamagedError(f"lz4: {error}") from None
-        if not stream.eof and len(out) <= limit:
-            raise DamagedError("lz4: it has no end")
-        return self._checked(out, limit, size)
+        return self._streamed("lz4", lz4.frame.LZ4FrameDecompressor(), data, size)
 
     def bz2(self, data: bytes, size: int | None = None) -> bytes:
         """Unpack bz2 data of an expected size. Raises DamagedError."""
+        return self._streamed("bz2", bz2.BZ2Decompressor(), data, size)
+
+    def _streamed(self, name: str, stream: Any, data: bytes, size: int | None) -> bytes:
+        """Unpack with a decompressor of one stream, no more than the budget allows."""
         limit = self._limit(size)
         try:
-            stream = bz2.BZ2Decompressor()
             out = stream.decompress(data, max_length=limit + 1)
-        except (OSError, EOFError, MemoryError) as error:
-            raise DamagedError(f"bz2: {error}") from None
+        except (RuntimeError, OSError, EOFError, MemoryError) as error:
+            raise DamagedError(f"{name}: {error}") from None
         if not stream.eof and len(out) <= limit:
-            raise DamagedError("bz2: it has no end")
+            raise DamagedError(f"{name}: it has no end")
         return self._checked(out, limit, size)
 
     def _limit(self, size: int | None) -> int:
