@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Write docs/licences.md: the licence of every package that a lock of requirements/ names.
+"""Write docs/reference/licences.md: the licence of every package that a lock of requirements/ names.
 
     .venv/bin/python tools/licences.py    after tools/lock.py; needs the packages of `test`, too
 
@@ -21,7 +21,7 @@ from importlib.metadata import Distribution, distributions
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-PAGE = ROOT / "docs" / "licences.md"
+PAGE = ROOT / "docs/reference/licences.md"
 FETCHED = (
     ("lock", "3.10"), ("lock", "3.13"), ("rivals", "3.10"), ("rivals", "3.13"),
     ("audit", "3.13"), ("site", "3.13"),

@@ -11,8 +11,8 @@ import pytest
 from flatplank_analysis.cli import effect_pages as pages
 from flatplank_analysis.effects.registry import library
 
-FOLDER = Path(__file__).resolve().parents[2] / "docs" / "effects"
-REMEDY = "run: ./flatplank effects --write docs/effects"
+FOLDER = Path(__file__).resolve().parents[2] / "docs/reference/effects"
+REMEDY = "run: ./flatplank effects --write docs/reference/effects"
 
 
 @pytest.mark.parametrize("name", sorted(library()))

@@ -21,7 +21,7 @@ import flatplank_analysis as fp
 from flatplank_analysis.cli import change, compare, diagnose
 from flatplank_analysis.discovery.report.text import text_of
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "python.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs/guide/python.md"
 SMALL = (-0.05, -0.01, 0.01, 0.05)
 HEAVY = ("scipy", "pandas", "matplotlib", "numpy", "pyarrow")
 
@@ -194,7 +194,7 @@ def test_intervals_hold_what_was_hidden(grown):
 
 
 def test_the_page_runs(tmp_path, monkeypatch):
-    """Every line of docs/python.md, on a road that plays."""
+    """Every line of docs/guide/python.md, on a road that plays."""
     folder = tmp_path / "campaign"
     folder.mkdir()
     save(campaign(Truth(seed=43, slips=SMALL, repeats=2, play=4e-4)), folder)

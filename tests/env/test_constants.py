@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`docs/constants.md` has the tuning constants of the search as the code has them."""
+"""`docs/reference/constants.md` has the tuning constants of the search as the code has them."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ def study():
 
 
 def test_the_table_is_that_of_the_code(study):
-    text = (ROOT / "docs/constants.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs/reference/constants.md").read_text(encoding="utf-8")
     told = dict(re.findall(r"^\| `([\w.]+)` \| ([^|]+) \|", text, re.M))
     found = {c.key: f"{c.value}" for c in study.constants()}
-    assert told == found, "python validation/benchmarks/constants.py --write docs/constants.md"
+    assert told == found, "python validation/benchmarks/constants.py --write docs/reference/constants.md"
     assert len(found) > 40
 
 

@@ -55,6 +55,6 @@ def test_what_is_installed_reads_a_campaign(laptop: Path, tmp_path: Path) -> Non
     assert Path(done.stdout.strip()).is_relative_to(laptop)
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/python.md"])
+@pytest.mark.parametrize("page", ["README.md", "docs/guide/python.md"])
 def test_the_pages_say_how(page: str) -> None:
     assert COMMAND in (ROOT / page).read_text(encoding="utf-8")

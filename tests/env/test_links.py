@@ -40,7 +40,7 @@ def _headings(page: Path) -> set[str]:
 
 
 def test_the_tour_names_what_is_in_its_files() -> None:
-    page = ROOT / "docs" / "tour.md"
+    page = ROOT / "docs/explanation/tour.md"
     stations = STATION.findall(page.read_text(encoding="utf-8"))
     assert len(stations) == 11
     for name, link in stations:

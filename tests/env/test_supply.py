@@ -98,7 +98,7 @@ def test_the_set_up_installs_with_hashes(virtual) -> None:
 
 
 def test_the_list_of_licences_has_every_locked_package() -> None:
-    page = (ROOT / "docs" / "licences.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs/reference/licences.md").read_text(encoding="utf-8")
     told = {
         (name, version)
         for name, versions in re.findall(r"(?m)^\| ([a-z0-9-]+) \| ([^|]+) \|", page)

@@ -43,7 +43,7 @@ def test_a_second_drive_node_is_refused_and_named(separate, tmp_path, monkeypatc
                 bench.advance(20)
                 bench.client.spin(0.2)
                 found = {s.name: s for message in heard for s in message.status}
-                # a node that has not met the owner of the bus has no bench time and speaks for itself
+                # a node that has not met the owner of the bus has no bench time
                 owners = [m for m in heard if m.status[0].name == "/simulated_plant"]
                 assert all(message.header.stamp.sec < 3600 for message in owners), "bench time"
                 heard.clear()

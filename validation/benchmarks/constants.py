@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The tuning constants of the search, as a table.
 
-    python validation/benchmarks/constants.py --write docs/constants.md
+    python validation/benchmarks/constants.py --write docs/reference/constants.md
 
 Constants are found by module and name, where the code has them. What `sensitivity.py` found stands
 in the table, and its journal beside that. It diagnoses campaigns of the blind kit, so it says
@@ -27,7 +27,7 @@ FOLDERS = ("discovery", "contact_patch", "effects", "proposal")
 FACTORS = (0.5, 2.0)
 SEED = 4711
 JOURNAL = ROOT / ".cache/constants.jsonl"
-PUBLISHED = ROOT / "docs/constants.jsonl.gz"
+PUBLISHED = ROOT / "docs/reference/constants.jsonl.gz"
 CHOSEN = "chosen by hand"
 
 SOURCES: dict[str, str] = {
@@ -150,7 +150,7 @@ def page(found: Found) -> str:
     lines = [
         "# Tuning constants of the search",
         "",
-        "Written by `python validation/benchmarks/constants.py --write docs/constants.md`; "
+        "Written by `python validation/benchmarks/constants.py --write docs/reference/constants.md`; "
         "a test holds it to the code.",
         "",
         *([_studied(found), ""] if set(found) - {""} else []),

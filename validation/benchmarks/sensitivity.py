@@ -3,7 +3,7 @@
 
     python validation/benchmarks/sensitivity.py --count 66 --jobs 2
     python validation/benchmarks/sensitivity.py --first 23 --only 'discovery.*' 'effects.*'
-    python validation/benchmarks/constants.py --write docs/constants.md
+    python validation/benchmarks/constants.py --write docs/reference/constants.md
 
 It diagnoses campaigns of the blind kit and can be stopped and gone on with, also from the
 published journal.

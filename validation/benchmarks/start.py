@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measures the start of each node until it is connected, with warm and with cold caches.
 
-`--write` writes the table to docs/start.md.
+`--write` writes the table to docs/tutorial/start.md.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.nodes.client import BenchClient
 from flatplank_validation.bench.cold_start import forget_files, without_byte_code
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "start.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs/tutorial/start.md"
 MIB = 1024.0
 """[kB]"""
 Row = tuple[float, float, float]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writes the page docs/discovery-blind.md from a journal."""
+"""Writes the page docs/reference/discovery-blind.md from a journal."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tables of the page docs/discovery-blind.md."""
+"""Tables of the page docs/reference/discovery-blind.md."""
 
 from __future__ import annotations
 

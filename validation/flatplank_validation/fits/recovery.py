@@ -4,7 +4,7 @@
 The truth is the fitted model itself, with autocorrelated noise and run-to-run scatter. Prints, and
 with --out writes, the share of 90 % intervals that hold the true value; 85-95 % is the goal.
 
-    python -m flatplank_validation.fits.recovery --draws 200 --out docs/recovery.md
+    python -m flatplank_validation.fits.recovery --draws 200 --out docs/reference/recovery.md
 """
 
 from __future__ import annotations

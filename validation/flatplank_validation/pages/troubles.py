@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Generates docs/troubles.md from the registry: `python -m flatplank_validation.pages.troubles
+"""Generates docs/reference/troubles.md from the registry: `python -m flatplank_validation.pages.troubles
 FILE`."""
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ CODES = {name: code for code, name in STOPS.items()}
 HEAD = """\
 # Troubles: what you see, what it means, what to do
 
-Written by `python -m flatplank_validation.pages.troubles docs/troubles.md`; a test keeps it so.
+Written by `python -m flatplank_validation.pages.troubles docs/reference/troubles.md`; a test keeps it so.
 The log, `/diagnostics` and the messages say what is written here.
 
 ```

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writes the page docs/propose.md, below its title, from a journal."""
+"""Writes the page docs/guide/propose.md, below its title, from a journal."""
 
 from __future__ import annotations
 

@@ -180,7 +180,7 @@ def genetic(seen: Inputs, rest: np.ndarray) -> Claim:
     except ImportError as error:
         raise FlatplankError(
             "genetic programming needs the package pyoperon", "bench-propose --rivals",
-            "install requirements/rivals.txt as docs/propose.md has it",
+            "install requirements/rivals.txt as docs/guide/propose.md has it",
         ) from error  # fmt: skip
     names = [*seen.values, *SIDES[1:]]
     scales = {n: _Scale.of(u) for n, u in seen.values.items() if seen.kinds[n] != "angle"}

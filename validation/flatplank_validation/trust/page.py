@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The table of `bench-trust`, and docs/trust.md around it."""
+"""The table of `bench-trust`, and docs/reference/trust.md around it."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 """Analysis of flat plank measurements: bags -> tables -> models -> comparison -> report.
 
 For notebooks and scripts: `load`, `fit`, `diagnose`, `write_report`, `sweeps`, and `Motion` with
-`explain` for machines that are not tires (docs/python.md).
+`explain` for machines that are not tires (docs/guide/python.md).
 They are imported on first use, because ROS nodes import this package, too, and use none of them.
 """
 

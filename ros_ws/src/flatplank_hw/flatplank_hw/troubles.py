@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Registry of all troubles of the bench; log, /diagnostics, messages and docs/troubles.md use its
+"""Registry of all troubles of the bench; log, /diagnostics, messages and docs/reference/troubles.md use its
 texts."""
 
 from __future__ import annotations
@@ -322,7 +322,7 @@ SECTIONS = {
     "Measuring and recording": MEASURING,
     "Nodes and calls": NODES,
 }
-"""section title of docs/troubles.md -> troubles"""
+"""section title of docs/reference/troubles.md -> troubles"""
 
 TROUBLES = table_of_troubles(
     *(trouble for section in SECTIONS.values() for trouble in section.values())

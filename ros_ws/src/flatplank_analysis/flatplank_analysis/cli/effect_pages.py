@@ -191,7 +191,7 @@ What a fit of the tire leaves of it, for {shown}; one line per slip.
 |---|---|---|---|---|---|
 {table}
 
-Source: {effect.source}. Made by `flatplank effects --write docs/effects`.
+Source: {effect.source}. Made by `flatplank effects --write docs/reference/effects`.
 """
 
 
@@ -200,7 +200,7 @@ def index_of(known: Mapping[str, type[Effect]]) -> str:
     lines = [
         "# Effects of the library",
         "",
-        "Made by `flatplank effects --write docs/effects`.",
+        "Made by `flatplank effects --write docs/reference/effects`.",
         "",
     ]
     for kind, text in KINDS.items():

@@ -5,7 +5,7 @@ Equations 4.75 to 4.106 of Pacejka (2012), section 4.3.3; an option, because the
 camber terms of 4.E27 and 4.E47 by the spin caused by camber. A path that turns to the left is
 positive: it spins the contact like a camber to the right, and a small camber has the same side
 force and moment with these equations and without. Differences between programs are described in
-docs/conventions.md.
+docs/reference/conventions.md.
 """
 
 from __future__ import annotations
