@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Write docs/reference/licences.md: the licence of every package that a lock of requirements/ names.
+"""Write docs/reference/licences.md: the licence of every package of the locks in requirements/.
 
     .venv/bin/python tools/licences.py    after tools/lock.py; needs the packages of `test`, too
 

@@ -32,7 +32,9 @@ def test_the_table_is_that_of_the_code(study):
     text = (ROOT / "docs/reference/constants.md").read_text(encoding="utf-8")
     told = dict(re.findall(r"^\| `([\w.]+)` \| ([^|]+) \|", text, re.M))
     found = {c.key: f"{c.value}" for c in study.constants()}
-    assert told == found, "python validation/benchmarks/constants.py --write docs/reference/constants.md"
+    assert told == found, (
+        "python validation/benchmarks/constants.py --write docs/reference/constants.md"
+    )
     assert len(found) > 40
 
 

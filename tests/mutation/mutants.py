@@ -3,8 +3,9 @@
 
 A sign turned round, a product made a quotient, a number doubled, a comparison or a condition
 reversed, `and` for `or`, a call left out. Constants of a module and the ranges and steps of
-`param(...)` are not touched: `docs/reference/constants.md` has them and their own study. Nor is what
-changes no number: a conversion of a type that is left out, a guard against zero that is doubled.
+`param(...)` are not touched: `docs/reference/constants.md` has them and their own study. Nor
+is what changes no number: a conversion of a type that is left out, a guard against zero that is
+doubled.
 """
 
 from __future__ import annotations

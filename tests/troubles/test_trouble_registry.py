@@ -68,7 +68,9 @@ def test_every_trouble_is_told_by_somebody():
 
 def test_the_page_is_what_the_registry_says():
     text = (ROOT / "docs/reference/troubles.md").read_text(encoding="utf-8")
-    assert text == page(), "run `python -m flatplank_validation.pages.troubles docs/reference/troubles.md`"
+    assert text == page(), (
+        "run `python -m flatplank_validation.pages.troubles docs/reference/troubles.md`"
+    )
     assert len(re.findall(r"^\| `\w+` \|", text, re.MULTILINE)) == len(TROUBLES)
 
 

@@ -150,8 +150,8 @@ def page(found: Found) -> str:
     lines = [
         "# Tuning constants of the search",
         "",
-        "Written by `python validation/benchmarks/constants.py --write docs/reference/constants.md`; "
-        "a test holds it to the code.",
+        "Written by `python validation/benchmarks/constants.py "
+        "--write docs/reference/constants.md`; a test holds it to the code.",
         "",
         *([_studied(found), ""] if set(found) - {""} else []),
         "| constant | value | what it is | source | halved | doubled |",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writes the results of loops from a journal, as text and as the end of docs/guide/investigate.md."""
+"""Writes the results of loops from a journal, as text and into docs/guide/investigate.md."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Generates docs/reference/troubles.md from the registry: `python -m flatplank_validation.pages.troubles
-FILE`."""
+"""Generates docs/reference/troubles.md from the registry:
+`python -m flatplank_validation.pages.troubles FILE`."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ CODES = {name: code for code, name in STOPS.items()}
 HEAD = """\
 # Troubles: what you see, what it means, what to do
 
-Written by `python -m flatplank_validation.pages.troubles docs/reference/troubles.md`; a test keeps it so.
-The log, `/diagnostics` and the messages say what is written here.
+Written by `python -m flatplank_validation.pages.troubles docs/reference/troubles.md`; a test
+keeps it so. The log, `/diagnostics` and the messages say what is written here.
 
 ```
 ros2 topic echo --once /diagnostics
@@ -35,7 +35,7 @@ node says it in `/diagnostics` itself.
 
 The number behind *stops* or *waits* is `stop_reason` of a drive's status. A drive that was stopped
 stays so until somebody enables it. What happens to the plank meanwhile:
-[decisions/stopped-wheel.md](decisions/stopped-wheel.md). The faults of the EtherCAT bus one by
+[decisions/stopped-wheel.md](../decisions/stopped-wheel.md). The faults of the EtherCAT bus one by
 one: [ethercat-faults.md](ethercat-faults.md).
 """
 

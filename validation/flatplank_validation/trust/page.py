@@ -32,7 +32,7 @@ turn as its good source wants it to, in free rolling no faster than the road; it
 for {most:.2f} s, in which the slowest rules notice a drive that obeys nothing, and stop it. A
 drive that is deaf keeps its last set-point; its bus chip has a watchdog of its own, as every
 EtherCAT drive has. What stops what:
-[decisions/stop-authorities.md](decisions/stop-authorities.md).
+[decisions/stop-authorities.md](../decisions/stop-authorities.md).
 
 """
 

@@ -17,7 +17,9 @@ def main(argv: list[str]) -> int:
     p = Parser(prog="flatplank bench-speed", description=__doc__)
     p.add_argument("parts", nargs="*", help=f"some of {', '.join(PARTS)}; default: all")
     p.add_argument("--minutes", type=float, help="how long the pages are watched; default: 2")
-    p.add_argument("--write", action="store_true", help="the table of start into docs/tutorial/start.md")
+    p.add_argument(
+        "--write", action="store_true", help="the table of start into docs/tutorial/start.md"
+    )
     o = p.parse_args(argv)
     for part in o.parts:
         if part not in PARTS:

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Registry of all troubles of the bench; log, /diagnostics, messages and docs/reference/troubles.md use its
-texts."""
+"""Registry of all troubles of the bench; log, /diagnostics, messages and the page
+docs/reference/troubles.md use its texts."""
 
 from __future__ import annotations
 
