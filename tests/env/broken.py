@@ -16,7 +16,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from flatplank_analysis.cli.main import main, verbs
+from flatplank_analysis.cli.main import main
+from flatplank_analysis.cli.verbs import installed
 
 TIMEOUT_S = 100.0
 
@@ -86,7 +87,7 @@ def wait(child: int) -> int | None:
 
 
 if __name__ == "__main__":
-    for entry in verbs().values():
+    for entry in installed().values():
         entry.load()
     assert "rclpy" not in sys.modules, "it could not be broken any more"
     where = Path(sys.argv[1])

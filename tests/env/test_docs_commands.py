@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from flatplank_analysis.cli.main import main, verbs
+from flatplank_analysis.cli.main import main
+from flatplank_analysis.cli.verbs import installed
 
 ROOT = Path(__file__).parents[2]
 PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "examples").glob("*.md")]
@@ -62,7 +63,7 @@ COMMANDS = commands()
 
 def test_the_documents_have_commands():
     assert len(COMMANDS) > 80
-    assert {text.split()[0] for text in COMMANDS} <= verbs().keys()
+    assert {text.split()[0] for text in COMMANDS} <= installed().keys()
 
 
 @pytest.mark.parametrize("text", COMMANDS)
@@ -79,7 +80,7 @@ def test_a_command_of_the_documents_is_understood(text, monkeypatch, capsys):
 
     monkeypatch.setattr(argparse.ArgumentParser, "parse_args", parse)
     try:
-        verbs()[verb].load()(arguments)
+        installed()[verb].load()(arguments)
     except Parsed:
         return
     except SystemExit:

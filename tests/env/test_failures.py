@@ -16,7 +16,8 @@ from pathlib import Path
 import pytest
 
 from flatplank_analysis.cli import main as failures
-from flatplank_analysis.cli.main import run_reporting_errors, verbs
+from flatplank_analysis.cli.main import run_reporting_errors
+from flatplank_analysis.cli.verbs import installed
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
@@ -78,7 +79,7 @@ def in_broken(cases: list[tuple[str, list[str], str]], folder: Path) -> list[tup
 
 
 def test_every_verb_is_walked() -> None:
-    assert ARGUMENTS.keys() == verbs().keys()
+    assert ARGUMENTS.keys() == installed().keys()
 
 
 @pytest.mark.parametrize("broken", REAL_WORK)

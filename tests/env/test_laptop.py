@@ -18,10 +18,10 @@ COMMAND = "pip install " + " ".join(f"./ros_ws/src/{name}" for name in PACKAGES)
 USE = """
 import sys
 import flatplank_analysis as fp
-from flatplank_analysis.cli.main import verbs
+from flatplank_analysis.cli.verbs import installed
 runs = fp.load(sys.argv[1])
 assert len(runs) == 1, runs
-assert {"fit", "diagnose"} <= verbs().keys()
+assert {"fit", "diagnose"} <= installed().keys()
 assert not {"rclpy", "flatplank_hw"} & sys.modules.keys()
 print(fp.__file__)
 """

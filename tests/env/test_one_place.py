@@ -39,7 +39,7 @@ def test_a_number_of_the_machine_stands_once(name: str) -> None:
 
 def test_what_is_near_an_unknown_name_is_found_in_one_place() -> None:
     files = SOURCES.glob("flatplank_*/flatplank_*/**/*.py")
-    assert [f.name for f in files if "difflib" in f.read_text(encoding="utf-8")] == ["params.py"]
+    assert [f.name for f in files if "difflib" in f.read_text(encoding="utf-8")] == ["names.py"]
 
 
 def test_text_files_are_replaced_in_one_place() -> None:

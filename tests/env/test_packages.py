@@ -55,7 +55,12 @@ def setup_values(package: str) -> dict[str, object]:
         "install_requires": several("options", "install_requires"),
         "extras_require": {name: several(extras, name) for name in file[extras]},
         "NODES": several(points, "console_scripts") if runs else [],
-        "VERBS": several(points, "flatplank.verbs"),
+        "VERBS": [
+            verb
+            for group in (file[points] if file.has_section(points) else ())
+            if group.startswith("flatplank.verbs.")
+            for verb in several(points, group)
+        ],
     }
 
 
@@ -176,17 +181,20 @@ def test_nodes_are_where_ros2_run_looks(package: str) -> None:
 
 
 def test_every_verb_is_known_and_explains_itself() -> None:
-    from flatplank_analysis.cli.main import summary, verbs
+    from flatplank_analysis.cli.verbs import installed, listing, summary
 
     registered = {
         entry.split(" = ")[0]
         for p in PYTHON_PACKAGES
         for entry in setup_values(p).get("VERBS", [])
     }
-    known = verbs()
+    known = installed()
     assert registered <= known.keys()
     for name, entry in known.items():
-        assert 10 < len(summary(entry)) < 100, name
+        assert len(summary(entry)) > 10, name
+    text = listing(known) + listing(known, ["benchmarks"])
+    assert max(map(len, text.splitlines())) <= 80, "a terminal"
+    assert {line.split()[0] for line in text.splitlines() if line.startswith("  ")} == set(known)
 
 
 def test_every_number_in_a_message_says_its_unit() -> None:

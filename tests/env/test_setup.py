@@ -56,7 +56,7 @@ NOTHING_TO_REACH = {"PIP_INDEX_URL": "http://127.0.0.1:9/", "PIP_RETRIES": "0",
 
 def test_a_copied_folder_is_made_anew_by_the_python_behind_its_own(copied: Path) -> None:
     venv_of_another_folder(copied)
-    done = start(copied, "doctor", **NOTHING_TO_REACH)
+    done = start(copied, "table", **NOTHING_TO_REACH)
     assert "this folder was copied or moved" in done.stderr
     assert "package index cannot be reached" in failed_in_one_line(done)
     assert (copied / ".venv" / "pyvenv.cfg").exists(), "a .venv of its own"
@@ -67,9 +67,24 @@ def test_a_linked_environment_of_another_folder_is_left_alone(
 ) -> None:
     other = venv_of_another_folder(tmp_path / "other")
     (copied / ".venv").symlink_to(other)
-    failed_in_one_line(start(copied, "doctor", **NOTHING_TO_REACH))
+    failed_in_one_line(start(copied, "table", **NOTHING_TO_REACH))
     assert (other / "flatplank.begun").read_text() == "of another folder"
     assert not (copied / ".venv").is_symlink()
+
+
+@pytest.mark.parametrize(
+    "verb, code, said",
+    [
+        ("help", 0, "diagnose"),
+        ("--version", 0, "flatplank "),
+        ("diagnos", 2, "did you mean diagnose?"),
+        ("doctor", 1, "MISSING"),
+    ],
+)
+def test_questions_install_nothing(copied: Path, verb: str, code: int, said: str) -> None:
+    done = start(copied, verb, **NOTHING_TO_REACH)
+    assert (done.returncode, said in done.stdout + done.stderr) == (code, True), done.stderr
+    assert not any((copied / made).exists() for made in (".venv", ".cache", "ros_ws/install"))
 
 
 def test_a_folder_that_cannot_be_written_is_one_line(copied: Path) -> None:
@@ -79,7 +94,7 @@ def test_a_folder_that_cannot_be_written_is_one_line(copied: Path) -> None:
 
 
 def test_a_full_disk_is_one_line(copied: Path) -> None:
-    command = f"ulimit -f 0; exec {copied}/flatplank doctor"
+    command = f"ulimit -f 0; exec {copied}/flatplank table"
     done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, timeout=280)
     failed_in_one_line(done)
 

@@ -34,15 +34,16 @@ from common import (
     ticking,
     trace_of,
 )
+from source import needs_no_setup, run_from_source
 from system import install_system_packages, make_ready_for, missing_packages
 from virtual import (
     FIRST,
     MORE,
     install,
+    installed_of,
     locked,
     make_venv,
     section_stamp,
-    site_packages,
     venv_stamp,
 )
 from workspace import MESSAGES, build, package_stamps, ros_setup, sourced, without_compiler
@@ -100,9 +101,9 @@ def make_first() -> None:
         if section_is_missing("workspace"):
             install("workspace")
     stale = without_compiler(stale_packages())
-    total = len(locked("workspace") | locked("main"))
+    wanted = locked("workspace") | locked("main")
     step = f"step 3 of 3, {len(locked('main'))} Python packages, ROS workspace {' '.join(stale)}"
-    with ticking(step, lambda: f"({len(list(site_packages().glob('*.dist-info')))} of {total})"):
+    with ticking(step, lambda: f"({installed_of(wanted)} of {len(wanted)})"):
         side_by_side(lambda: build([MESSAGES] if MESSAGES in stale else []), lambda: rest(stale))
         warm_up("modules")
         ENVIRONMENT.write_text(json.dumps(variables(), indent=1))
@@ -157,6 +158,8 @@ def overlaid(variables: dict[str, str]) -> dict[str, str]:
 def main(argv: list[str]) -> int:
     """Become the verb; what keeps it from that is one line and an exit code."""
     verb = (argv or ["help"])[0]
+    if missing(FIRST) and needs_no_setup(verb):
+        return run_from_source(argv)
     try:
         env = overlaid(make_all(verb))
         make_ready_for(verb)

@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 import sysconfig
+from collections.abc import Iterable
 from pathlib import Path
 
 from common import (
@@ -71,6 +72,16 @@ def locked(section: str) -> dict[str, list[str]]:
         elif inside and (not marker or f'"{here}"' in marker):
             found[wanted] = [text.strip() for text in hashes]
     return found
+
+
+def installed_of(wanted: Iterable[str]) -> int:
+    """How many of these `name==version` are in .venv."""
+
+    def plain(text: str) -> str:
+        return re.sub(r"[-_.]+", "-", text).lower()
+
+    there = {plain(path.stem) for path in site_packages().glob("*.dist-info")}
+    return sum(plain(text.replace("==", "-")) in there for text in wanted)
 
 
 def requirements(packages: dict[str, list[str]], name: str) -> list[str]:

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 import flatplank_analysis as fp
-from flatplank_analysis.cli.main import verbs
+from flatplank_analysis.cli.verbs import installed
 from flatplank_analysis.discovery.parameters import parameters_of
 from flatplank_analysis.effects.registry import library
 from flatplank_control.bench.setup import BenchSetup
@@ -52,7 +52,7 @@ Facts = dict[str, Any]
 
 def verbs_and_options(_: argparse.Namespace) -> Facts:
     """verb -> its options; `test` passes them to pytest."""
-    own = {name: entry for name, entry in verbs().items() if name != "test"}
+    own = {name: entry for name, entry in installed().items() if name != "test"}
     return {name: _options(entry.load()) for name, entry in own.items()}
 
 

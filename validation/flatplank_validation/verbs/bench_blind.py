@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Blind test of the discovery: campaigns with known answers, scores, confusion matrix."""
+"""Blind test of the discovery: hidden effects, strict scores.
+
+Campaigns with known answers, scores, confusion matrix.
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Speed and memory of the search and of a proposal, beside what is wanted."""
+"""Speed and memory of the search and of a proposal."""
 
 from __future__ import annotations
 

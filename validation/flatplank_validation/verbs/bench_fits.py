@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Print the numbers that the fits must reach, each beside what it is measured against."""
+"""The numbers that the fits must reach, beside their goals."""
 
 from __future__ import annotations
 

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Benchmark of load controller and steering hold: without and with them on the same plant."""
+"""Load controller and steering hold, beside none.
+
+Both without and with them on the same plant.
+"""
 
 from __future__ import annotations
 

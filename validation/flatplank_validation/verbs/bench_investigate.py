@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Plank time to the right answer: the loop against the plan of 27 runs and against chance."""
+"""Plank time to the right answer, beside fixed plans.
+
+The loop against the plan of 27 runs and against chance.
+"""
 
 from __future__ import annotations
 

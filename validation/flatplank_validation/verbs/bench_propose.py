@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Test of the proposals: forces in no library, effects left out of it, and nothing hidden."""
+"""Blind test of the proposals: forces in no library.
+
+Forces in no library, effects left out of it, and nothing hidden.
+"""
 
 from __future__ import annotations
 

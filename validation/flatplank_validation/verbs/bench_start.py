@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Benchmark of controller and start: the thesis's way and ours side by side on the same plant."""
+"""Controller and start: the thesis's way and ours, one plant."""
 
 from __future__ import annotations
 

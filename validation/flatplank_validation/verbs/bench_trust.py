@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Faults, damage and wrong numbers: what is tried, how many, how many failed."""
+"""Faults, damage and wrong numbers, tried by the thousand."""
 
 from __future__ import annotations
 

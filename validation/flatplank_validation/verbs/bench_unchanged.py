@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Print what must not change, beside another version: names, formats, samples and verdicts."""
+"""What must not change, beside another version.
+
+Names, formats, samples and verdicts.
+"""
 
 from __future__ import annotations
 

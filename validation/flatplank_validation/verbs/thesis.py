@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measures the matrix of the thesis on the twin and writes it beside the thesis's own results."""
+"""The thesis's matrix, measured and laid beside its results."""
 
 from __future__ import annotations
 

@@ -15,11 +15,11 @@ from typing import Any, ClassVar
 
 from flatplank_control.sequencer.waveforms import in_words, triangle
 from flatplank_data.limits import Limit
+from flatplank_data.names import nearest_hint
 from flatplank_data.params import (
     ParameterError,
     Params,
     from_mapping,
-    nearest_hint,
     param,
     parameter_infos,
 )

@@ -11,11 +11,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import Field, dataclass, field, fields
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple, Protocol, TypeVar
 
 from flatplank_data.limits import Limit
+from flatplank_data.names import nearest_hint
 from flatplank_data.yaml_text import load_yaml
 
 SHELL_KEYS = frozenset({"use_sim_time", "autostart", "fifo_priority", "constants_from"})
@@ -154,18 +154,6 @@ def load_parameters(path: str | Path, node: str = "") -> dict[str, Any]:
             raise ParameterError(f"{path}: '{section}' has no 'ros__parameters:' below it")
         merged.update(block["ros__parameters"])
     return merged
-
-
-def similar_names(key: str, known: Iterable[str], least: float = 0.4, most: int = 1) -> list[str]:
-    """Known names similar to `key`, the nearest first; `least` 0 .. 1: smallest similarity."""
-    return get_close_matches(str(key), sorted(known), n=most, cutoff=least)
-
-
-def nearest_hint(key: str, known: Iterable[str]) -> str:
-    """Hint at the nearest known name, to end an error message with."""
-    names = sorted(known)
-    match = similar_names(key, names)
-    return f"; the nearest is '{match[0]}'" if match else f"; known are {', '.join(names)}"
 
 
 def validate(values: Any, where: str) -> None:

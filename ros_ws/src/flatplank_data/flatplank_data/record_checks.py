@@ -12,7 +12,7 @@ from uuid import UUID
 from flatplank_data.condition import is_nan
 from flatplank_data.errors import FlatplankError, RecordingError
 from flatplank_data.limits import IN_FILES
-from flatplank_data.params import nearest_hint
+from flatplank_data.names import nearest_hint
 from flatplank_data.values import is_number
 
 STATUSES = (

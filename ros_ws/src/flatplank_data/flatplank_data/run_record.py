@@ -19,8 +19,8 @@ from uuid import uuid4
 from flatplank_data.condition import Condition, condition_of, is_nan
 from flatplank_data.errors import FlatplankError, RecordingError, YamlError
 from flatplank_data.files import read_text, write_atomic
+from flatplank_data.names import similar_names
 from flatplank_data.naming import STEPS, check_name, name_of
-from flatplank_data.params import similar_names
 from flatplank_data.record_checks import STATUSES, check_keys, check_values, converted, default_of
 from flatplank_data.yaml_text import dump_yaml, load_yaml
 

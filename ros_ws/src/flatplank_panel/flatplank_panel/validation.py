@@ -12,8 +12,9 @@ from typing import Any, NamedTuple
 
 from flatplank_data.errors import RecordingError
 from flatplank_data.limits import LIMITS, Limit
+from flatplank_data.names import nearest_hint
 from flatplank_data.naming import check_name
-from flatplank_data.params import ParamInfo, nearest_hint, parameter_infos
+from flatplank_data.params import ParamInfo, parameter_infos
 from flatplank_hw.encoders import EncoderParameters
 from flatplank_hw.encoders.params import SETUP_CONSTANTS as OF_ENCODERS
 from flatplank_hw.hub import HubParameters

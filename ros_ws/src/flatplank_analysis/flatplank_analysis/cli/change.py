@@ -19,7 +19,7 @@ Words = Callable[[str, dict[str, Any]], str]
 
 
 def add(argv: Sequence[str] | None = None) -> int:
-    """Put an effect into the model file and refit everything jointly."""
+    """Put an effect into the model file and refit everything."""
 
     def words(effect: str, n: dict[str, Any]) -> str:
         return (
@@ -67,7 +67,10 @@ def _refit(
 
 
 def undo(argv: Sequence[str] | None = None) -> int:
-    """Take back the last `add` or `remove`: the model file is exactly as before."""
+    """Take back the last `add` or `remove`.
+
+    The model file is exactly as before.
+    """
     parser = Parser(prog="flatplank undo", description=undo.__doc__)
     parser.add_argument("folder", metavar="DIR", nargs="?", help="campaign folder")
     parser.add_argument("--model", metavar="FILE", help="model file (YAML)")

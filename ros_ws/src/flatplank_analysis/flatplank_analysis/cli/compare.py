@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where a model fails: error beside the noise floor, by condition and over the coordinates."""
+"""Where a model fails: error beside the noise floor.
+
+By condition and over the coordinates.
+"""
 
 from __future__ import annotations
 

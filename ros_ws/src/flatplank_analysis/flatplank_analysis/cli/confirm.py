@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Do new runs confirm a proposed effect: the same size, and the error at the floor?"""
+"""Do new runs confirm a proposed effect, in size and error?"""
 
 from __future__ import annotations
 

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which physical effect a model lacks: search, tests, verdict, next run."""
+"""Which physical effect a model lacks, and the next run.
+
+Search, tests, verdict.
+"""
 
 from __future__ import annotations
 

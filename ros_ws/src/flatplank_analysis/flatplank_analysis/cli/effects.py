@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The library of effects: list them, explain one, check a file of one's own."""
+"""The library of effects: list, explain, check your own."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fit a tire model to campaigns; every number with its standard error."""
+"""Fit a tire model; every number with its standard error."""
 
 from __future__ import annotations
 

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command `flatplank VERB ...`: finds the verb among the installed packages and runs it.
 
-A verb is an entry point of the group `flatplank.verbs`: a function `main(argv) -> exit code`.
 With this package alone there are the verbs of the analysis; the bench's packages add theirs.
 Exit codes: 0 done, 1 the input or the bench is at fault (one line on stderr says how), 2 nothing
 could be used or the command line is wrong, 70 the program is at fault (the line names a file with
@@ -10,18 +9,19 @@ the trace), 130 stopped by Ctrl-C. A verb may give others their own meaning.
 
 from __future__ import annotations
 
-import ast
 import errno
 import os
 import sys
 import tempfile
 import traceback
 from collections.abc import Callable
-from importlib.metadata import EntryPoint, entry_points
-from importlib.util import find_spec
-from pathlib import Path
+from importlib.metadata import version
 
+from flatplank_analysis.cli.verbs import GROUPS, Verbs, installed, listing
 from flatplank_data.errors import FlatplankError
+from flatplank_data.names import similar_names
+
+HELP = ("help", "-h", "--help")
 
 AT_FAULT = 1
 """The input, the computer or the bench is at fault; the line names the remedy."""
@@ -93,53 +93,47 @@ def _one_line(text: str) -> str:
     return " ".join(text.split())
 
 
-GROUP = "flatplank.verbs"
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 """Work is distributed over processes; threads for small matrices only wait for each other."""
 
 
-def verbs() -> dict[str, EntryPoint]:
-    """Every installed verb by name."""
-    return {entry.name: entry for entry in sorted(entry_points(group=GROUP), key=lambda e: e.name)}
+def main(
+    argv: list[str] | None = None, known: Verbs | None = None, release: str | None = None
+) -> int:
+    """Run one verb; bad input becomes one line on stderr.
 
-
-def summary(entry: EntryPoint) -> str:
-    """First line of the docstring of the verb's module, or of its function if that is no `main`.
-
-    Read without importing it, because the listing must be fast.
+    `known`, `release`: verbs and version, by default those of the installed packages.
     """
-    spec = find_spec(entry.module)
-    if spec is None or spec.origin is None:
-        return "(not installed)"
-    module = ast.parse(Path(spec.origin).read_text(encoding="utf-8"))
-    functions = {node.name: node for node in module.body if isinstance(node, ast.FunctionDef)}
-    found = module if entry.attr == "main" else functions.get(entry.attr, module)
-    return (ast.get_docstring(found) or "").split("\n", 1)[0]
-
-
-def listing(known: dict[str, EntryPoint]) -> str:
-    """The help text: one line per verb."""
-    lines = [f"  {name:12} {summary(entry)}" for name, entry in known.items()]
-    return "\n".join(["usage: flatplank VERB [--help] ...", *lines])
-
-
-def main(argv: list[str] | None = None) -> int:
-    """Run one verb; bad input becomes one line on stderr."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     for name in ONE_THREAD:
         os.environ.setdefault(name, "1")
-    known = verbs()
-    if not arguments or arguments[0] in ("help", "-h", "--help"):
-        return run_reporting_errors("help", lambda: print(listing(known)) or 0)
-    name, rest = arguments[0], arguments[1:]
-    if name not in known:
-        from flatplank_data.params import similar_names
+    known = installed() if known is None else known
+    verb, rest = (arguments or ["help"])[0], arguments[1:]
+    if verb in HELP:
+        return run_reporting_errors("help", lambda: _help(known, rest))
+    if verb == "--version":
+        print(f"flatplank {release or version('flatplank_analysis')}")
+        return 0
+    if verb not in known:
+        return _unknown(verb, known)
+    return run_reporting_errors(verb, lambda: int(known[verb].load()(rest) or 0))
 
-        near = similar_names(name, known, 0.6)
-        hint = f"did you mean {near[0]}?" if near else "`flatplank help` lists them"
-        print(f"flatplank: no verb {name!r}: {hint}", file=sys.stderr)
-        return 2
-    return run_reporting_errors(name, lambda: int(known[name].load()(rest) or 0))
+
+def _help(known: Verbs, words: list[str]) -> int:
+    """The list of verbs, of a group, or the options of a verb."""
+    if not words or words[0] in GROUPS:
+        print(listing(known, words))
+        return 0
+    if words[0] not in known:
+        return _unknown(words[0], known)
+    return int(known[words[0]].load()(["--help"]) or 0)
+
+
+def _unknown(verb: str, known: Verbs) -> int:
+    near = similar_names(verb, known, 0.6)
+    hint = f"did you mean {near[0]}?" if near else "`flatplank help` lists them"
+    print(f"flatplank: no verb {verb!r}: {hint}", file=sys.stderr)
+    return 2
 
 
 def run_reporting_errors(name: str, work: Callable[[], int]) -> int:

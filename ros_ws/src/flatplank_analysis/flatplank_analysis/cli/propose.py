@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is left and in no library, as an effect file of its own: proposed, not yet confirmed."""
+"""What is left and in no library, as a new effect file.
+
+The effect is proposed, not yet confirmed.
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A report of a campaign: one page that opens offline, figures, tables and numbers beside it."""
+"""A report of a campaign: one page that opens offline.
+
+Figures, tables and numbers lie beside the page.
+"""
 
 from __future__ import annotations
 

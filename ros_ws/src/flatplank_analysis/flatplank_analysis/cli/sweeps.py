@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sweeps of another test bench (text, TYDEX, .mat): conditions, B C D E, where a `.tir` fails."""
+"""Sweeps of other benches: conditions, where a `.tir` fails.
+
+Text, TYDEX and .mat files, cut into conditions with B, C, D, E.
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a campaign folder holds: conditions, repeats, and what is missing for which parameter."""
+"""What a campaign holds: conditions, repeats, what is missing.
+
+What is missing is said for each parameter.
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Forces, radius and stiffnesses of a tire property file (`.tir`) at one operating point."""
+"""Forces, radius and stiffness of a `.tir` at one point."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ from flatplank_analysis.effects.grammar import file as proposal_file
 from flatplank_analysis.effects.grammar import former
 from flatplank_analysis.effects.grammar.sentence import Sentence, effect_of
 from flatplank_data.errors import FlatplankError
-from flatplank_data.params import similar_names
+from flatplank_data.names import similar_names
 
 GROUP = "flatplank.effects"
 SUFFIXES = (proposal_file.SUFFIX, ".py")

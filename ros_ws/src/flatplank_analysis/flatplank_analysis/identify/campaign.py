@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import Any
 
 from flatplank_data.errors import FlatplankError
-from flatplank_data.params import similar_names
+from flatplank_data.names import similar_names
 from flatplank_data.yaml_text import load_yaml
 
 from ..models.base import ContactGeometry

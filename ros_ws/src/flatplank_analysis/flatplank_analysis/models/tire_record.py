@@ -33,7 +33,7 @@ from pathlib import Path
 from typing import Any
 
 from flatplank_data.errors import FlatplankError
-from flatplank_data.params import similar_names
+from flatplank_data.names import similar_names
 from flatplank_data.yaml_text import dump_yaml, load_yaml
 
 from .base import SPEED, ContactGeometry

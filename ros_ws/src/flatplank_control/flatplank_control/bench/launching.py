@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from flatplank_control.bench.setup import DRIVEN, EVERY_NODE, BenchSetup
 from flatplank_control.bench.simulator import simulator
-from flatplank_data.params import nearest_hint
+from flatplank_data.names import nearest_hint
 from flatplank_hw.bus.pacing import PACES
 from flatplank_hw.share import config_file
 from flatplank_hw.troubles import TROUBLES

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from flatplank_control.bench.simulator import simulator
 from flatplank_control.calibration.book import CALIBRATED, CalibrationBook, book_for
 from flatplank_data.arguments import namespace_of
-from flatplank_data.params import nearest_hint
+from flatplank_data.names import nearest_hint
 from flatplank_data.yaml_text import dump_yaml
 from flatplank_hw.share import packaged_parameters
 

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flatplank_data.files import write_atomic
-from flatplank_data.params import nearest_hint
+from flatplank_data.names import nearest_hint
 from flatplank_data.values import is_number
 from flatplank_data.yaml_text import dump_yaml, load_yaml
 

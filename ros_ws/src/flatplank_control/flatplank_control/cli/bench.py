@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Start the bench: the nodes of the graph, on the simulated plant, the emulated bus or in
-the lab.
+"""Start the bench: the nodes of the graph, simulated or real.
+
+On the simulated plant, on the emulated bus, or in the lab.
 """
 
 from __future__ import annotations

@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Calibrates an instrument: hub, lvdt, plank, motor, friction, parasitic; or shows status or
-sheet."""
+"""Calibrate an instrument, or show what is calibrated.
+
+Instruments: hub, lvdt, plank, motor, friction, parasitic; `status` and `sheet` show what is
+there.
+"""
 
 from __future__ import annotations
 

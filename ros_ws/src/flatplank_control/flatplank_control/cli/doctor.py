@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reports what is installed and permitted: Python, ROS, compiler, workspace, permissions, disk."""
+"""What is installed and permitted, and what is missing.
+
+Python, ROS, compiler, workspace, permissions, disk.
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measures until the missing effect is decided: diagnose, choose the next run, measure, repeat."""
+"""Measure until the missing effect is decided.
+
+Diagnose, choose the next run, measure, repeat.
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Identifies the map of the road's travel from the force of kappa = 0 runs with --road follow."""
+"""The map of the road's travel, from runs without slip.
+
+The runs are measured with kappa = 0 and --road follow.
+"""
 
 from __future__ import annotations
 

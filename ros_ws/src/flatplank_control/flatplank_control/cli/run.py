@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measures a campaign plan, PLAN.yaml, on a running bench, or with --sim on the twin."""
+"""Measure a campaign plan, on a bench or simulated (--sim)."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes one measurement on a running bench: a slip step, or free rolling."""
+"""One measurement on a running bench: slip step or r_e."""
 
 from __future__ import annotations
 

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs the tests of the project: [--long] [-k EXPR] [FILE ...]; further options go to pytest."""
+"""Run the tests of the project.
+
+[--long] [-k EXPR] [FILE ...]; further options go to pytest.
+"""
 
 from __future__ import annotations
 

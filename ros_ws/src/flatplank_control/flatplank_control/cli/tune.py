@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Computes gains of the free-rolling controller for a tire, from C_x or C_Fk and sigma."""
+"""Gains of the free-rolling controller for a tire.
+
+From C_x, or from C_Fk and sigma.
+"""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ from flatplank_control.runner.steps import PlanFailed
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError
 from flatplank_data.files import write_atomic
-from flatplank_data.params import nearest_hint
+from flatplank_data.names import nearest_hint
 
 NAME = "investigation.jsonl"
 FORMAT = "flatplank-investigation/1"

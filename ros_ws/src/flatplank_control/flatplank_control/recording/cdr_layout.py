@@ -18,7 +18,7 @@ from rosbags.interfaces import Nodetype
 from flatplank_control.recording.typestore import typestore
 from flatplank_data.bags.cdr import PRIMITIVES
 from flatplank_data.errors import RecordingError
-from flatplank_data.params import nearest_hint
+from flatplank_data.names import nearest_hint
 
 ENCAPSULATION = b"\x00\x01\x00\x00"
 """first bytes of a CDR message: XCDR1, little endian"""

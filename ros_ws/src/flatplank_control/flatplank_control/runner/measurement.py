@@ -14,7 +14,8 @@ from flatplank_control.steering_hold import PROFILES
 from flatplank_data.limits import LIMITS, RECORDED, Limit, refusal
 from flatplank_data.machine import FAST as SPEED
 from flatplank_data.machine import ROAD_LENGTH, SLOW, USUAL_RADIUS
-from flatplank_data.params import ParameterError, nearest_hint
+from flatplank_data.names import nearest_hint
+from flatplank_data.params import ParameterError
 from flatplank_data.params import from_mapping as from_params
 from flatplank_hw.hub import HubParameters
 

@@ -15,7 +15,8 @@ from typing import NamedTuple
 from flatplank_control.sequencer.params import FASTEST, JUMP, SETUP_CONSTANTS, SequencerParameters
 from flatplank_control.sequencer.waveforms import WAVEFORMS, Waveform, in_words
 from flatplank_data.limits import Limit
-from flatplank_data.params import ParameterError, from_mapping, nearest_hint, require_changes_only
+from flatplank_data.names import nearest_hint
+from flatplank_data.params import ParameterError, from_mapping, require_changes_only
 from flatplank_hw.answers import ActionQueue, Answer, refused
 from flatplank_hw.samples import EncoderSample, Reference
 

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from flatplank_data.errors import FlatplankError
+from flatplank_data.names import similar_names
 from flatplank_data.numbers import NotNumbers
-from flatplank_data.params import similar_names
 from flatplank_data.run_record import RunRecord
 from flatplank_data.store import Store
 from flatplank_data.table import COLUMN_UNITS

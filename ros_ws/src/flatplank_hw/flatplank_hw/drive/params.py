@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 from flatplank_data.limits import LIMITS, PILLAR_DEG
 from flatplank_data.machine import GEAR_RATIO, USABLE_ROAD
-from flatplank_data.params import Params, nearest_hint, param
+from flatplank_data.names import nearest_hint
+from flatplank_data.params import Params, param
 from flatplank_hw.bus.image import AXES
 from flatplank_hw.drive.safety import RULES
 

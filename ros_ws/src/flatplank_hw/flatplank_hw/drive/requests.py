@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from flatplank_data.limits import Limit
-from flatplank_data.params import nearest_hint
+from flatplank_data.names import nearest_hint
 from flatplank_hw.answers import ActionQueue, Answer, refused
 from flatplank_hw.cia402 import State, error_words
 from flatplank_hw.drive import safety

@@ -8,7 +8,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from flatplank_data.params import nearest_hint
+from flatplank_data.names import nearest_hint
 from flatplank_data.yaml_text import load_yaml
 from flatplank_hw.ethercat import busfile
 from flatplank_hw.ethercat.busfile import (

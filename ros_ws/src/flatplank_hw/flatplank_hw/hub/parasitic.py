@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 from flatplank_data.files import read_text
 from flatplank_data.limits import Limit
-from flatplank_data.params import nearest_hint
+from flatplank_data.names import nearest_hint
 from flatplank_data.yaml_text import dump_yaml, load_yaml
 
 FORMAT = "flatplank-parasitic-fit/1"

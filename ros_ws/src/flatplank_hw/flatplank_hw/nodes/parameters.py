@@ -10,6 +10,7 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rclpy.node import Node
 
 from flatplank_data import params
+from flatplank_data.names import nearest_hint
 from flatplank_hw.share import packaged_parameters
 
 
@@ -40,7 +41,7 @@ def check_parameter_names(node: Node) -> None:
     for key in node._parameter_overrides:
         if key not in known and not key.startswith("qos_overrides."):
             raise ValueError(
-                f"{node.get_name()}: unknown parameter '{key}'{params.nearest_hint(key, known)}"
+                f"{node.get_name()}: unknown parameter '{key}'{nearest_hint(key, known)}"
             )
 
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The main job from end to end on the simulated bench: measure, fit, report, find a hidden
-effect.
+"""The main job on the simulated bench, from end to end.
+
+Measure, fit, report, find a hidden effect.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Open the sealed answer of a challenge and score the diagnosis against it."""
+"""Open a challenge's sealed answer and score the diagnosis."""
 
 from __future__ import annotations
 

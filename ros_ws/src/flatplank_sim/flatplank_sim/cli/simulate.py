@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measure a campaign on the twin: the bench's own cores in one process, without ROS."""
+"""Measure a campaign in one process, 60 times real time."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from flatplank_data.params import nearest_hint
+from flatplank_data.names import nearest_hint
 from flatplank_hw.bus.image import AXES
 from flatplank_hw.ethercat.layout import range_of_type
 from flatplank_hw.ethercat.reader import check_integer, check_number

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from flatplank_data.params import nearest_hint
+from flatplank_data.names import nearest_hint
 from flatplank_hw.bus.image import AXES
 from flatplank_hw.ethercat.reader import check_integer
 from flatplank_sim.emulator import registers as reg

@@ -17,7 +17,7 @@ import numpy as np
 
 from flatplank_data.limits import LIMITS
 from flatplank_data.machine import FRICTION_SPEED, FRICTION_TORQUE
-from flatplank_data.params import nearest_hint
+from flatplank_data.names import nearest_hint
 from flatplank_hw.bus.image import AXES
 from flatplank_sim.plant.defects.base import Defect, build_defects
 from flatplank_sim.plant.yamlconfig import (

@@ -13,7 +13,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
-from flatplank_data.params import AnyDataclass, nearest_hint
+from flatplank_data.names import nearest_hint
+from flatplank_data.params import AnyDataclass
 from flatplank_data.yaml_text import load_yaml
 
 T = TypeVar("T", bound=AnyDataclass)

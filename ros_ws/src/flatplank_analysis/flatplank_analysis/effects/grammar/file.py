@@ -18,7 +18,7 @@ from flatplank_analysis.effects.grammar.sentence import Sentence, Site, SiteCoor
 from flatplank_analysis.effects.grammar.shapes import shapes
 from flatplank_analysis.effects.grammar.shapes.base import PLACE, Span
 from flatplank_data.errors import FlatplankError
-from flatplank_data.params import nearest_hint
+from flatplank_data.names import nearest_hint
 from flatplank_data.yaml_text import dump_yaml, load_yaml
 
 FORMAT = "flatplank-proposal/1"

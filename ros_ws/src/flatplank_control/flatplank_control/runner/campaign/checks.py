@@ -13,7 +13,8 @@ from flatplank_control.runner.plans import CLEAT_AT, PLANS, STANDS_AT
 from flatplank_control.sequencer.waveforms import LENGTH, WAVEFORMS
 from flatplank_control.steering_hold import PROFILES
 from flatplank_data.limits import LIMITS, PILLAR_DEG
-from flatplank_data.params import ParameterError, from_mapping, nearest_hint
+from flatplank_data.names import nearest_hint
+from flatplank_data.params import ParameterError, from_mapping
 
 """largest steering angle [deg]"""
 

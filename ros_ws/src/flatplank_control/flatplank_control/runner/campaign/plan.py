@@ -25,8 +25,8 @@ from flatplank_control.runner.measurement import (
 from flatplank_data.errors import RecordingError
 from flatplank_data.files import read_text
 from flatplank_data.limits import LIMITS, PILLAR_DEG
+from flatplank_data.names import nearest_hint
 from flatplank_data.naming import check_name
-from flatplank_data.params import nearest_hint
 from flatplank_hw.share import config_file
 
 FORMAT = "flatplank-plan/1"

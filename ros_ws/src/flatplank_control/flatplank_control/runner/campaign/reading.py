@@ -8,7 +8,7 @@ from typing import Any
 
 import yaml
 
-from flatplank_data.params import nearest_hint
+from flatplank_data.names import nearest_hint
 from flatplank_data.values import is_number
 from flatplank_data.yaml_text import parse_yaml
 

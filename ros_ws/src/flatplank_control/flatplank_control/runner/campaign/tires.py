@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from flatplank_analysis.models.tire_record import TireRecord, read_record, shipped_record
-from flatplank_data.params import nearest_hint
+from flatplank_data.names import nearest_hint
 from flatplank_data.yaml_text import load_yaml
 from flatplank_hw.share import config_file
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Device descriptions of makers (ESI, ENI): list them, or put one into a bus file."""
+"""Device descriptions of makers (ESI, ENI), into a bus file."""
 
 from __future__ import annotations
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from flatplank_data.params import nearest_hint
+from flatplank_data.names import nearest_hint
 from flatplank_hw.ethercat.busfile import BusFile, Entry, Pdo, Slave
 from flatplank_hw.ethercat.esi.elements import EsiDevice
 from flatplank_hw.ethercat.esi.numbers import EsiError

@@ -8,7 +8,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 from xml.parsers import expat
 
-from flatplank_data.params import nearest_hint
+from flatplank_data.names import nearest_hint
 from flatplank_hw.ethercat.busfile import Mailbox, SyncManagers
 from flatplank_hw.ethercat.esi.commands import start_commands
 from flatplank_hw.ethercat.esi.elements import (

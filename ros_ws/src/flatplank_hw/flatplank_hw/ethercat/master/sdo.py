@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from flatplank_data.params import nearest_hint
+from flatplank_data.names import nearest_hint
 from flatplank_hw.ethercat.busfile import BusFile, Slave
 from flatplank_hw.ethercat.layout import encode_value
 

@@ -15,7 +15,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from flatplank_data.params import nearest_hint
+from flatplank_data.names import nearest_hint
 from flatplank_sim.plant.layout import MAP_START, MAP_STEP
 from flatplank_sim.plant.yamlconfig import PlantConfigError, build_dataclass
 
