@@ -192,7 +192,7 @@ def test_every_verb_is_known_and_explains_itself() -> None:
     assert registered <= known.keys()
     for name, entry in known.items():
         assert len(summary(entry)) > 10, name
-    text = listing(known) + listing(known, ["benchmarks"])
+    text = "\n".join([listing(known), listing(known, ["benchmarks"])])
     assert max(map(len, text.splitlines())) <= 80, "a terminal"
     assert {line.split()[0] for line in text.splitlines() if line.startswith("  ")} == set(known)
 
