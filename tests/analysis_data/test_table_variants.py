@@ -68,9 +68,9 @@ def in_unit(name: str, unit: str, factor: float, said: bool = True):
     return write
 
 
-def stamped(form: str) -> Callable[[pd.DataFrame], str]:
+def stamped(form: str, start: str = "2024-05-01T23:59:50") -> Callable[[pd.DataFrame], str]:
     def write(run: pd.DataFrame) -> str:
-        stamps = pd.Timestamp("2024-05-01T23:59:50") + pd.to_timedelta(run["time"], unit="s")
+        stamps = pd.Timestamp(start) + pd.to_timedelta(run["time"], unit="s")
         return text(run.assign(time=stamps.dt.strftime(form)), ";", ".")
 
     return write
@@ -107,6 +107,14 @@ READ: dict[str, Callable[[pd.DataFrame], str | bytes]] = {
     "ISO 8601 across midnight": stamped("%Y-%m-%dT%H:%M:%S.%fZ"),
     "dates with a blank": stamped("%Y-%m-%d %H:%M:%S.%f"),
     "times of day across midnight": stamped("%H:%M:%S.%f"),
+    "German dates across midnight": stamped("%d.%m.%Y %H:%M:%S,%f"),
+    "German dates of a new year": stamped("%d.%m.%Y %H:%M:%S.%f", "2023-12-31T23:59:50"),
+    "year first across midnight": stamped("%Y/%m/%d %H:%M:%S.%f"),
+    "month first across midnight": stamped("%m/%d/%Y %I:%M:%S.%f %p", "2024-05-12T23:59:50"),
+    "day first across midnight": stamped("%d/%m/%Y %H:%M:%S.%f", "2024-05-12T23:59:50"),
+    "month or day first on one day": stamped("%m/%d/%Y %I:%M:%S.%f %p", "2024-05-01T11:59:50"),
+    "a year of two digits on one day": stamped("%d.%m.%y %H:%M:%S.%f", "2024-05-01T11:59:50"),
+    "a month by its name": stamped("%d-%b-%Y %H:%M:%S.%f"),
     "ms": in_unit("time", "ms", 1e-3),
     "kN": in_unit("fx", "kN", 1e3),
     "lbs": in_unit("fx", "lbs", POUND),
@@ -124,7 +132,9 @@ REFUSED = {
     "text in a needed cell": (with_cell("fx", HALF, "OVL"), "line 115: 'OVL' in column 'fx'"),
     "an empty needed cell": (with_cell("fx", -1, ""), "row 226, column 'fx'"),
     "minutes and seconds": (stamped("%M:%S.%f"), "line 2: '59:50.000000' is neither a number"),
-    "dates of a country": (stamped("%d.%m.%Y %H:%M:%S"), "write the time in s"),
+    "month or day first": (stamped("%m/%d/%Y %H:%M:%S.%f"), "write the dates as 2024-05-31"),
+    "a year of two digits": (stamped("%d.%m.%y %H:%M:%S.%f"), "its month or its year first"),
+    "no date": (stamped("%d.%d.%Y %H:%M:%S.%f", "2024-05-13"), "line 2: '13.13.2024 00:00:00."),
     "stamps of seconds": (stamped("%H:%M:%S"), "stamps are repeated"),
     "ms unsaid": (in_unit("time", "", 1e-3, False), "'time' is in ms"),
     "kN unsaid": (in_unit("fx", "", 1e3, False), "'fx' is in kn"),

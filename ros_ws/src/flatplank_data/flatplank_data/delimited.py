@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 import pyarrow as pa
 
+from flatplank_data.dates import seconds_of
 from flatplank_data.errors import FlatplankError
 from flatplank_data.numbers import (
     NotNumbers,
@@ -27,7 +28,6 @@ from flatplank_data.numbers import (
     numbers_of,
     styles_of,
 )
-from flatplank_data.stamps import seconds_of
 from flatplank_data.text import decode_text, lines_of
 from flatplank_data.units import is_unit
 

@@ -1,79 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Stamps of samples: written as dates or times of day, and the order in which they come."""
+"""The order in which the stamps of samples come."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Mapping, Sequence
-from datetime import date, datetime, time, timezone
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 
-from flatplank_data.errors import FlatplankError
-from flatplank_data.numbers import is_missing
-
 SEPARATE = 1.5
 """steps forward in a file that mixes the rows of one recording are as short as one period; in
 several recordings by different clocks they are two periods of the sorted stamps or more"""
-DAY, DAY_LENGTH = date(2000, 1, 1), 86400.0
-"""date of times of day; [s]"""
 SHORTEST = 10
 """samples of the shortest recording"""
-
-
-def seconds_of(texts: Sequence[str], lines: Iterable[int], where: str) -> np.ndarray:
-    """Seconds since the first of ISO 8601 stamps, or of times of day, shape (rows,).
-
-    NaN for an empty cell.
-
-    Raises:
-        FlatplankError: the first text that is no stamp.
-    """
-    out = np.full(len(texts), np.nan)
-    first: datetime | None = None
-    last, days = 0.0, 0.0
-    for row, (text, line) in enumerate(zip(texts, lines, strict=True)):
-        if is_missing(text):
-            continue
-        stamp = _stamp(text)
-        if stamp is None:
-            raise FlatplankError(
-                f"'{text}' is neither a number nor a stamp as 2024-05-01T10:00:00.250",
-                f"{where}, line {line}", "write the time in s",
-            )  # fmt: skip
-        first = first or stamp
-        seconds = (stamp - first).total_seconds()
-        if stamp.date() == DAY and last - seconds > 0.5 * DAY_LENGTH:  # past midnight
-            days += DAY_LENGTH
-        last, out[row] = seconds, seconds + days
-    return out
-
-
-def _stamp(text: str) -> datetime | None:
-    if _FRACTION_OF_MINUTE.search(text):  # minutes and seconds, or hours and minutes
-        return None
-    text = _FRACTION.sub(_microseconds, text.strip().replace("Z", "+00:00"))
-    for read in (datetime.fromisoformat, _of_day):
-        try:
-            stamp = read(text)
-        except ValueError:
-            continue
-        return stamp if stamp.tzinfo else stamp.replace(tzinfo=timezone.utc)
-    return None
-
-
-def _of_day(text: str) -> datetime:
-    return datetime.combine(DAY, time.fromisoformat(text))
-
-
-_FRACTION_OF_MINUTE = re.compile(r"(?<![\d:])\d+:\d+[.,]")
-_FRACTION = re.compile(r"[.,](\d+)")
-
-
-def _microseconds(fraction: re.Match[str]) -> str:
-    """A fraction of a second with the six digits that every Python reads."""
-    return f".{fraction[1][:6]:0<6}"
 
 
 class Order(NamedTuple):
