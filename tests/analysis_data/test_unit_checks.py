@@ -10,6 +10,8 @@ from steptable import step_table
 from flatplank_data.campaign import Campaign
 from flatplank_data.checks import run_checks
 from flatplank_data.errors import FlatplankError
+from flatplank_data.run_record import RunRecord
+from flatplank_data.table import MeasurementTable
 from flatplank_data.turns import whole_turns
 
 WRONG = {
@@ -179,3 +181,67 @@ def test_a_wrapped_run_is_read_as_the_whole_one(write_campaign):
     (found,) = campaign.tables()
     np.testing.assert_allclose(found["wheel_angle"], table["wheel_angle"], atol=1e-12)
     assert any("turns are counted" in str(p) for p in campaign.problems)
+
+
+def a_standing_run(kind: str, size: float):
+    """A standing tire of any size: stiffness and patch in proportion to its pressure."""
+    grown, radius = np.linspace(0.0, 1.0, 200), 0.3108 * size
+    load, spring, still = 3700.0 * size**2, 2.0e5 * size, np.zeros(200)
+    deep, creep = load / spring, 0.006 * size * grown
+    columns = {
+        "stiffness": {"loaded_radius": radius - deep * grown, "fz": load * grown},
+        "stiffness_longitudinal": {"plank_position": creep, "fx": -0.5 * spring * creep,
+                                   "fy": still, "fz": load + still, "wheel_angle": still},
+        "stiffness_lateral": {"plank_position": creep, "fx": -0.4 * spring * creep,
+                              "fy": -0.2 * spring * creep, "fz": load + still},
+        "footprint": {"fz": load * np.array([0.5, 1.0, 1.5]),
+                      "half_length": size * np.array([0.05, 0.071, 0.087]),
+                      "half_width": size * np.array([0.062, 0.073, 0.079])},
+    }[kind]  # fmt: skip
+    alpha = 40.0 if kind == "stiffness_lateral" else 0.0
+    record = RunRecord(
+        file=f"{kind}.csv", measurement=kind, pressure=2.5, alpha_deg=alpha,
+        effective_rolling_radius=radius,
+    )  # fmt: skip
+    return MeasurementTable(columns, record)
+
+
+STANDING = {
+    "stiffness": (("fz", "kn", 1e3), ("loaded_radius", "mm", 1e-3)),
+    "stiffness_longitudinal": (
+        ("fz", "kn", 1e3), ("fx", "kn", 1e3), ("plank_position", "mm", 1e-3),
+    ),
+    "stiffness_lateral": (("fy", "kn", 1e3), ("fx", "kn", 1e3), ("plank_position", "mm", 1e-3)),
+    "footprint": (("fz", "kn", 1e3), ("half_length", "mm", 1e-3), ("half_width", "mm", 1e-3)),
+}  # fmt: skip
+STANDING_CASES = [(kind, *case) for kind, cases in STANDING.items() for case in cases]
+
+
+@pytest.mark.parametrize("size", [0.5, 1.0, 2.0])
+@pytest.mark.parametrize(("kind", "name", "unit", "factor"), STANDING_CASES)
+def test_a_standing_tire_in_another_unit_is_refused_at_any_size(kind, name, unit, factor, size):
+    table = a_standing_run(kind, size)
+    assert not told(table)
+    wrong = told(table.with_columns(**{name: table[name] / factor}))
+    assert f"'{name}' is in {unit}" in wrong and "\n" not in wrong
+    unknown = table.with_info(effective_rolling_radius=float("nan"))
+    wrong = told(unknown.with_columns(**{name: table[name] / factor}))
+    assert f"'{name}' is in {unit}" in wrong
+
+
+@pytest.mark.parametrize("kind", STANDING)
+@pytest.mark.parametrize("share", [0.2, 0.5, 2.0])
+def test_a_standing_run_far_from_its_nominal_load_and_pressure_is_accepted(kind, share):
+    table = a_standing_run(kind, 1.0)
+    forces = {name: share * table[name] for name in ("fx", "fy", "fz") if name in table}
+    soft = table.with_columns(**forces).with_info(pressure=2.5 * share)
+    assert not told(soft)
+    held = kind in ("stiffness_longitudinal", "stiffness_lateral")
+    assert held or not told(soft.with_info(fz=3700.0))
+
+
+def test_a_print_with_its_pressure_in_bar_is_refused():
+    table = a_standing_run("footprint", 1.0).with_info(pressure=float("nan"))
+    pressure = np.array([2.0, 2.5, 2.8])
+    assert not told(table.with_columns(pressure=1e5 * pressure))
+    assert "'pressure' is in bar, not in pa" in told(table.with_columns(pressure=pressure)).lower()

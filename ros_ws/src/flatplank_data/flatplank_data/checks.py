@@ -139,10 +139,7 @@ def time_increases(table: MeasurementTable) -> Iterator[Remark]:
 
 def units_agree(table: MeasurementTable) -> Iterator[Remark]:
     """Check that no column is in another unit than it says; see `unit_checks`."""
-    kind = table.info.measurement
-    if kind not in (*ROLLING, "locked_wheel"):
-        return
-    found = wrong_units(table, kind in ROLLING)
+    found = wrong_units(table)
     if found:
         ways = " or ".join(f"'{w.column}' is in {w.unit}, not in {w.expected}" for w in found)
         remedy = f"write the unit, as '{found[0].column} [{found[0].unit}]'"

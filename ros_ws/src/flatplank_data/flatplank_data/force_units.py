@@ -46,29 +46,35 @@ def of_forces(table: MeasurementTable) -> Iterator[Relation]:
         text = f"'{name}' goes up to {{}}, usual is {{}} at this load and slip"
         powers = {name: 1, "fz": -1}
         yield from relation(
-            text, _most(table, name), share * load, "N", powers, COARSE, above=math.inf
+            text, largest(table, name), share * load, "N", powers, COARSE, above=math.inf
         )
-    yield from _of_moments(table, load)
+    yield from of_moments(table, load)
 
 
-def _of_moments(table: MeasurementTable, load: float) -> Iterator[Relation]:
-    stated = table.info.effective_rolling_radius
-    radius = stated if math.isfinite(stated) else USUAL_RADIUS
+def of_moments(table: MeasurementTable, load: float) -> Iterator[Relation]:
+    """Relations of the moments of a tire under a load [N]."""
+    radius = usual_radius(table)
     for name in MOMENTS:
         text = f"'{name}' goes up to {{}}, load times radius is {{}}"
         powers = {name: 1, "fz": -1}
         yield from relation(
-            text, _most(table, name), load * radius, "N m", powers, below=math.inf, above=ARMS
+            text, largest(table, name), load * radius, "N m", powers, below=math.inf, above=ARMS
         )
     if table.info.alpha_deg:
         text = "'mz' goes up to {}, side force times trail is {}"
         powers = {"mz": 1, "fy": -1}
         yield from relation(
-            text, _most(table, "mz"), TRAIL * radius * _most(table, "fy"), "N m", powers, COARSE,
+            text, largest(table, "mz"), TRAIL * radius * largest(table, "fy"), "N m", powers, COARSE,
             above=math.inf,
         )  # fmt: skip
 
 
-def _most(table: MeasurementTable, name: str) -> float:
+def usual_radius(table: MeasurementTable) -> float:
+    """Radius that the run record states, else that of the tire of the thesis [m]."""
+    stated = table.info.effective_rolling_radius
+    return stated if math.isfinite(stated) else USUAL_RADIUS
+
+
+def largest(table: MeasurementTable, name: str) -> float:
     """Largest absolute value of a column; NaN without it."""
     return float(np.nanmax(np.abs(table[name]))) if table.has(name) else math.nan

@@ -12,13 +12,15 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from flatplank_data.force_units import of_forces
 from flatplank_data.machine import FAST, GEAR_RATIO, SLOW, USUAL_RADIUS
+from flatplank_data.standing_units import of_footprint, of_loading, of_standing
 from flatplank_data.table import COLUMN_UNITS, MeasurementTable
 from flatplank_data.unit_relations import COARSE, Relation, relation
 from flatplank_data.units import units_of
@@ -40,9 +42,11 @@ class WrongUnit:
     """the quotient that shows it"""
 
 
-def wrong_units(table: MeasurementTable, rolling: bool) -> list[WrongUnit]:
+def wrong_units(table: MeasurementTable) -> list[WrongUnit]:
     """Columns any one of which is in another unit; empty when SI explains the quotients best."""
-    relations = list(_relations(table, rolling))
+    relations = [
+        relation for part in RELATIONS.get(table.info.measurement, ()) for relation in part(table)
+    ]
     found: list[tuple[float, WrongUnit]] = []
     for column in dict.fromkeys(name for r in relations for name in r.powers):
         shown = max((r for r in relations if column in r.powers), key=Relation.rest)
@@ -56,15 +60,8 @@ def wrong_units(table: MeasurementTable, rolling: bool) -> list[WrongUnit]:
     return [wrong for rest, wrong in found if rest <= least + ALIKE]
 
 
-def _relations(table: MeasurementTable, rolling: bool) -> Iterator[Relation]:
-    yield from _of_record(table)
-    yield from of_forces(table)
-    if rolling:
-        yield from _of_travel(table)
-
-
-def _of_record(table: MeasurementTable) -> Iterator[Relation]:
-    """Columns that are held, and their nominal values."""
+def _of_record(table: MeasurementTable, without: Sequence[str] = ()) -> Iterator[Relation]:
+    """Columns that are held, and their nominal values; `without` those that change."""
     info = table.info
     nominal = {
         "fz": info.fz,
@@ -75,7 +72,7 @@ def _of_record(table: MeasurementTable) -> Iterator[Relation]:
         "loaded_radius": info.effective_rolling_radius,
     }
     for column, value in nominal.items():
-        if table.has(column):
+        if table.has(column) and column not in without:
             unit = COLUMN_UNITS[column]
             text = f"'{column}' is {{}} in the mean, nominal {{}}"
             mean = float(np.nanmean(table[column]))
@@ -135,3 +132,20 @@ def _integral(table: MeasurementTable, column: str) -> float:
     """Integral of a column over time; NaN without it."""
     values = table.get(column)
     return float(0.5 * ((values[1:] + values[:-1]) * np.diff(table["time"])).sum())
+
+
+_ROLLING = (_of_record, of_forces, _of_travel)
+_LOADED = (partial(_of_record, without=("fz",)), of_loading)
+_STANDING = (_of_record, of_standing)
+RELATIONS: dict[str, tuple[Callable[[MeasurementTable], Iterator[Relation]], ...]] = {
+    "slip": _ROLLING,
+    "free_rolling": _ROLLING,
+    "cleat": _ROLLING,
+    "locked_wheel": (_of_record, of_forces),
+    "stiffness": _LOADED,
+    "stiffness_vertical": _LOADED,
+    "stiffness_longitudinal": _STANDING,
+    "stiffness_lateral": _STANDING,
+    "footprint": (partial(_of_record, without=("fz", "pressure")), of_footprint),
+}
+"""kind of measurement -> what is known of it several times"""
