@@ -62,11 +62,10 @@ def of_moments(table: MeasurementTable, load: float) -> Iterator[Relation]:
         )
     if table.info.alpha_deg:
         text = "'mz' goes up to {}, side force times trail is {}"
-        powers = {"mz": 1, "fy": -1}
+        usual, powers = TRAIL * radius * largest(table, "fy"), {"mz": 1, "fy": -1}
         yield from relation(
-            text, largest(table, "mz"), TRAIL * radius * largest(table, "fy"), "N m", powers, COARSE,
-            above=math.inf,
-        )  # fmt: skip
+            text, largest(table, "mz"), usual, "N m", powers, COARSE, above=math.inf
+        )
 
 
 def usual_radius(table: MeasurementTable) -> float:
