@@ -4,7 +4,10 @@
 import shutil
 
 import numpy as np
+import pytest
 
+from flatplank_analysis.contact_patch.session import Session
+from flatplank_analysis.investigation.loop import rows_of
 from flatplank_data.campaign import Campaign
 from flatplank_data.identity import identity_of
 
@@ -80,3 +83,19 @@ def test_what_is_said_of_a_column_does_not_depend_on_the_columns_that_are_asked_
         campaign = Campaign.load(folder)
         assert list(campaign.tables(columns))
         assert [p.what for p in campaign.problems] == ["no column 'fz': no fit"]
+
+
+@pytest.mark.parametrize("label", [{"start": 2}, {"start": 1, "pressure": 2.8}])
+def test_a_copy_is_in_no_held_out_condition_and_no_evidence_of_a_batch(
+    write_campaign, make_step, label
+):
+    """Whatever its record says: as another start, or in a condition that is held out."""
+    made = [make_step(k, 1, noise=5.0) for k in (-0.02, 0.0, 0.02)]
+    copied = made[2].with_info(file="batch_02.parquet", uuid="", **label)
+    own = make_step(0.02, 3, noise=5.0).with_info(file="batch_02_own.parquet")
+    session = Session.of(Campaign.load(write_campaign([*made, copied, own])))
+    names = session.data.runs.names
+    assert len(names) == 4 and "batch_02" not in names
+    assert len(session.data.runs.condition_names) == 3
+    rows = rows_of(session, ["batch_02.parquet", "batch_02_own.parquet"])
+    assert [names[row] for row in rows] == ["batch_02_own"]
