@@ -6,6 +6,7 @@ from __future__ import annotations
 import itertools
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from flatplank_analysis.report.analysis import analyse
@@ -58,6 +59,34 @@ def test_a_plank_that_stands_ends_a_plan_that_did_not_stop_it(step: S.Plank, end
         watch.check_sample(sample(0))
         with pytest.raises(S.PlanFailed, match=TROUBLES["plank_stopped"].text):
             watch.check_sample(stands)
+
+
+def test_a_browser_that_dies_in_the_midst_of_a_run_stops_it_and_keeps_it(tmp_path: Path):
+    """Its heartbeat is missing: wheel and plank stop, the record says why."""
+    twin = Twin(BenchSetup(pace="hold"))
+    bench = TwinBench(twin, BagLog(tmp_path))
+    assert twin.drive.claim("page").accepted
+    turned: list[float] = []
+    cycle = twin.cycle
+
+    def with_page():
+        made = cycle()
+        if turned or (bench._recording and made.encoders.plank_position > 0.5):
+            turned.append(twin.plant.truth.wheel_velocity)
+        else:
+            twin.drive.heartbeat("page")
+        return made
+
+    twin.cycle = with_page
+    with pytest.raises(S.PlanFailed, match=TROUBLES["heartbeat"].text):
+        bench.perform(plan_of(RUN))
+    bench.advance(250)
+    last = int(np.flatnonzero(np.abs(turned) > 1e-3)[-1])
+    ramp = 0.4  # of a quick stop [s], tests/panel has the same
+    assert last / twin.rate_hz < twin.drive.parameters.heartbeat_timeout + ramp
+    assert twin.plant.truth.road_velocity == pytest.approx(0.0, abs=1e-6)
+    record = load_record(bench.kept[0])
+    assert record.status == "stopped" and TROUBLES["heartbeat"].text in record.stop_reason
 
 
 @pytest.mark.parametrize("axes", [(), ("plank",)])

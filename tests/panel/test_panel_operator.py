@@ -11,7 +11,7 @@ import pytest
 from own_loop import finished as run
 from panel_samples import samples
 
-from flatplank_panel.bench_state import BenchState
+from flatplank_panel.bench_state import BenchState, Progress
 from flatplank_panel.host import Host
 from flatplank_panel.link import Reply
 from flatplank_panel.operator import Operator
@@ -207,6 +207,37 @@ def test_the_claim_is_renewed_and_given_back(bench, monkeypatch):
     bench.charge.release_page("me")
     run(bench.supervise())
     assert bench.link.asked[-1] == ("claim", {"client": ""})
+
+
+@pytest.mark.parametrize(("until", "goes_on"), [(9.0, True), (11.0, False)])
+@pytest.mark.parametrize("reason", ["", "no answer in time; STOP stops the wheel"])
+def test_a_measurement_ends_with_the_page_that_is_gone(bench, monkeypatch, until, goes_on, reason):
+    """Also while the wheel rests, where no heartbeat is missed: it would turn again unwatched."""
+    clock = Clock()
+    monkeypatch.setattr("flatplank_panel.operator.time", clock)
+    bench.take_charge("me", "me")
+    bench.link.state.accept(samples(1), math.inf)
+    bench.link.state.progress, bench.link.reason = Progress(active=True), reason
+    while clock.now < until:
+        clock.now += 0.5
+        run(bench.supervise())
+    cancelled = [a for a in bench.link.asked if a[0] == "cancel"]
+    assert len(cancelled) == (0 if goes_on else 1)
+    assert (bench.link.asked[-1] == ("claim", {"client": ""})) is not goes_on
+    said = " ".join(text for _, text in bench.link.state.log)
+    assert ((reason or "measurement is being stopped") in said) is not goes_on
+
+
+def test_a_page_that_takes_over_keeps_the_measurement(bench, monkeypatch):
+    clock = Clock()
+    monkeypatch.setattr("flatplank_panel.operator.time", clock)
+    bench.take_charge("me", "me")
+    bench.link.state.accept(samples(1), math.inf)
+    bench.link.state.progress = Progress(active=True)
+    clock.now = 10.5
+    bench.take_charge("other", "other")
+    run(bench.supervise())
+    assert ("cancel", {}) not in bench.link.asked
 
 
 def test_constants_are_those_of_the_nodes(bench):

@@ -77,10 +77,14 @@ class Operator:
 
     async def supervise(self) -> None:
         """Keep the claim at the drive consistent with the page in charge; call a few times a
-        second."""
+        second. A measurement ends with its page: the drive would take nobody for in charge, and
+        the wheel would turn again without a heartbeat."""
         now = time.monotonic()
         if self.charge.release_if_silent(now):
             self.add_to_log("the page in charge has gone; nobody is in charge")
+            if self.link.state.progress.active:
+                reply = await self.link.cancel()
+                self.add_to_log(reply.reason or "measurement is being stopped")
             await self._release()
         if not self.link.state.running(now):
             self._token = ""
