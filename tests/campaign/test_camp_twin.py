@@ -11,6 +11,7 @@ from camp_plans import LENIENT, ROAD, small
 
 from flatplank_control.bench.results import outcome_of
 from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.cli.operator import print_result_of_plan
 from flatplank_control.runner.campaign import Conductor, Job, Journal, Limits, PlannedRun
 from flatplank_control.runner.campaign.supervised import Standstill
 from flatplank_control.runner.conditions import plank_beyond
@@ -108,3 +109,27 @@ def test_a_run_that_the_operator_ended_is_judged_up_to_there(log, tmp_path):
     verdict = outcome_of(bench.kept[0], job, Limits(), *nothing).verdict
     assert verdict.ended == pytest.approx(1.0, abs=0.01)
     assert verdict.ok and verdict.left_out == ("load_drift", "once_per_turn")
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_stopped_run_ends_neither_the_campaign_nor_is_a_result(jobs, tmp_path, capsys):
+    """The stiffer tire trips the load rule; nobody can look at the twin and enable it again."""
+    runs = "runs:\n- {measurement: slip, kappa: 0.05, start: [1, 2], fz: [3000, 5000]}\n"
+    plan = small(ROAD + LENIENT + "attempts: 2\n", runs)
+    setup = replace(SETUP, parameters={"wheel_drive": {"fz_trip": 4000.0}})
+    journal = Journal(tmp_path / "j.jsonl", plan.name, plan.digest)
+    conductor = Conductor(plan, journal)
+    told = []
+    run_on_twin(
+        conductor, setup, tmp_path, bags=True, jobs=jobs,
+        progress=lambda _conductor, _job, outcome: told.append(outcome.text()),
+    )  # fmt: skip
+    assert conductor.over
+    stopped = [text for text in told if text.startswith("stopped: ")]
+    assert len(stopped) == 2, "both attempts at r_e under the high load"
+    assert all("the vertical force is above its limit" in text for text in stopped), stopped
+    assert "2 runs that rest on its r_e are skipped" in stopped[-1]
+    assert {run.info.fz for run in Campaign.load(tmp_path).runs} == {3000.0}
+    assert print_result_of_plan(plan, journal) == 3
+    printed = capsys.readouterr().out
+    assert "3 of 6 runs" in printed and "1 flagged, 2 skipped" in printed

@@ -19,6 +19,7 @@ from flatplank_control.runner.campaign.quality import (
     EVALUATIONS,
     Finding,
     Limits,
+    Verdict,
     force_profile,
     judge_run,
     loaded_travel,
@@ -87,6 +88,13 @@ def outcome_of(
         found = radius_of_run(table)
         facts |= {"radius": found.radius, "radius_force": found.force}
     return Outcome(path.name, replace(verdict, findings=(*verdict.findings, *zeros)), facts)
+
+
+def outcome_of_stopped(path: Path | None, job: Job, why: str) -> Outcome:
+    """Outcome of a run in which the bench stopped; path: what was recorded of it."""
+    travel = 0.0 if path is None else loaded_travel(read_samples(path).columns)
+    name = job.measurement.name if path is None else path.name
+    return Outcome(name, Verdict((), stopped=why), {"travel": round(travel, 3)})
 
 
 def write_kept_runs(conductor: Conductor, folder: Path) -> None:

@@ -103,7 +103,7 @@ class ProgressPrinter:
 def print_result_of_plan(plan: CampaignPlan, journal: Journal) -> int:
     """Print what became of every run; returns 0 when all exist and are good."""
     known = [(run, journal.done[run.key]) for run in plan.runs if run.key in journal.done]
-    made = [done for _, done in known if done.final]
+    made = [done for _, done in known if done.final and done.valid_file]
     needs_repeat = [(run, done) for run, done in known if journal.needs_repeat(run.key)]
     flagged = [done for _, done in needs_repeat if not done.skipped]
     skipped = [run for run, done in needs_repeat if done.skipped]

@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from flatplank_analysis.parallel import worker_pool
-from flatplank_control.bench.results import outcome_of, write_campaign, write_kept_runs
+from flatplank_control.bench.results import outcome_of, outcome_of_stopped, write_campaign, write_kept_runs
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.runner.campaign.conductor import Conductor, Job, Outcome
 from flatplank_control.runner.campaign.plan import CampaignPlan
@@ -18,6 +18,7 @@ from flatplank_control.runner.campaign.quality import Limits
 from flatplank_control.runner.campaign.supervised import Standstill, TurnWatch, supervised
 from flatplank_control.runner.measurement import START_ANGLES, Measurement
 from flatplank_control.runner.plans import axes_of, plan_of
+from flatplank_control.runner.steps import PlanFailed
 from flatplank_sim.twin.log import BagLog, TableLog
 from flatplank_sim.twin.twin import Twin
 from flatplank_sim.twin.twin_bench import TwinBench
@@ -116,11 +117,14 @@ def setup_for(plan: CampaignPlan, setup: BenchSetup) -> BenchSetup:
 
 
 def make_run(job: Job, setup: BenchSetup, folder: Path, bags: bool, limits: Limits) -> Outcome:
-    """Make one run on a new bench and check its quality."""
+    """Make one run on a new bench and check its quality; a stop on the way ends this run only."""
     bench = fresh_bench(setup, job.measurement.run_index, job.attempt, folder, bags)
     before, after = Standstill("before the run"), Standstill("after the run")
     turn = TurnWatch()
-    bench.perform(supervised(job.measurement, before, after, turn))
+    try:
+        bench.perform(supervised(job.measurement, before, after, turn))
+    except PlanFailed as stop:
+        return outcome_of_stopped(next(iter(bench.kept), None), job, str(stop))
     return outcome_of(bench.kept[0], job, limits, before, after, turn)
 
 

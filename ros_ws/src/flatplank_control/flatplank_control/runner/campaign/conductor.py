@@ -108,7 +108,7 @@ class Conductor:
 
     def finish(self, job: Job, outcome: Outcome) -> Outcome:
         """Enter the outcome into the journal; returns it with a warning when other runs must be
-        repeated, and once when the parasitic filter is missing."""
+        repeated or cannot be made, and once when the parasitic filter is missing."""
         told = any(UNFILTERED in d.facts.get("warnings", ()) for d in self.journal.done.values())
         if outcome.unfiltered and not told:
             outcome = outcome.warned(UNFILTERED)
@@ -117,12 +117,22 @@ class Conductor:
         record = job.measurement.record()
         self.journal.end(job.run.key, outcome.file, outcome.verdict.ok, final, facts, record)
         self._busy.discard(job.run.key)
+        if final and self._radius(job.run.key) is None:
+            outcome = self._without_radius(job.run, outcome)
         others = sum(run.needs == job.run.key for run in self.outdated())
         if not others:
             return outcome
         return outcome.warned(
             f"r_e is another than before: {others} runs that rest on the old one are made again"
         )
+
+    def _without_radius(self, run: PlannedRun, outcome: Outcome) -> Outcome:
+        """Skip the runs that rest on the r_e of a run which has none; the outcome says so."""
+        others = sum(other.needs == run.key for other in self._waiting)
+        if not others:
+            return outcome
+        self.skip(run.key, f"no r_e by {outcome.file}")
+        return outcome.warned(f"{others} runs that rest on its r_e are skipped")
 
     def kept(self) -> list[RunEnd]:
         """Existing results of all runs that are not skipped, in the order of the plan."""
@@ -149,17 +159,18 @@ class Conductor:
         return math.fsum(durations[run.key] for run in self._waiting)
 
     def _ready(self, run: PlannedRun) -> bool:
-        return not run.needs or self._radius(run) is not None
+        return not run.needs or self._radius(run.needs) is not None
 
-    def _radius(self, run: PlannedRun) -> float | None:
-        done = self.journal.done.get(run.needs)
+    def _radius(self, key: str) -> float | None:
+        """r_e by a finished run [m]."""
+        done = self.journal.done.get(key)
         return done.facts.get("radius") if done and done.final else None
 
     def _outdated(self, run: PlannedRun) -> bool:
         done = self.journal.done.get(run.key)
         if not run.needs or done is None or done.skipped:
             return False
-        now, then = self._radius(run), done.record.get("effective_rolling_radius")
+        now, then = self._radius(run.needs), done.record.get("effective_rolling_radius")
         return bool(now and then and abs(now / then - 1.0) > R_E_HOLDS)
 
     def _attempts(self, run: PlannedRun) -> int:
@@ -175,7 +186,7 @@ class Conductor:
         )
         if not run.needs:
             return m
-        source, radius = self.journal.done[run.needs], self._radius(run)
+        source, radius = self.journal.done[run.needs], self._radius(run.needs)
         assert radius is not None, f"{run.key} is not ready"
         return replace(m, effective_rolling_radius=radius, r_e_source=source.files[-1])
 

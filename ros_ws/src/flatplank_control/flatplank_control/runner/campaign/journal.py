@@ -28,7 +28,7 @@ class RunEnd:
     files: list[str] = field(default_factory=list)
     """files of all attempts"""
     valid_file: str = ""
-    """file of the last finished attempt"""
+    """file of the last finished attempt; that of an earlier one where the last one was stopped"""
     record: dict[str, Any] = field(default_factory=dict)
     """run record of that file"""
     attempts: int = 0
@@ -112,7 +112,7 @@ class Journal:
             entry.attempts += 1
             entry.final = line["final"]
             entry.facts = dict(line["facts"]) | {"good": line["ok"]}
-            if entry.final:
+            if entry.final and not entry.facts.get("stopped"):
                 entry.valid_file, entry.record = line["file"], dict(line.get("record", {}))
             self.travel += entry.facts.get("travel", 0.0)
             self.interrupted = ""

@@ -70,13 +70,17 @@ class Verdict:
     """position where the operator ended the run [m]; NaN: complete run"""
     left_out: tuple[str, ...] = ()
     """criteria that need more road than the run has"""
+    stopped: str = ""
+    """why the bench stopped on the way; such a run is no result"""
 
     @property
     def ok(self) -> bool:
-        return all(f.ok for f in self.findings)
+        return not self.stopped and all(f.ok for f in self.findings)
 
     def text(self) -> str:
         """One line: good or what is wrong, and the criteria that could not be evaluated."""
+        if self.stopped:
+            return f"stopped: {self.stopped}"
         bad = [f"{f.name} {f.value:.3g} (limit {f.limit:g})" for f in self.findings if not f.ok]
         parts = bad or ["good"]
         if self.ended == self.ended:
@@ -89,7 +93,8 @@ class Verdict:
         """Plain values for the journal."""
         found = {f.name: round(float(f.value), 6) for f in self.findings}
         ended = {"ended": round(self.ended, 3)} if self.ended == self.ended else {}
-        return {"findings": found, "not_asked": list(self.left_out), **ended}
+        stopped = {"stopped": self.stopped} if self.stopped else {}
+        return {"findings": found, "not_asked": list(self.left_out), **ended, **stopped}
 
 
 def _between(c: Columns, name: str, low: float, high: float) -> np.ndarray:
