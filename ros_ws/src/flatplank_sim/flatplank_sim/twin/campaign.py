@@ -10,7 +10,12 @@ from dataclasses import replace
 from pathlib import Path
 
 from flatplank_analysis.parallel import worker_pool
-from flatplank_control.bench.results import outcome_of, outcome_of_stopped, write_campaign, write_kept_runs
+from flatplank_control.bench.results import (
+    outcome_of,
+    outcome_of_stopped,
+    write_campaign,
+    write_kept_runs,
+)
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.runner.campaign.conductor import Conductor, Job, Outcome
 from flatplank_control.runner.campaign.plan import CampaignPlan
