@@ -165,3 +165,23 @@ def test_the_benchmark_says_what_was_wanted_and_whether_it_is_so(capsys, monkeyp
     assert main([]) == 0
     assert not kept({"ours": {"settled_m": math.nan}})
     assert [wanted(name) for name in WANTED] == [">= 30", "<= 0.3", "+-1", "<= 50", "<= 0.05"]
+
+
+@pytest.mark.parametrize(
+    ("swing", "expected"), [(0.0, 0.04 * math.log(20.0)), (8.0, 0.04 * math.log(50.0 / 6.5)),
+                            (60.0, math.nan)],
+)  # fmt: skip
+def test_a_start_has_settled_where_the_machine_moves_the_steady_force(swing, expected):
+    """50 N (1 - exp(-x/0.04 m)), and what the road adds: 8 N over the pinion's turn."""
+    x = np.arange(0.0, 2.5, 0.03092 / 250.0)
+    force = 50.0 * (1.0 - np.exp(-x / 0.04)) + 0.5 * swing * np.sin(2.0 * math.pi * x / 0.314)
+    found = bench_start.settled(np.column_stack([x, force]))
+    # the mean over 20 mm, and a crest of the road near by
+    assert found == pytest.approx(expected, abs=0.03, nan_ok=True)
+
+
+def test_on_the_machine_of_the_thesis_our_controller_is_as_wanted():
+    """Its hub is off by 0.5 N beside the filter, and its road moves the force by 4 N."""
+    ours = bench_start.free_rolling("toyo", 3700.0, "ours", "thesis2023")
+    assert kept({"ours": ours}), ours
+    assert 0.2 < ours["hub_error_n"] < 1.0

@@ -23,7 +23,7 @@ from flatplank_sim.plant.truth import truth_row
 
 class StartBench:
     """Bench for benchmarks of the loop. Its rows are road position [m], true Fx [N], true slip
-    [-], road velocity [m/s]."""
+    [-], road velocity [m/s], Fx by the hub [N]."""
 
     def __init__(
         self,
@@ -99,7 +99,8 @@ class StartBench:
         while not rows or rows[-1][0] < distance:
             self.cycle()
             t = self.plant.truth
-            rows.append((t.plank_position, t.fx, t.kappa, t.road_velocity))
+            fx = self.hub_sample.contact.fx
+            rows.append((t.plank_position, t.fx, t.kappa, t.road_velocity, fx))
         return np.array(rows)
 
     def move_plank(self) -> None:
