@@ -8,6 +8,7 @@ from __future__ import annotations
 import faulthandler
 import importlib.util
 import os
+import resource
 import signal
 import tempfile
 from collections import Counter
@@ -39,6 +40,9 @@ time-out
 
 ROS_TOOLS = importlib.util.find_spec("ros2cli") is not None
 """the real command line of ROS is there"""
+LONG_S = 20.0
+"""processor time of a test [s] from which it is to be marked `long`, or made cheaper"""
+TIMES = pytest.StashKey[dict[str, float]]()
 NOT_RUN = pytest.StashKey[Counter[str]]()
 LEFT = pytest.StashKey[set[str]]()
 STDERR = pytest.StashKey[int]()
@@ -51,6 +55,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_configure(config: pytest.Config) -> None:
     config.stash[NOT_RUN] = Counter()
     config.stash[LEFT] = set()
+    config.stash[TIMES] = {}
     config.stash[STDERR] = os.dup(2)  # the capture of a test begins later
 
 
@@ -95,6 +100,21 @@ def pytest_runtest_makereport(item: pytest.Item) -> Iterator[None]:
     return report
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
+    """Keep the processor time of a test and its children: other work does not change it."""
+    before = _processor_time()
+    try:
+        return (yield)
+    finally:
+        item.config.stash[TIMES][item.nodeid] = _processor_time() - before
+
+
+def _processor_time() -> float:
+    used = map(resource.getrusage, (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return sum(usage.ru_utime + usage.ru_stime for usage in used)
+
+
 def _judge(report: Any, config: pytest.Config) -> None:
     """Count a skip, or call it a failure."""
     if not report.skipped:
@@ -111,6 +131,13 @@ def _judge(report: Any, config: pytest.Config) -> None:
 
 def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
     """The last lines before the closing one."""
+    times = config.stash[TIMES]
+    slow = [name for name, t in times.items() if t > LONG_S]
+    if slow and not config.getoption("--long"):
+        terminalreporter.section(f"more than {LONG_S:.0f} s of processor time: mark them long")
+    for name in sorted(slow, key=times.__getitem__, reverse=True):
+        terminalreporter.line(f"{times[name]:6.1f} s  {name}")
+    terminalreporter.line(f"processor time of all tests: {sum(times.values()):.0f} s")
     left = config.stash[LEFT]
     if left and not config.getoption("collectonly"):
         config.stash[NOT_RUN]["the run ended before them"] += len(left)

@@ -58,6 +58,7 @@ def test_bad_samples_are_left_out_and_decide_nothing(bad, clean, tmp_path):
     assert all("row" in p.what and not p.fatal for p in told)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("bad", [_one_in_all, _three_per_run])
 def test_the_first_effect_beside_bad_samples_is_that_of_the_clean_runs(bad, clean, tmp_path):
     """One sample of 20 kN in all runs hid the play, three per run named an effect that explains

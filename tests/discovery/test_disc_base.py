@@ -95,7 +95,7 @@ def test_the_length_of_the_patch_does_not_depend_on_how_the_travel_is_counted(ka
     assert length(0.0, 0.0) == pytest.approx(HALF / (1.0 + kappa), rel=0.01)
 
 
-@pytest.mark.parametrize("seed", [2, 3])
+@pytest.mark.parametrize("seed", [pytest.param(2, marks=pytest.mark.long), 3])
 def test_grip_that_scatters_is_no_other_stiffness_when_braking(seed):
     """A tire whose grip scatters by 2 % from run to run, nothing hidden. The force then hardly
     limits the base's slip, and with ns beyond 1 it had 5 to 6 % less stiffness when braking."""

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from numba import njit
 
 from flatplank_analysis.contact_patch.data import load_runs
@@ -56,6 +57,7 @@ def test_without_friction_the_place_goes_with_the_force_alone():
     np.testing.assert_allclose(step / 1e-4, first[1], rtol=1e-3)
 
 
+@pytest.mark.long
 def test_play_is_found_where_repeats_begin_on_either_side(tmp_path):
     """One bench for all runs, as in the lab: after a braking run the gap is open the other way,
     and repeats of one condition differ by 100 N. The plant is the only one that knows why."""

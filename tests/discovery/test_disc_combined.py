@@ -48,7 +48,12 @@ def number(model, fit, name):
 
 
 @pytest.mark.parametrize(
-    ("name", "hidden"), [("third", {}), ("plant", {}), ("second", {"combined_slip": 1.0})]
+    ("name", "hidden"),
+    [
+        ("third", {}),
+        pytest.param("plant", {}, marks=pytest.mark.long),
+        pytest.param("second", {"combined_slip": 1.0}, marks=pytest.mark.long),
+    ],
 )
 def test_combined_slip_of_another_tire_is_fitted_at_the_floor(name, hidden):
     """Straight and at 5 deg; was 232, 215 and 24 N with floors of 9 N."""
@@ -62,6 +67,7 @@ def test_three_side_slips():
     assert max(errors["fx"], errors["fy"]) < FLOORS, errors
 
 
+@pytest.mark.long
 def test_a_wheel_that_runs_along_the_plank_and_one_that_runs_along_itself():
     """The third bench turns its wheel with V cos(alpha), the second with V."""
     model, fit, _ = fitted("combined")
@@ -100,6 +106,7 @@ def test_without_side_slip_at_one_load_the_base_has_none_of_their_numbers():
     assert len(names) == 19
 
 
+@pytest.mark.long
 @pytest.mark.timeout(900)
 def test_steering_play_at_one_side_slip_is_told_as_hardly_shown():
     """Beside straight runs one angle that is off is nearly all the tire's own: it is told, and

@@ -36,7 +36,7 @@ def named(effect: type, size: float) -> int:
     return sum(effect in [f.decision.term.effect for f in r.found] for r in results)
 
 
-@pytest.mark.parametrize("effect", [Drag, Wind])
+@pytest.mark.parametrize("effect", [pytest.param(Drag, marks=pytest.mark.long), Wind])
 def test_four_in_five_campaigns_name_the_size_that_is_stated(effect):
     """Of a drag, which is limited by what is of consequence, it stated what the noise alone would
     show; of a wind, which the timing of the camera imitates, a third of what is needed."""

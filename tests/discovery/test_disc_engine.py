@@ -100,8 +100,8 @@ def test_a_hole_in_a_run_is_named():
 
 
 def test_example_of_the_docs():
-    """docs/guide/discovery.md shows the engine without tires: what it prints stands beside it."""
-    text = (Path(__file__).resolve().parents[2] / "docs/guide/discovery.md").read_text("utf-8")
+    """docs/explanation/engine.md shows the engine: what it prints stands beside it."""
+    text = (Path(__file__).resolve().parents[2] / "docs/explanation/engine.md").read_text("utf-8")
     (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     wanted = re.findall(r"^ *# prints: (.*)$", code, re.MULTILINE)
     done = subprocess.run(

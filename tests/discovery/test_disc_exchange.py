@@ -6,6 +6,7 @@ from __future__ import annotations
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
 from flatplank_analysis.proposal.exchange import exchange_test
 
@@ -32,6 +33,7 @@ def _scattered(random: np.random.Generator) -> np.ndarray:
     return gain + 0.2 * random.standard_normal((15, 40))
 
 
+@pytest.mark.long
 def test_what_orders_nothing_is_ordered_by_chance_as_often_as_it_may():
     """Four numbers carry nearly all of the scatter: its energy passed for fourteen."""
     random = np.random.default_rng(4)

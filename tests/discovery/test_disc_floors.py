@@ -140,6 +140,7 @@ def test_pieces_repeat_each_other():
     )
 
 
+@pytest.mark.long
 def test_a_campaign_without_repeats_is_judged_by_its_noise_at_rest(tmp_path, capsys):
     slips = (-0.1, -0.05, -0.02, -0.01, 0.01, 0.02, 0.05, 0.1)
     folder = save(campaign(Truth(seed=41, slips=slips, repeats=1, backlash=8e-4)), tmp_path)
@@ -156,6 +157,7 @@ def test_a_campaign_without_repeats_is_judged_by_its_noise_at_rest(tmp_path, cap
     assert "the floor is" in drawn and "by noise at rest (lower bound)" in drawn
 
 
+@pytest.mark.long
 def test_scatter_that_looks_ordered_by_chance_is_no_residual():
     """A tire whose grip scatters by 1 %: in one of two hundred such campaigns it falls with the
     order of the runs. Nothing is hidden, and the verdict was `tire law only`."""

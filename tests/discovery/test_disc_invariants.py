@@ -42,13 +42,15 @@ def found():
     return search, verdict.diagnose(search)
 
 
-@pytest.mark.parametrize("level", [LEVELS[0], LEVELS[-1]])
+@pytest.mark.parametrize("level", [pytest.param(LEVELS[0], marks=pytest.mark.long), LEVELS[-1]])
 def test_nothing_hidden_is_at_the_floor_at_every_noise(level):
     result = Session.of_tables(nothing_hidden("plant", 71, level, design="small")).diagnose()
     assert (result.verdict, result.found) == (verdict.AT_FLOOR, ()), result.reason
 
 
-@pytest.mark.parametrize(("level", "seed"), [(3.0, 3004), (15.0, 5016)])
+@pytest.mark.parametrize(
+    ("level", "seed"), [pytest.param(3.0, 3004, marks=pytest.mark.long), (15.0, 5016)]
+)
 def test_scatter_that_grows_with_the_force_is_no_other_force_law(level, seed):
     """Two conditions of nine hold most of the scatter: their means are that uncertain, and few
     numbers stand behind the floor."""

@@ -16,6 +16,7 @@ from flatplank_msgs.srv import Advance, PlankSwitch
 
 pytestmark = pytest.mark.graph
 HUNDRED_MS = 25
+LONG = pytest.mark.long
 SHORT = {"kappa": 0.02, "step_position": 0.02, "end_position": 0.04}
 
 
@@ -25,7 +26,13 @@ def measures_again(bench) -> None:
     assert load_record(Path(bag)).cycles_lost == 0
 
 
-@pytest.mark.parametrize("name", ["measurement_hub", "encoders", "slip_sequencer", "wheel_drive"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "wheel_drive",
+        *(pytest.param(n, marks=LONG) for n in ("measurement_hub", "encoders", "slip_sequencer")),
+    ],
+)
 def test_a_killed_node_stops_the_wheel_within_100_ms_and_the_next_measurement_works(
     name, tmp_path, monkeypatch
 ):
@@ -51,7 +58,7 @@ def test_a_killed_node_stops_the_wheel_within_100_ms_and_the_next_measurement_wo
         measures_again(bench)
 
 
-@pytest.mark.parametrize("name", ["measurement_hub", "wheel_drive"])
+@pytest.mark.parametrize("name", [pytest.param("measurement_hub", marks=LONG), "wheel_drive"])
 def test_a_node_that_the_computer_holds_up_is_waited_for_and_nothing_trips(
     name, tmp_path, monkeypatch
 ):

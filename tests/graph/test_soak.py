@@ -139,6 +139,7 @@ def judge(looks: list[Look], capsys) -> None:
     assert pace(late) < SLOWER * max(pace(early), pace(looks))
 
 
+@pytest.mark.long
 def test_five_minutes(tmp_path, monkeypatch, capsys):
     with graph(tmp_path, monkeypatch) as bench:
         looks = soak(bench, 300.0, capsys)

@@ -48,6 +48,7 @@ def start(bench: BenchProcesses) -> list[str]:
     return said
 
 
+@pytest.mark.long
 def test_cold_under_load_and_once_more_with_a_second_bench_beside(tmp_path, monkeypatch) -> None:
     """No byte code, no compiled kernels, files not in memory, four busy processes."""
     cold = without_byte_code(tmp_path)

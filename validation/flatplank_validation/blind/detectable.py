@@ -41,7 +41,7 @@ number of forces that may have a constant offset"""
 REST, CREST, SHARES, CREST_PLACES = 0.3, 1.0, (0.0012, 0.002), 5
 """a force outside the library is of consequence above these multiples of the noise floor, for its
 mean over all runs and for its peak, and above these shares of the largest force
-(docs/guide/discovery.md); grid points of a peak"""
+(docs/explanation/diagnosis.md); grid points of a peak"""
 NO_PART = (
     "page.py", "tables.py", "points.py", "journal.py", "rivals.py", "rival_scores.py",
     "markdown.py", "nulls.py", "fingerprint.py", "plain_size.py", "kept.py",

@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 
-class FlatplankError(Exception):
-    """Bad input, described so that the user can correct it.
+class FlatplankError(ValueError):
+    """Bad input, the root of all errors of the project, described so that the user can correct it.
 
     `what`: the fault; `where`: file, row, column; `remedy`: what to do.
     """
@@ -28,7 +28,7 @@ class UnwritableError(FlatplankError, OSError):
         return self.what
 
 
-class YamlError(FlatplankError, ValueError):
+class YamlError(FlatplankError):
     """A text that is not valid YAML."""
 
 
@@ -36,7 +36,7 @@ class NothingUsableError(FlatplankError):
     """No run could be used; programs exit with code 2."""
 
 
-class RecordingError(ValueError):
+class RecordingError(FlatplankError):
     """A fault in a recording, its run record or its name."""
 
 

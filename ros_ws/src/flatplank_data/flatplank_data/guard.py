@@ -21,7 +21,7 @@ PIECE = 1 << 30
 """largest part that is unpacked at once [bytes]; rosbag2 writes chunks of 1 to 4 MB"""
 
 
-class DamagedError(ValueError):
+class DamagedError(FlatplankError):
     """A part of a file that is not what was written."""
 
 

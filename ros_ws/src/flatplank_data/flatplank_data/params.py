@@ -14,6 +14,7 @@ from dataclasses import Field, dataclass, field, fields
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple, Protocol, TypeVar
 
+from flatplank_data.errors import FlatplankError
 from flatplank_data.limits import Limit
 from flatplank_data.names import nearest_hint
 from flatplank_data.yaml_text import load_yaml
@@ -32,7 +33,7 @@ P = TypeVar("P", bound=AnyDataclass)
 Bounds = tuple[float, float]
 
 
-class ParameterError(ValueError):
+class ParameterError(FlatplankError):
     """A parameter that cannot be used; the text is one line: where, what, what to do."""
 
 

@@ -16,6 +16,7 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
+from flatplank_data.errors import FlatplankError
 from flatplank_hw.ethercat.master import BusClient, BusError
 from flatplank_hw.process import child_environment
 from flatplank_sim.emulator.control import Control
@@ -28,7 +29,7 @@ _HOLD = (
 )
 
 
-class NamespaceError(ValueError):
+class NamespaceError(FlatplankError):
     """No network namespace can be made; one line with the reason."""
 
 

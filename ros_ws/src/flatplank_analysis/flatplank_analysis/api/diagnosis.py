@@ -117,7 +117,7 @@ class Diagnosed:
 def explain(model: Predicting, effects: Sequence[type[Effect]]) -> Diagnosed:
     """Search for the effects that your own model lacks, with the floor and the verdict.
 
-    model: a `Motion` with its records, or anything that predicts (docs/guide/discovery.md).
+    model: a `Motion` with its records, or anything that predicts (docs/explanation/engine.md).
     """
     result = verdict.diagnose(run_search(model, list(effects), Options(progress=loop.progress)))
     loop.progress_done()

@@ -18,7 +18,6 @@ from collections.abc import Callable
 from importlib.metadata import version
 
 from flatplank_analysis.cli.verbs import GROUPS, Verbs, installed, listing
-from flatplank_data.errors import FlatplankError
 from flatplank_data.names import similar_names
 
 HELP = ("help", "-h", "--help")
@@ -59,8 +58,7 @@ def error_line(verb: str, error: BaseException) -> tuple[str, int]:
 
 def _known(error: BaseException) -> str | None:
     """Text for a foreseen failure; None for others."""
-    ours = type(error).__module__.startswith("flatplank_")  # its text is written for users
-    if isinstance(error, FlatplankError | ValueError) or ours:
+    if isinstance(error, ValueError):  # FlatplankError is one
         return str(error)
     if isinstance(error, OSError) and error.errno in REMEDIES:
         place = f"{error.filename}: " if error.filename else ""

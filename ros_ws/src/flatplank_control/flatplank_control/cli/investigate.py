@@ -27,7 +27,6 @@ from flatplank_control.investigate.opening import (
     save_notebook,
 )
 from flatplank_control.runner.campaign import SUFFIX, CampaignPlan
-from flatplank_control.runner.steps import PlanFailed
 from flatplank_data.arguments import Parser, add_namespace
 from flatplank_data.errors import FlatplankError
 
@@ -73,7 +72,7 @@ def _run(o: argparse.Namespace) -> int:
         print(f"going on after {len(events)} events of {folder / NAME}", file=sys.stderr)
     try:
         flow.run()
-    except (PlanFailed, ValueError) as error:
+    except ValueError as error:
         print(f"flatplank investigate: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt as end:

@@ -32,7 +32,6 @@ from flatplank_control.runner.campaign import (
     write_note,
 )
 from flatplank_control.runner.dry_run import DryRun, dry_run
-from flatplank_control.runner.steps import PlanFailed
 from flatplank_data.arguments import Parser, add_namespace
 
 STOPPED = 130
@@ -166,7 +165,7 @@ def main(argv: list[str]) -> int:
     try:
         plan = load_plan(find_plan(o.plan))
         paper = dry_run(plan)
-    except (PlanError, PlanFailed) as error:
+    except ValueError as error:
         print(f"flatplank run: refused\n{error}", file=sys.stderr)
         return 2
     print("\n".join(paper.lines(plan)), flush=True)
@@ -179,7 +178,7 @@ def main(argv: list[str]) -> int:
         return (
             measure_on_twin(plan, paper, o, folder) if o.sim else measure_on_bench(plan, o, folder)
         )
-    except (ValueError, PlanFailed) as error:
+    except ValueError as error:
         print(f"flatplank run: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt as end:

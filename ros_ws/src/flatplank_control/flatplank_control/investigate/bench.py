@@ -16,7 +16,6 @@ from flatplank_control.runner.campaign import SUFFIX, Journal, plan_from_text
 from flatplank_control.runner.campaign.plan import FORMAT, CampaignPlan
 from flatplank_control.runner.campaign.tires import TireEntry
 from flatplank_control.runner.dry_run import dry_run
-from flatplank_control.runner.steps import PlanFailed
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError, NothingUsableError
 from flatplank_data.yaml_text import dump_yaml
@@ -127,7 +126,7 @@ class CampaignBench:
         radii = self._known()[0]
         try:
             return price_of(self.tire.name, candidate.settings, radii, self._stands)
-        except (PlanFailed, ValueError):  # not possible on this bench
+        except ValueError:  # not possible on this bench
             return Price(float("inf"), 0)
 
     def plan(self, number: int, candidate: Candidate) -> str:

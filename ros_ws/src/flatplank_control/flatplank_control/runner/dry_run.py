@@ -207,7 +207,7 @@ def dry_run(plan: CampaignPlan) -> DryRun:
         before = bench.time
         try:
             bench.perform(plan_of(run.measurement))
-        except (PlanFailed, ValueError) as error:
+        except ValueError as error:
             raise PlanFailed(f"{plan.where}:{run.line}: {error}") from None
         durations[run.key] = bench.time - before
     kinds = Counter(

@@ -11,6 +11,7 @@ from typing import Any
 
 from flatplank_control.sequencer.waveforms import WAVEFORMS
 from flatplank_control.steering_hold import PROFILES
+from flatplank_data.errors import FlatplankError
 from flatplank_data.limits import LIMITS, RECORDED, Limit, refusal
 from flatplank_data.machine import FAST as SPEED
 from flatplank_data.machine import ROAD_LENGTH, SLOW, USUAL_RADIUS
@@ -47,7 +48,7 @@ START_ANGLES = {1: 0.0, 2: 120.0, 3: 240.0}
 """start position -> wheel angle [deg]"""
 
 
-class MeasurementError(ValueError):
+class MeasurementError(FlatplankError):
     """Error for an impossible measurement. `key`: field at fault; `reason`: what is wrong."""
 
     def __init__(self, text: str, key: str = "", reason: str = "") -> None:

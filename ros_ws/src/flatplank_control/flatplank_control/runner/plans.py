@@ -12,6 +12,7 @@ from flatplank_control.runner import moves
 from flatplank_control.runner import steps as S
 from flatplank_control.runner.measurement import DIRECTIONS, SLOW, SPEED, Measurement, from_mapping
 from flatplank_control.runner.moves import Plan
+from flatplank_data.errors import FlatplankError
 from flatplank_data.yaml_text import load_yaml
 
 THREE_TURNS = 1080.0
@@ -215,7 +216,7 @@ def axes_of(m: Measurement) -> tuple[str, ...]:
     return held + AXES.get(m.measurement, ())
 
 
-class GoalError(ValueError):
+class GoalError(FlatplankError):
     """Error for a goal that states no measurement; one line."""
 
 

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+from flatplank_data.errors import FlatplankError
 from flatplank_hw.drive.safety import REASONS, STOPS, is_latched
 from flatplank_hw.samples import DriveSample, EncoderSample, HubSample
 from flatplank_hw.troubles import TROUBLES
@@ -178,7 +179,7 @@ Step = (
 )  # fmt: skip
 
 
-class PlanFailed(Exception):
+class PlanFailed(FlatplankError):
     """Error that ends a measurement; the text states why, and what to do."""
 
 

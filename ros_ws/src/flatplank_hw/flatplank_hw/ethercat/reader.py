@@ -8,6 +8,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
+from flatplank_data.errors import FlatplankError
 from flatplank_data.names import nearest_hint
 from flatplank_data.yaml_text import load_yaml
 from flatplank_hw.ethercat import busfile
@@ -29,7 +30,7 @@ DEVICES = (
 _FACTS = ("full_scale_volts", "full_scale_counts", "unit_nm")
 
 
-class BusFileError(ValueError):
+class BusFileError(FlatplankError):
     """A bus file that cannot be used: one line saying what, where and what to do."""
 
 

@@ -12,7 +12,6 @@ from importlib import import_module
 from typing import Any
 
 from flatplank_analysis.effects.consent import ConsentError, digest
-from flatplank_data.errors import FlatplankError
 from flatplank_hw.process import end_with_parent
 from flatplank_panel.analysis.client import Progress
 
@@ -50,7 +49,7 @@ def do_request(request: Mapping[str, Any], progress: Progress) -> dict[str, Any]
         text = error.content.decode("utf-8", errors="replace")
         asked = {"file": str(error.path), "text": text, "digest": digest(error.content)}
         return {"error": str(error), "consent": asked}
-    except (FlatplankError, ValueError, OSError) as error:
+    except (ValueError, OSError) as error:
         return {"error": " ".join(str(error).split())}
 
 

@@ -10,6 +10,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from flatplank_data.errors import FlatplankError
+
 Handler = Callable[[dict[str, Any]], dict[str, Any]]
 
 
@@ -81,7 +83,7 @@ class ControlServer:
             os.unlink(self.path)
 
 
-class ControlError(ValueError):
+class ControlError(FlatplankError):
     """The emulator refused a request."""
 
 

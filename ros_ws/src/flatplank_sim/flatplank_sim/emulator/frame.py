@@ -6,6 +6,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import IntEnum
 
+from flatplank_data.errors import FlatplankError
+
 HEADER = 16
 """Ethernet (14) and EtherCAT (2) header [byte]"""
 DATAGRAM_HEADER = 10
@@ -31,7 +33,7 @@ class Command(IntEnum):
     FRMW = 14
 
 
-class FrameError(ValueError):
+class FrameError(FlatplankError):
     """The bytes are no EtherCAT frame, or its lengths do not match."""
 
 

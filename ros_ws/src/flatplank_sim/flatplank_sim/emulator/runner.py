@@ -11,6 +11,7 @@ import struct
 import time
 from typing import Any
 
+from flatplank_data.errors import FlatplankError
 from flatplank_hw.ethercat.master.interface import (
     ETHERCAT,
     IFF_UP,
@@ -26,7 +27,7 @@ SO_TIMESTAMPNS = 35
 SIOCSIFFLAGS = 0x8914
 
 
-class PortError(ValueError):
+class PortError(FlatplankError):
     """The interface cannot be used; one line with the remedy."""
 
 

@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
+from flatplank_data.errors import FlatplankError
 from flatplank_data.names import nearest_hint
 from flatplank_data.params import AnyDataclass
 from flatplank_data.yaml_text import load_yaml
@@ -20,7 +21,7 @@ from flatplank_data.yaml_text import load_yaml
 T = TypeVar("T", bound=AnyDataclass)
 
 
-class PlantConfigError(ValueError):
+class PlantConfigError(FlatplankError):
     """A configuration that cannot be used; one line states where, what, what to do."""
 
 

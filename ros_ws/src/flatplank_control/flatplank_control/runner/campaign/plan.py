@@ -22,7 +22,7 @@ from flatplank_control.runner.measurement import (
     MeasurementError,
     from_mapping,
 )
-from flatplank_data.errors import RecordingError
+from flatplank_data.errors import FlatplankError, RecordingError
 from flatplank_data.files import read_text
 from flatplank_data.limits import LIMITS, PILLAR_DEG
 from flatplank_data.names import nearest_hint
@@ -77,12 +77,16 @@ class CampaignPlan:
     """number of earlier runs in the folder; run numbers and names continue from there"""
 
 
-class PlanError(ValueError):
+class PlanError(FlatplankError):
     """Faults of a plan, one line each."""
 
     def __init__(self, problems: Sequence[str]) -> None:
         super().__init__("\n".join(problems))
         self.problems = tuple(problems)
+        self.args = (self.problems,)
+
+    def __str__(self) -> str:
+        return "\n".join(self.problems)
 
 
 def shipped_plans() -> dict[str, Path]:

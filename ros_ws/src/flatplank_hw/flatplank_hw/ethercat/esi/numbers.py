@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import re
 
+from flatplank_data.errors import FlatplankError
 from flatplank_hw.ethercat.layout import TYPES
 
 
-class EsiError(ValueError):
+class EsiError(FlatplankError):
     """A device description that cannot be used, described in one line."""
 
 

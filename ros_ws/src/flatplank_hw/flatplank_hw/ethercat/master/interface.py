@@ -12,10 +12,11 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
+from flatplank_data.errors import FlatplankError
 from flatplank_hw.ethercat.busfile import BusFile
 
 
-class BusError(ValueError):
+class BusError(FlatplankError):
     """The bus cannot be used; one line states what, where and what to do."""
 
 
