@@ -38,13 +38,13 @@ def test_samples_arrive_in_the_order_of_publication_and_after_the_callback() -> 
     topics = rounds.topics
 
     def answer(sample: int) -> None:
-        topics.publish("answers", 10 * sample)
+        topics.publish("answers", 10 * sample, b"")
         seen.append(f"question {sample}")
 
     topics.subscribe("questions", answer)
     topics.subscribe("answers", lambda sample: seen.append(f"answer {sample}"))
-    topics.publish("questions", 1)
-    topics.publish("questions", 2)
+    topics.publish("questions", 1, b"")
+    topics.publish("questions", 2, b"")
     assert seen == []
     rounds.run()
     assert seen == ["question 1", "question 2", "answer 10", "answer 20"]
@@ -53,8 +53,8 @@ def test_samples_arrive_in_the_order_of_publication_and_after_the_callback() -> 
 def test_an_endless_exchange_lets_others_have_their_turn(monkeypatch) -> None:
     rounds = Rounds()
     monkeypatch.setattr(local, "DELIVERY_S", -1.0)  # one sample at a time
-    rounds.topics.subscribe("ball", lambda n: n and rounds.topics.publish("ball", n - 1))
-    rounds.topics.publish("ball", 5)
+    rounds.topics.subscribe("ball", lambda n: n and rounds.topics.publish("ball", n - 1, b""))
+    rounds.topics.publish("ball", 5, b"")
     assert rounds.run() == 6
 
 
@@ -68,7 +68,7 @@ def test_a_failing_receiver_loses_only_its_own_sample() -> None:
 
     rounds.topics.subscribe("x", receive)
     for sample in (1, 2):
-        rounds.topics.publish("x", sample)
+        rounds.topics.publish("x", sample, b"")
     with pytest.raises(ValueError, match="one"):
         rounds.run()
     rounds.run()
@@ -78,8 +78,8 @@ def test_a_failing_receiver_loses_only_its_own_sample() -> None:
 def test_a_kept_sample_reaches_those_who_come_later() -> None:
     rounds, seen = Rounds(), []
     end = rounds.topics.advertise("mode")
-    rounds.topics.publish("mode", "slip", keep=True)
-    rounds.topics.publish("mode", "torque", keep=True)
+    rounds.topics.publish("mode", "slip", b"", keep=True)
+    rounds.topics.publish("mode", "torque", b"", keep=True)
     rounds.topics.subscribe("mode", seen.append)
     rounds.run()
     assert seen == ["torque"]
@@ -138,3 +138,23 @@ def test_another_middleware_delivers_everything_itself(monkeypatch) -> None:
     with ignore_local_endpoints() as local_only:
         assert not local_only
         assert dict(os.environ) == before
+
+
+def test_messages_and_samples_of_one_topic_go_to_those_who_want_them() -> None:
+    rounds, samples, messages = Rounds(), [], []
+    topics = rounds.topics
+    assert not topics.serialised_for("x")
+    topics.subscribe("x", samples.append)
+    end = topics.subscribe("x", messages.append, serialised=True)
+    assert topics.serialised_for("x") and topics.count_subscribers("x") == 2
+    topics.publish("x", 1, b"one", keep=True)
+    rounds.run()
+    assert (samples, messages) == ([1], [b"one"])
+    later: list = []
+    topics.subscribe("x", later.append, serialised=True)
+    rounds.run()
+    assert later == [b"one"], "kept"
+    end()
+    topics.publish("x", 2, b"two")
+    rounds.run()
+    assert (messages, later) == ([b"one"], [b"one", b"two"])

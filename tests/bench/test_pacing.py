@@ -8,7 +8,7 @@ import pytest
 from flatplank_hw.bus.histogram import percentile
 from flatplank_hw.bus.pacing import ABSENT_TIMEOUT_S, CATCH_UP, Pacer
 from flatplank_hw.bus.timing import LATE, MADE, REMEMBERED, BusTiming
-from flatplank_hw.nodes import convert
+from flatplank_hw.nodes import exchanges
 from flatplank_msgs.msg import BusOutputs
 from flatplank_sim.nodes.simulated_plant import SimulatedPlant
 
@@ -44,7 +44,7 @@ def test_a_command_of_the_bus_before_a_clean_up_is_dropped():
         release=lambda: None,
     )
     for cycle in (500, 5):
-        old = convert.COMMAND.read(BusOutputs(axis=0, cycle=cycle))
+        old = exchanges.COMMAND.read(BusOutputs(axis=0, cycle=cycle))
         SimulatedPlant.on_command(plant, old)
     assert not plant.commands and not any(plant.ages)
 

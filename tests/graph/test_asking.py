@@ -12,6 +12,7 @@ from rclpy.node import Node
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
+from flatplank_control.nodes.bench_samples import BenchSamples
 from flatplank_control.nodes.ros_bench import RosBench
 from flatplank_control.runner.steps import PlanFailed
 from flatplank_hw.nodes.executor import StreamExecutor
@@ -40,7 +41,8 @@ class Question:
 
     def __init__(self) -> None:
         self.server, self.node = SlowServer(), Node("asks")
-        self.bench = RosBench(self.node, held=False, simulated=True)
+        deaf = BenchSamples(lambda *_topic: lambda: None)
+        self.bench = RosBench(self.node, deaf, held=False, simulated=True)
         self.executors = [StreamExecutor(), StreamExecutor()]
         for executor, node in zip(self.executors, (self.server, self.node), strict=True):
             executor.add_node(node)

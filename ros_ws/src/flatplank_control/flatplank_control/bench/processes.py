@@ -108,9 +108,6 @@ class StartProgress:
         return f"{name} hangs before the node is created, and uses no processor"
 
 
-BESIDE = "--beside"
-"""before the nodes of a shared process that are not in its loop"""
-
 GRACE = 30.0
 """time for the nodes to end by themselves [s]"""
 
@@ -254,10 +251,8 @@ def program(
 
 
 def words_of_nodes(nodes: Sequence[NodeSpec]) -> list[str]:
-    """Arguments of the program `loop`: its nodes, and those that run beside the loop."""
-    loop = [f"{node.name}={node.module}" for node in nodes if node.in_loop]
-    beside = [f"{node.name}={node.module}" for node in nodes if not node.in_loop]
-    return [*loop, *([BESIDE, *beside] if beside else [])]
+    """Arguments of the program `loop`: its nodes."""
+    return [f"{node.name}={node.module}" for node in nodes]
 
 
 def arguments_of_files(nodes: Sequence[NodeSpec], files: Mapping[str, Path]) -> list[str]:

@@ -10,7 +10,8 @@ import math
 
 from flatplank_control.nodes.source import FollowerNode, named_values
 from flatplank_control.steering_hold import AngleControl, AngleParameters
-from flatplank_hw.nodes.support import fill_response, run_node
+from flatplank_hw.nodes.responses import fill_response
+from flatplank_hw.nodes.running import run_node
 from flatplank_msgs.srv import SetValue, SetWaveform
 
 

@@ -3,48 +3,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
-from rclpy.node import Node
+from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
 from rclpy.task import Future
 
 from flatplank_control.runner.steps import Snapshot
 from flatplank_hw.joining import CycleJoin
-from flatplank_hw.nodes import convert
+from flatplank_hw.nodes import convert, exchanges
 from flatplank_hw.nodes.qos import STREAM
 
 SOURCES = {
-    "encoders": (convert.ENCODERS, "encoders/state"),
-    "hub": (convert.HUB, "measurement_hub/state"),
-    "contact": (convert.WRENCH, "measurement_hub/wrench_contact"),
-    "drive": (convert.DRIVE, "wheel_drive/status"),
+    "encoders": (exchanges.ENCODERS, "encoders/state"),
+    "hub": (exchanges.HUB, "measurement_hub/state"),
+    "contact": (exchanges.WRENCH, "measurement_hub/wrench_contact"),
+    "drive": (exchanges.DRIVE, "wheel_drive/status"),
 }
 OF_HUB = ("hub", "contact")
 """topics that form one hub sample: joined by cycle"""
+
+Subscribe = Callable[[type, str, Callable[[bytes], None], QoSProfile], Callable[[], None]]
+"""subscribes to the serialised messages of a topic; returns a function that ends it"""
 
 
 class BenchSamples:
     """Latest message of every source, kept serialised and decoded on request."""
 
-    def __init__(self, node: Node) -> None:
-        self._node = node
+    def __init__(self, subscribe: Subscribe) -> None:
         self._raw: dict[str, bytes] = {}
         self._join = CycleJoin(OF_HUB, self._on_hub)
         self._arrival: Future | None = None
         self._listening = False
-        self._subscriptions = [
-            node.create_subscription(
-                exchange.msg_type, topic, partial(self._on_message, name), STREAM, raw=True
-            )
+        self._ends = [
+            subscribe(exchange.msg_type, topic, partial(self._on_message, name), STREAM)
             for name, (exchange, topic) in SOURCES.items()
         ]
 
     def close(self) -> None:
-        for subscription in self._subscriptions:
-            self._node.destroy_subscription(subscription)
+        for end in self._ends:
+            end()
 
     def _on_message(self, name: str, raw: bytes) -> None:
         if name in OF_HUB:

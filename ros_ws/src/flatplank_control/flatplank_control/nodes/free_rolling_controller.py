@@ -9,7 +9,7 @@ from typing import Any
 from flatplank_control.free_rolling import FreeRollingController, FreeRollingParameters
 from flatplank_control.nodes.source import SourceNode
 from flatplank_hw.nodes import convert
-from flatplank_hw.nodes.support import run_node
+from flatplank_hw.nodes.running import run_node
 from flatplank_hw.samples import Reference
 from flatplank_msgs.msg import ControllerState
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 
 from flatplank_control.load_control import LoadController, LoadParameters
 from flatplank_control.nodes.source import FollowerNode
-from flatplank_hw.nodes.support import fill_response, run_node
+from flatplank_hw.nodes.responses import fill_response
+from flatplank_hw.nodes.running import run_node
 from flatplank_msgs.srv import SetValue
 
 

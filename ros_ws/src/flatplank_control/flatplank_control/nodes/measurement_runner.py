@@ -13,6 +13,7 @@ from rclpy.action.server import ServerGoalHandle
 from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from std_srvs.srv import Trigger
 
+from flatplank_control.nodes.bench_samples import BenchSamples
 from flatplank_control.nodes.campaign_runner import WISHES, CampaignRunner
 from flatplank_control.nodes.ros_bench import RosBench, Seen
 from flatplank_control.runner.campaign import is_campaign
@@ -20,7 +21,9 @@ from flatplank_control.runner.dry_run import Progress, dry_run_progress
 from flatplank_control.runner.plans import axes_of, mapping_of, measurement_of, plan_of
 from flatplank_control.runner.steps import PlanFailed
 from flatplank_data.params import Params, param
-from flatplank_hw.nodes.support import BenchNode, fill_response, run_node
+from flatplank_hw.nodes.responses import fill_response
+from flatplank_hw.nodes.running import run_node
+from flatplank_hw.nodes.support import BenchNode
 from flatplank_msgs.action import RunMeasurement
 
 OFTEN = 1.0
@@ -149,7 +152,8 @@ class MeasurementRunnerNode(BenchNode):
 
         request = goal.request
         bench = RosBench(
-            self,
+            self.outside,
+            BenchSamples(partial(self.add_serialised_subscription, needed=False)),
             held=self.parameters.held,
             simulated=request.simulated,
             driven_plank=self.parameters.driven_plank,

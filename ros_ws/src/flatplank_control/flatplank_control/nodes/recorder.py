@@ -30,7 +30,9 @@ from flatplank_data.errors import RecordingError
 from flatplank_data.params import Params, param
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import LATCHED, STREAM
-from flatplank_hw.nodes.support import BenchNode, fill_response, run_node
+from flatplank_hw.nodes.responses import fill_response
+from flatplank_hw.nodes.running import run_node
+from flatplank_hw.nodes.support import BenchNode
 from flatplank_msgs.msg import Run
 from flatplank_msgs.srv import StartRecording, StopRecording
 
@@ -89,19 +91,18 @@ class RecorderNode(BenchNode):
     def connect(self) -> None:
         self.changed_something: Future | None = None
         self.publish_run = self.add_publisher(Run, "run", LATCHED)
-        self.parameters_of = parameter_clients(self)
+        self.parameters_of = parameter_clients(self.outside)
         for client in self.parameters_of.values():
-            self._teardown.append(partial(self.destroy_client, client))
+            self._teardown.append(partial(self.outside.destroy_client, client))
         for spec in self.topics:
             latched = spec.qos.durability == "transient_local"
             with_header = not spec.type.startswith("std_msgs/")
-            self.add_subscription(
+            self.add_serialised_subscription(
                 message_class(spec.type),
                 relative(spec.name),
                 partial(self.on_message, spec.name, with_header),
                 LATCHED if latched else STREAM,
                 needed=spec.name != "/diagnostics",
-                raw=True,
             )
         self.add_timer(0.25, self.poll)
         self.add_service(StartRecording, "~/start", self.on_start)

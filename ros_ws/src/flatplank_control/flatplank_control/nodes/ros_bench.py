@@ -84,6 +84,7 @@ class RosBench:
     def __init__(
         self,
         node: Node,
+        samples: BenchSamples,
         *,
         held: bool,
         simulated: bool,
@@ -92,8 +93,9 @@ class RosBench:
         prompt: Prompt | None = None,
         say: Callable[[str], None] = lambda _text: None,
     ) -> None:
-        """`held`: the simulated bus makes cycles only on request, so that a run can be repeated
-        exactly. `driven_plank`: the plank has a drive instead of the switch.
+        """`node`: for clients of services. `held`: the simulated bus makes cycles only on request,
+        so that a run can be repeated exactly. `driven_plank`: the plank has a drive instead of the
+        switch.
         """
         self.node, self.driven_plank = node, driven_plank
         self.held, self.simulated, self.folder = held, simulated, folder
@@ -116,7 +118,7 @@ class RosBench:
         """true when the operator has turned the plank's switch to stop"""
         self._clients: dict[str, Any] = {}
         self._asking = PendingCalls(node)
-        self.samples = BenchSamples(node)
+        self.samples = samples
         self._ticking = node.create_timer(TICK, self._tick)
         call = self.call
         self._do: dict[type, Callable[[Any], Awaitable[Any]]] = {

@@ -8,7 +8,8 @@ from typing import Any
 
 from flatplank_control.nodes.source import SourceNode, named_values
 from flatplank_control.sequencer import SequencerParameters, SlipSequencer
-from flatplank_hw.nodes.support import fill_response, run_node
+from flatplank_hw.nodes.responses import fill_response
+from flatplank_hw.nodes.running import run_node
 from flatplank_hw.samples import EncoderSample, Reference
 from flatplank_msgs.msg import SequencerState
 from flatplank_msgs.srv import SetSlipStep, SetWaveform

@@ -9,7 +9,7 @@ from typing import Any
 from std_msgs.msg import String
 
 from flatplank_hw.joining import CycleJoin
-from flatplank_hw.nodes import convert
+from flatplank_hw.nodes import convert, exchanges
 from flatplank_hw.nodes.qos import LATCHED, REFERENCE, STREAM
 from flatplank_hw.nodes.support import BenchNode
 from flatplank_hw.samples import EncoderSample, Reference
@@ -41,14 +41,16 @@ class SourceNode(BenchNode):
     def connect(self) -> None:
         self.active = False
         self.publish = self.add_sample_publisher(
-            convert.REFERENCE, f"{self.drive}/reference", REFERENCE, needed=True
+            exchanges.REFERENCE, f"{self.drive}/reference", REFERENCE, needed=True
         )
-        self.add_sample_subscription(convert.ENCODERS, "encoders/state", self.on_encoders, STREAM)
+        self.add_sample_subscription(
+            exchanges.ENCODERS, "encoders/state", self.on_encoders, STREAM
+        )
         if "contact" in self.KINDS:
             topic = "measurement_hub/wrench_contact"
-            self.add_sample_subscription(convert.WRENCH, topic, self.on_contact, STREAM)
+            self.add_sample_subscription(exchanges.WRENCH, topic, self.on_contact, STREAM)
         if self.STATE is not None:
-            exchange = convert.state_exchange(self.STATE)
+            exchange = exchanges.state_exchange(self.STATE)
             self.publish_state = self.add_sample_publisher(exchange, "~/state", STREAM)
 
     def listen_to_mode(self) -> None:

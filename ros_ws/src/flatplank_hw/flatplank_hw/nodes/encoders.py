@@ -6,9 +6,10 @@ from __future__ import annotations
 from std_srvs.srv import Trigger
 
 from flatplank_hw.encoders import EncoderParameters, Encoders
-from flatplank_hw.nodes import convert
+from flatplank_hw.nodes import convert, exchanges
 from flatplank_hw.nodes.qos import STREAM
-from flatplank_hw.nodes.support import BenchNode, run_node
+from flatplank_hw.nodes.running import run_node
+from flatplank_hw.nodes.support import BenchNode
 
 
 class EncodersNode(BenchNode):
@@ -28,12 +29,12 @@ class EncodersNode(BenchNode):
     def connect(self) -> None:
         self.apart = False
         self.publish_state = self.add_sample_publisher(
-            convert.ENCODERS, "~/state", STREAM, frame="bus", needed=True
+            exchanges.ENCODERS, "~/state", STREAM, frame="bus", needed=True
         )
         self.publish_joints = self.add_sample_publisher(
-            convert.ENCODER_JOINTS, "~/joint_states", STREAM
+            exchanges.ENCODER_JOINTS, "~/joint_states", STREAM
         )
-        self.add_sample_subscription(convert.INPUTS, "bus/inputs", self.on_inputs, STREAM)
+        self.add_sample_subscription(exchanges.INPUTS, "bus/inputs", self.on_inputs, STREAM)
         self.add_request(Trigger, "~/arm", lambda _: self.encoders.arm())
 
     def on_inputs(self, batch: convert.Batch) -> None:

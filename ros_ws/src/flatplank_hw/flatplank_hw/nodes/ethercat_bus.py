@@ -21,10 +21,12 @@ from flatplank_hw.bus.image import BusInputs as Image
 from flatplank_hw.bus.image import Health
 from flatplank_hw.cia402 import error_words
 from flatplank_hw.ethercat.master import BusClient
-from flatplank_hw.nodes import convert
+from flatplank_hw.nodes import convert, exchanges
 from flatplank_hw.nodes.qos import STREAM
+from flatplank_hw.nodes.responses import fill_response
+from flatplank_hw.nodes.running import run_node
 from flatplank_hw.nodes.second_commander import COMMANDS, report_refused_commands
-from flatplank_hw.nodes.support import BenchNode, fill_response, run_node
+from flatplank_hw.nodes.support import BenchNode
 from flatplank_hw.share import config_file
 from flatplank_hw.troubles import OF_HEALTH
 from flatplank_msgs.srv import SdoRead, SdoWrite
@@ -79,9 +81,9 @@ class EthercatBus(BenchNode):
 
     def connect(self) -> None:
         self.publish = self.add_sample_publisher(
-            convert.INPUTS, "bus/inputs", STREAM, frame="bus", needed=True
+            exchanges.INPUTS, "bus/inputs", STREAM, frame="bus", needed=True
         )
-        self.add_sample_subscription(convert.COMMAND, COMMANDS, self.on_command, STREAM)
+        self.add_sample_subscription(exchanges.COMMAND, COMMANDS, self.on_command, STREAM)
         self.add_timer(1.0, self.on_second)
         self.add_service(SdoRead, "~/sdo_read", self.on_sdo_read)
         self.add_service(SdoWrite, "~/sdo_write", self.on_sdo_write)

@@ -37,17 +37,22 @@ class LocalTopics:
     def __init__(self, call_later: Callable[[Callable[[], None]], Any]) -> None:
         self._call_later = call_later
         self._receivers: dict[str, list[Receive]] = {}
+        self._readers: dict[str, list[Receive]] = {}
+        """receivers of serialised samples"""
         self._publishers: dict[str, int] = {}
-        self._kept: dict[str, Any] = {}
+        self._kept: dict[str, tuple[Any, bytes]] = {}
         self._queue: deque[tuple[Receive, Any]] = deque()
         self._scheduled = False
 
-    def subscribe(self, topic: str, receive: Receive) -> Callable[[], None]:
-        """Receive the samples of a topic, a kept one at once. Returns a function that ends it."""
-        receivers = self._receivers.setdefault(topic, [])
+    def subscribe(
+        self, topic: str, receive: Receive, *, serialised: bool = False
+    ) -> Callable[[], None]:
+        """Receive the samples of a topic, or its messages `serialised`, a kept one at once.
+        Returns a function that ends it."""
+        receivers = (self._readers if serialised else self._receivers).setdefault(topic, [])
         receivers.append(receive)
         if topic in self._kept:
-            self._put(receive, self._kept[topic])
+            self._put(receive, self._kept[topic][serialised])
         return lambda: receivers.remove(receive)
 
     def advertise(self, topic: str) -> Callable[[], None]:
@@ -60,15 +65,22 @@ class LocalTopics:
 
         return end
 
-    def publish(self, topic: str, sample: Any, *, keep: bool = False) -> None:
-        """Queue a sample for all that receive the topic; `keep`: also for later ones."""
+    def publish(self, topic: str, sample: Any, cdr: bytes, *, keep: bool = False) -> None:
+        """Queue a sample for all that receive the topic, and its message `cdr` for those that
+        receive this; `keep`: also for later ones."""
         if keep:
-            self._kept[topic] = sample
+            self._kept[topic] = sample, cdr
         for receive in self._receivers.get(topic, ()):
             self._put(receive, sample)
+        for receive in self._readers.get(topic, ()):
+            self._put(receive, cdr)
+
+    def serialised_for(self, topic: str) -> bool:
+        """True when somebody receives the messages of a topic."""
+        return bool(self._readers.get(topic))
 
     def count_subscribers(self, topic: str) -> int:
-        return len(self._receivers.get(topic, ()))
+        return len(self._receivers.get(topic, ())) + len(self._readers.get(topic, ()))
 
     def count_publishers(self, topic: str) -> int:
         return self._publishers.get(topic, 0)

@@ -6,9 +6,10 @@ from __future__ import annotations
 from std_srvs.srv import SetBool, Trigger
 
 from flatplank_hw.hub import HubParameters, MeasurementHub
-from flatplank_hw.nodes import convert
+from flatplank_hw.nodes import convert, exchanges
 from flatplank_hw.nodes.qos import STREAM
-from flatplank_hw.nodes.support import BenchNode, run_node
+from flatplank_hw.nodes.running import run_node
+from flatplank_hw.nodes.support import BenchNode
 from flatplank_hw.samples import flagged
 from flatplank_msgs.srv import LoadParasiticFit
 
@@ -32,15 +33,15 @@ class MeasurementHubNode(BenchNode):
         """channels whose saturation was reported, as bits"""
         self.reported_tare_reason = ""
         self.publish_wheel = self.add_sample_publisher(
-            convert.WRENCH, "~/wrench_wheel", STREAM, frame="wheel_center"
+            exchanges.WRENCH, "~/wrench_wheel", STREAM, frame="wheel_center"
         )
         self.publish_contact = self.add_sample_publisher(
-            convert.WRENCH, "~/wrench_contact", STREAM, frame="contact_point", needed=True
+            exchanges.WRENCH, "~/wrench_contact", STREAM, frame="contact_point", needed=True
         )
         self.publish_state = self.add_sample_publisher(
-            convert.HUB, "~/state", STREAM, frame="contact_point", needed=True
+            exchanges.HUB, "~/state", STREAM, frame="contact_point", needed=True
         )
-        self.add_sample_subscription(convert.INPUTS, "bus/inputs", self.on_inputs, STREAM)
+        self.add_sample_subscription(exchanges.INPUTS, "bus/inputs", self.on_inputs, STREAM)
         hub = self.hub
         self.add_request(Trigger, "~/tare", lambda _: hub.tare())
         self.add_request(SetBool, "~/set_parasitic_filter", lambda r: hub.set_filter(r.data))

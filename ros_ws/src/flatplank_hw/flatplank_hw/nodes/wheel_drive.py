@@ -18,10 +18,12 @@ from flatplank_hw.bus.image import AXES
 from flatplank_hw.drive import AxisDrive, DriveParameters
 from flatplank_hw.drive.modes import MODES
 from flatplank_hw.joining import CycleJoin
-from flatplank_hw.nodes import convert
+from flatplank_hw.nodes import convert, exchanges
 from flatplank_hw.nodes.partners import LOOK_S, Partners
 from flatplank_hw.nodes.qos import LATCHED, REFERENCE, STREAM
-from flatplank_hw.nodes.support import BenchNode, fill_response, run_node
+from flatplank_hw.nodes.responses import fill_response
+from flatplank_hw.nodes.running import run_node
+from flatplank_hw.nodes.support import BenchNode
 from flatplank_hw.troubles import DRIVE
 from flatplank_msgs.srv import Claim, MoveTo, SetOperationMode, SetValue
 
@@ -46,22 +48,22 @@ class DriveNode(BenchNode):
         self.published_mode = ""
         self.reported: tuple[int, int, bool, bool] | None = None
         self.publish = self.add_sample_publisher(
-            convert.COMMAND, "bus/outputs", STREAM, frame=axis, needed=True
+            exchanges.COMMAND, "bus/outputs", STREAM, frame=axis, needed=True
         )
         self.publish_status = self.add_sample_publisher(
-            convert.DRIVE, "~/status", STREAM, frame=axis
+            exchanges.DRIVE, "~/status", STREAM, frame=axis
         )
         self.publish_joints = self.add_sample_publisher(
-            convert.joint_of_axis(axis), "~/joint_states", STREAM
+            exchanges.joint_of_axis(axis), "~/joint_states", STREAM
         )
         self.publish_mode = self.add_publisher(String, "~/mode", LATCHED)
         self.publish_mode_change(self.drive.mode)
         self.add_timer(LOOK_S, self.await_partners)
-        self.add_sample_subscription(convert.INPUTS, "bus/inputs", self.on_inputs, STREAM)
-        self.join_topic("hub", convert.HUB, "measurement_hub/state")
-        self.join_topic("encoders", convert.ENCODERS, "encoders/state")
+        self.add_sample_subscription(exchanges.INPUTS, "bus/inputs", self.on_inputs, STREAM)
+        self.join_topic("hub", exchanges.HUB, "measurement_hub/state")
+        self.join_topic("encoders", exchanges.ENCODERS, "encoders/state")
         led = not REFERENCES.isdisjoint(self.parameters.rules)
-        self.join_topic("reference", convert.REFERENCE, "~/reference", REFERENCE, led)
+        self.join_topic("reference", exchanges.REFERENCE, "~/reference", REFERENCE, led)
         drive = self.drive
         self.add_service(SetOperationMode, "~/set_operation_mode", self.on_mode)
         self.add_service(MoveTo, "~/move_to", self.on_move)
@@ -91,7 +93,7 @@ class DriveNode(BenchNode):
     def join_topic(
         self,
         kind: str,
-        exchange: convert.Exchange,
+        exchange: exchanges.Exchange,
         topic: str,
         qos: QoSProfile = STREAM,
         needed: bool = True,

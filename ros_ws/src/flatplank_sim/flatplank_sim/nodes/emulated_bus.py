@@ -10,7 +10,7 @@ from typing import Any
 from flatplank_data.params import param
 from flatplank_hw.ethercat.master import BusClient
 from flatplank_hw.nodes.ethercat_bus import BusParameters, EthercatBus
-from flatplank_hw.nodes.support import run_node
+from flatplank_hw.nodes.running import run_node
 from flatplank_sim.emulated import EmulatedBus
 from flatplank_sim.emulator.control import ControlError
 from flatplank_sim.nodes.operator_services import OperatorServices

@@ -12,7 +12,8 @@ from typing import Any
 from std_srvs.srv import SetBool, Trigger
 
 from flatplank_data.limits import LIMITS, refusal
-from flatplank_hw.nodes.support import BenchNode, fill_response
+from flatplank_hw.nodes.responses import fill_response
+from flatplank_hw.nodes.support import BenchNode
 from flatplank_msgs.srv import PlankSwitch, SetValue
 
 PREFIX = "simulated_plant"

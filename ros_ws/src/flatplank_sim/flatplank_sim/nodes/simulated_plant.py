@@ -18,11 +18,13 @@ from flatplank_hw.bus.image import AXES, AxisCommand
 from flatplank_hw.bus.pacing import PACES, Pacer
 from flatplank_hw.bus.timing import BusTiming
 from flatplank_hw.cia402 import ENABLE_OPERATION
-from flatplank_hw.nodes import convert
+from flatplank_hw.nodes import convert, exchanges
 from flatplank_hw.nodes.qos import STREAM
 from flatplank_hw.nodes.reporting import SHOWN
+from flatplank_hw.nodes.responses import fill_response
+from flatplank_hw.nodes.running import run_node
 from flatplank_hw.nodes.second_commander import COMMANDS, report_refused_commands
-from flatplank_hw.nodes.support import BenchNode, fill_response, run_node
+from flatplank_hw.nodes.support import BenchNode
 from flatplank_msgs.srv import Advance, SetPace
 from flatplank_sim.nodes.operator_services import OperatorServices
 from flatplank_sim.plant import Plant, PlantConfig
@@ -84,11 +86,11 @@ class SimulatedPlant(BenchNode):
         p = self.parameters
         self.clock = Clock()
         self.publish = self.add_sample_publisher(
-            convert.INPUTS, "bus/inputs", STREAM, frame="bus", needed=True
+            exchanges.INPUTS, "bus/inputs", STREAM, frame="bus", needed=True
         )
         self.publish_clock = self.add_publisher(Clock, "clock", 10)
         self.count_commanders = self.add_sample_subscription(
-            convert.COMMAND, COMMANDS, self.on_command, STREAM,
+            exchanges.COMMAND, COMMANDS, self.on_command, STREAM,
             from_inside=lambda stamped: self.on_command(stamped, inside=True),
         )  # fmt: skip
         self.skipped, self.slow_at = 0, 0.0
