@@ -114,3 +114,23 @@ def test_a_steering_zero_is_said_beside_what_it_shifts():
         told, _ = statement.report("fy", one, one.solve(), [])
         assert ("steering zero" in told["PKY1"].note) is warned
         assert "steering zero" not in told["PDY1"].note
+
+
+@pytest.mark.parametrize(("off", "determined"), [(0.0, True), (5e-4, False)])
+def test_a_law_that_misses_another_pressure_does_not_determine_the_radius(off, determined):
+    """r_e at 2 bar is 0.5 mm above the law, which has only C_z over pressure; the remark has the
+    standard error."""
+    bars, loads = (2.5e5, 2.0e5), (1850.0, 3700.0, 5550.0)
+    fz, pressure, repeat = np.array([(f, p, r) for p in bars for f in loads for r in (-1, 1)]).T
+    law = stages.PREDICTIONS["re"](C, operating_point(C, fz, 0.0, 0.0, 0.0, pressure, 0.03))
+    measured = law + off * (pressure < 2.2e5) + 2e-5 * repeat
+    wanted = ("BREFF", "DREFF", "FREFF")
+    settings = fit.FitFile("mf", stages=("radius",), fixed={"Q_REA": 0.0, "Q_REG": 0.0})
+    found = fit.fit_magic_formula(
+        steady_points({"re": measured}, fz=fz, pressure=pressure), TIR, settings
+    )
+    for name in wanted:
+        e = found.estimates[name]
+        assert e.determined is determined, e
+        assert (e.note == "") is determined
+        assert determined or e.note.endswith(f"± {e.std_error:.2g}")

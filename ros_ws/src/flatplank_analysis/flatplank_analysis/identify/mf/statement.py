@@ -115,7 +115,8 @@ def _estimates(
             out.append(Estimate(name, value, unit, at_bound=edge, determined=False, note=note))
             continue
         error, dof, is_open = next(rows)
-        note = "not determined by these data" if is_open else ""
+        size = f"{error:.2g}" if unit == "-" else f"{error:.2g} {unit}"
+        note = f"not determined by these data: ± {size}" if is_open else ""
         if not is_open and spare < 1 and name not in problem.priors:
             error, note = float("nan"), "as many coefficients as runs: no error without repeats"
         known = not bool(is_open)
