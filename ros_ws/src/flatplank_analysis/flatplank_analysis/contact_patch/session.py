@@ -27,10 +27,16 @@ from flatplank_analysis.discovery.steps import Progress, Step
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.effects.checks import sound_library
 from flatplank_analysis.effects.registry import find, library
+from flatplank_analysis.inference.search import run_posterior
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError
 from flatplank_data.table import MeasurementTable
 from flatplank_data.wording import six_digits
+
+STEPS = "steps"
+SEARCHES = {STEPS: run_search, "posterior": run_posterior}
+"""searches by name: by steps with tests of each effect, and by the posterior over sets of
+effects"""
 
 
 @dataclass
@@ -102,8 +108,10 @@ class Session:
         model: ModelFile | None = None,
         progress: Progress | None = None,
         measured: Mapping[str, Mapping[str, float]] | None = None,
+        search: str = STEPS,
     ) -> Diagnosis:
-        """Search for missing effects; measured: effect -> parameter -> start value [SI]."""
+        """Search for missing effects; measured: effect -> parameter -> start value [SI]; search:
+        one of `SEARCHES`."""
         began = time.perf_counter()
         if verdict.undecidable(self.data.runs):
             return verdict.undecidable_diagnosis(self.data.runs, time.perf_counter() - began)
@@ -112,10 +120,10 @@ class Session:
         options = Options(progress=progress, measured=measured or {})
         if model is not None:
             options.start, options.terms = self.start(model), self.terms(model)
-        search = run_search(self.model, list(self.effects.values()), options)
-        plans = plans_for(self.model) if any(f.alike for f in search.last.found) else []
-        proposal = nextrun.next_run(search, plans)
-        result = verdict.diagnose(search, proposal)
+        steps = SEARCHES[search](self.model, list(self.effects.values()), options)
+        plans = plans_for(self.model) if any(f.alike for f in steps.last.found) else []
+        proposal = nextrun.next_run(steps, plans)
+        result = verdict.diagnose(steps, proposal)
         result = replace(result, next_run=proposal or self.fixed_proposal(result))
         return replace(result, seconds=time.perf_counter() - began)
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 from flatplank_analysis.discovery import heldout, invariants
 from flatplank_analysis.discovery.decision import Decision
@@ -87,6 +88,9 @@ class Search:
     """number of sets of start values from which the base was fitted"""
     with_law_effects: State | None = None
     """the last state with all parts of the force law fitted: what they explain is no fault"""
+    posterior: dict[str, Any] | None = None
+    """probabilities of the sets of effects, see `inference.answer.to_dict`; None when the search
+    states none"""
 
     @property
     def last(self) -> Step:

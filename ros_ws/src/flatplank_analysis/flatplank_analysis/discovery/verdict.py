@@ -117,6 +117,7 @@ class Diagnosis:
             "detectable": {
                 k: {"size": six_digits(v), "unit": u} for k, (v, u) in self.detectable.items()
             },
+            "posterior": self.search.posterior if self.search else None,
             "notes": list(self.notes),
             "seconds": round(self.seconds, 2),
         }

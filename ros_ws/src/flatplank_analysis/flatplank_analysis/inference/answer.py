@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The answer of a posterior: named effects with their classes, runners-up, and what is present
+without consequence."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from scipy.stats import t as student
+
+from flatplank_analysis.discovery.decision import NEGLIGIBLE, Decision
+from flatplank_analysis.discovery.fit import Term
+from flatplank_analysis.discovery.rivals import Rival
+from flatplank_analysis.discovery.steps import AcceptedEffect
+from flatplank_analysis.inference.posterior import MEMBER, NAMED, Posterior
+from flatplank_data.wording import six_digits
+
+SHOWN = 8
+"""most sets and effects that are told"""
+INTERVAL = 0.9
+"""probability of the interval of a size"""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a posterior says about the effects of the likeliest set."""
+
+    posterior: Posterior
+    named: tuple[AcceptedEffect, ...]
+    present: tuple[Term, ...]
+    """effects of the likeliest set that are of no consequence, or whose name is not sure"""
+
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        """Effects of the model that the verdict judges, the named ones last."""
+        return (*self.present, *(f.decision.term for f in self.named))
+
+
+def answer_of(posterior: Posterior, held: int) -> Answer:
+    """Name the effects of the likeliest set that are probable enough, alone or as a class.
+
+    held: number of effects, the first ones, that were in the model before the search. An effect
+    that is present with a size of no consequence stays in the model; what is neither sure nor
+    slight does not, so that the verdict tells what it leaves.
+    """
+    best = posterior.best
+    named, present = [], list(best.fit.terms[:held])
+    for index in range(held, len(best.fit.terms)):
+        found = _effect(posterior, index)
+        if found is not None:
+            named.append(found)
+        elif best.matters(index) < NAMED:
+            present.append(best.fit.terms[index])
+    named.sort(key=lambda f: -f.decision.drop)
+    return Answer(posterior, tuple(named), tuple(present))
+
+
+def _effect(posterior: Posterior, index: int) -> AcceptedEffect | None:
+    """An effect of the likeliest set with its class; None when they are not probable enough."""
+    best = posterior.best
+    term = best.fit.terms[index]
+    rivals = [
+        Rival(w.fit.terms[place], w.chi2 - best.chi2, True, odds < MEMBER)
+        for w, place, odds in posterior.alternatives(index)
+        if w.matters(place) > MEMBER
+    ]
+    members = {term.effect.identifier, *(r.name for r in rivals if not r.excluded)}
+    probability = posterior.in_set(members)
+    if probability < NAMED:
+        return None
+    decision = _decision(posterior, index, probability, ())
+    return AcceptedEffect(decision, rivals=tuple(rivals))
+
+
+def _decision(
+    posterior: Posterior, index: int, probability: float, reasons: Sequence[str]
+) -> Decision:
+    best = posterior.best
+    term = best.fit.terms[index]
+    size, spread = best.sizes[index]
+    names = list(best.key)
+    names.remove(term.effect.identifier)
+    without = posterior.sets.get(tuple(names))
+    wide = spread * float(student.ppf(0.5 + 0.5 * INTERVAL, posterior.freedom))
+    return Decision(
+        term=term,
+        drop=without.chi2 - best.chi2 if without else 0.0,
+        parameters=sum(owner == index for owner, _ in best.fit.free),
+        dispersion=posterior.dispersion,
+        dispersion_conditions=posterior.dispersion,
+        p_repeats=1.0 - probability,
+        p_conditions=1.0 - probability,
+        level=1.0 - NAMED,
+        matters=term.effect.main_parameter().matters,
+        stretch_q=0.0, stretch_limit=0.0, condition_q=0.0, condition_limit=0.0,
+        interval=(size - wide, size + wide),
+        held_out_gain=float("nan"),
+        reasons=tuple(reasons),
+    )  # fmt: skip
+
+
+def present_without_name(answer: Answer, held: int) -> list[Decision]:
+    """Effects of the likeliest set that were not named, with the reason."""
+    best, out = answer.posterior.best, []
+    taken = {id(f.decision.term) for f in answer.named}
+    for index in range(held, len(best.fit.terms)):
+        term = best.fit.terms[index]
+        if id(term) in taken:
+            continue
+        p = answer.posterior.marginal[term.effect.identifier]
+        reason = NEGLIGIBLE if best.matters(index) < 0.5 else f"P = {p:.2g}, below {NAMED:g}"
+        out.append(_decision(answer.posterior, index, p, (reason,)))
+    return out
+
+
+def to_dict(posterior: Posterior) -> dict[str, Any]:
+    """The posterior for programs: sets and effects with their probabilities, the likeliest first,
+    and per set the parts of its evidence against the likeliest one."""
+    best = posterior.best
+    return {
+        "nothing": six_digits(posterior.nothing),
+        "effects": {k: six_digits(p) for k, p in list(posterior.marginal.items())[:SHOWN]},
+        "sets": [
+            {
+                "effects": list(key),
+                "probability": six_digits(p),
+                "log_odds": six_digits(posterior.logs[key]),
+                "fit": six_digits(0.5 * (best.chi2 - posterior.sets[key].chi2)),
+                "price": six_digits(posterior.sets[key].volume - best.volume),
+                "sizes": [six_digits(size) for size, _ in posterior.sets[key].sizes],
+            }
+            for key, p in list(posterior.probability.items())[:SHOWN]
+        ],
+    }

@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Best-first search over sets of effects, with a joint fit of each set."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from flatplank_analysis.discovery.effect import Effect
+from flatplank_analysis.discovery.fit import Fit, Term
+from flatplank_analysis.discovery.screen import ScreenResult, best_per_effect
+from flatplank_analysis.discovery.shortlist import line_search_with_drop
+from flatplank_analysis.discovery.state import State, term_of
+from flatplank_analysis.inference.posterior import MEMBER, Key, Posterior, log_evidence
+from flatplank_analysis.inference.priors import of_set, of_value
+from flatplank_analysis.inference.weigh import Scales, Weighed
+
+CANDIDATES = 8
+"""most candidates beside a set that are fitted"""
+BEAM = 4
+"""most sets of one size from which the search goes on"""
+REACH = -math.log(MEMBER)
+"""logarithm of the odds against the best set within which a set counts"""
+PROMISE = 0.25
+"""least linear gain of a candidate, as a share of the largest one: a fit may gain more"""
+LEAST = 1e-9
+"""numerical: least information of a candidate"""
+LARGEST = 4
+"""most effects in a set"""
+
+
+@dataclass
+class Explorer:
+    """All sets that were weighed with the same scales, and which of them were extended."""
+
+    scales: Scales
+    effects: Sequence[type[Effect]]
+    sets: dict[Key, Weighed] = field(default_factory=dict)
+    extended: set[Key] = field(default_factory=set)
+    held: int = 0
+    """number of effects, the first ones, that are in every set"""
+
+    @property
+    def posterior(self) -> Posterior:
+        return Posterior(self.sets, self.scales.freedom, self.scales.dispersion)
+
+    def keep(self, weighed: Weighed) -> None:
+        """Keep a set; of several fits of one set the likeliest is kept."""
+        known = self.sets.get(weighed.key)
+        if known is None or known.volume - 0.5 * known.chi2 < weighed.volume - 0.5 * weighed.chi2:
+            self.sets[weighed.key] = weighed
+
+    def run(self) -> Posterior:
+        """Extend sets until none within reach gains."""
+        while (key := self._next()) is not None:
+            self.extended.add(key)
+            self.extend(self.sets[key].fit)
+        return self.posterior
+
+    def extend(self, fit: Fit) -> None:
+        """Weigh the sets with one more effect."""
+        state, ranking = self.scales.ranked(fit, self.effects)
+        if not ranking.ranked:
+            return
+        for term in self._promising(state, best_per_effect(ranking)):
+            weighed = self.scales.with_term(fit, term)
+            last = weighed.fit.terms[-1]
+            if last.effect.separable(state.runs, last.named()):
+                self.keep(weighed)
+
+    def _promising(self, state: State, items: Sequence[ScreenResult]) -> list[Term]:
+        """Starts of the candidates that may gain evidence by their linear sums, the best first."""
+        started = [pair for item in items if (pair := self._start(state, item))]
+        most = max((gain for _, gain, _ in started), default=0.0)
+        likely = []
+        for term, gain, volume in started:
+            evidence = self._log(most - gain, volume)
+            if evidence > self._log(most, 0.0) - REACH and gain > PROMISE * most:
+                likely.append((evidence, term))
+        likely.sort(key=lambda pair: -pair[0])
+        return [term for _, term in likely[:CANDIDATES]]
+
+    def _log(self, excess: float, volume: float) -> float:
+        return log_evidence(excess, volume, self.scales.freedom, self.scales.dispersion)
+
+    def _start(self, state: State, item: ScreenResult) -> tuple[Term, float, float] | None:
+        """Start of a candidate's fit, its linear gain, and the logarithm of its volume."""
+        effect = item.candidate.effect
+        start, gain = term_of(item.candidate, item.sizes), item.gain
+        if len(effect.starts()) > 1:
+            start, gain = line_search_with_drop(state.model, state, item)
+        named = start.named()
+        if all(named[p.name] == p.null for p in effect.linear()):
+            return None
+        volume = of_set(1, self.scales.library) - math.log(effect.scanned(state.runs))
+        volume += sum(of_value(effect, p, named[p.name]) for p in effect.linear())
+        _, size = np.linalg.slogdet(item.information + np.eye(len(item.sizes)) * LEAST)
+        volume += 0.5 * (len(item.sizes) * math.log(2.0 * math.pi) - float(size))
+        return start, gain, volume
+
+    def _next(self) -> Key | None:
+        """The next set to extend; None at the end.
+
+        The best set first, then the sets that lack one of its effects (each effect against its
+        look-alikes), then the others within reach.
+        """
+        logs = self.posterior.logs
+        best = self.posterior.best
+        for key in [best.key, *self._parents(best)]:
+            if key not in self.extended and len(key) < self.held + LARGEST:
+                return key
+        for key in sorted(logs, key=logs.__getitem__, reverse=True):
+            full = sum(len(k) == len(key) for k in self.extended) >= BEAM
+            if logs[key] > -REACH and key not in self.extended and not full:
+                if len(key) < self.held + LARGEST:
+                    return key
+        return None
+
+    def _parents(self, weighed: Weighed) -> Iterator[Key]:
+        """Sets that lack one effect of a set; those that were not weighed yet are fitted."""
+        for index in range(self.held, len(weighed.fit.terms)):
+            names = [t.effect.identifier for t in weighed.fit.terms]
+            key = tuple(sorted(names[:index] + names[index + 1 :]))
+            if key not in self.sets:
+                self.keep(self.scales.fitted(self.scales.fitter.without_term(weighed.fit, index)))
+            yield key

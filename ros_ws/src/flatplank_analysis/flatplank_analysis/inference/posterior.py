@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Posterior over the sets of effects that were weighed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from flatplank_analysis.inference.weigh import Weighed
+
+NAMED = 0.95
+"""probability from which on an effect, or a class, is named"""
+MEMBER = 0.05
+"""probability of a member of a class, relative to the likeliest one"""
+
+Key = tuple[str, ...]
+
+
+def log_evidence(excess: float, volume: float, freedom: float, dispersion: float) -> float:
+    """Logarithm of the evidence of a set, relative to the set with the least sum of squares.
+
+    The level of the noise is known with `freedom` degrees of freedom, so that its tails are those
+    of Student: a set that fits badly is improbable, and not by the square of what it leaves.
+
+    Args:
+        excess: sum of squares beyond the least one, in units of the noise.
+        volume: logarithm of posterior over prior volume.
+        freedom: degrees of freedom of the noise level.
+        dispersion: typical scatter of sizes among repeats, relative to the noise model.
+    """
+    scaled = excess / max(dispersion, 1.0)
+    return volume - 0.5 * freedom * math.log1p(scaled / freedom)
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """Probabilities of sets of effects, of single effects, and of nothing."""
+
+    sets: Mapping[Key, Weighed]
+    freedom: float
+    dispersion: float
+
+    @cached_property
+    def logs(self) -> dict[Key, float]:
+        """Logarithm of the evidence by set, relative to the best set."""
+        least = min(w.chi2 for w in self.sets.values())
+        raw = {
+            key: log_evidence(w.chi2 - least, w.volume, self.freedom, self.dispersion)
+            for key, w in self.sets.items()
+        }
+        best = max(raw.values())
+        return {key: value - best for key, value in raw.items()}
+
+    @cached_property
+    def probability(self) -> dict[Key, float]:
+        """Probability of each set, the likeliest first."""
+        odds = {key: math.exp(value) for key, value in self.logs.items()}
+        total = sum(odds.values())
+        return {k: odds[k] / total for k in sorted(odds, key=odds.__getitem__, reverse=True)}
+
+    @property
+    def best(self) -> Weighed:
+        """The likeliest set."""
+        return self.sets[next(iter(self.probability))]
+
+    def in_set(self, names: Iterable[str]) -> float:
+        """Probability that one of these effects is present, at a size of consequence."""
+        wanted = set(names)
+        return sum(
+            p * (1.0 - float(np.prod([1.0 - m for n, m in _members(self.sets[k]) if n in wanted])))
+            for k, p in self.probability.items()
+        )
+
+    @cached_property
+    def marginal(self) -> dict[str, float]:
+        """Probability of each effect at a size of consequence, the likeliest first."""
+        names = {name for key in self.sets for name in key}
+        each = {name: self.in_set([name]) for name in names}
+        return dict(sorted(each.items(), key=lambda item: -item[1]))
+
+    @cached_property
+    def nothing(self) -> float:
+        """Probability that no effect of consequence is present."""
+        return sum(
+            p * float(np.prod([1.0 - m for _, m in _members(self.sets[k])]))
+            for k, p in self.probability.items()
+        )
+
+    def alternatives(self, index: int) -> list[tuple[Weighed, int, float]]:
+        """What may stand for effect `index` of the likeliest set: sets with another effect in its
+        place, the place of that effect, and odds against the likeliest set; the likeliest first.
+        """
+        best = self.best
+        own = best.fit.terms[index].effect.identifier
+        rest = _without(best.key, own)
+        out = []
+        for key, weighed in self.sets.items():
+            new = [n for n in key if rest == _without(key, n) and n != own]
+            if len(key) != len(best.key) or not new or key == best.key:
+                continue
+            names = [t.effect.identifier for t in weighed.fit.terms]
+            place = len(names) - 1 - names[::-1].index(new[0])
+            out.append((weighed, place, math.exp(self.logs[key])))
+        return sorted(out, key=lambda item: -item[2])
+
+
+def _members(weighed: Weighed) -> list[tuple[str, float]]:
+    """Name of each effect of a set, and the probability that its size is of consequence there."""
+    return [(t.effect.identifier, weighed.matters(i)) for i, t in enumerate(weighed.fit.terms)]
+
+
+def _without(key: Key, name: str) -> Key:
+    left = list(key)
+    left.remove(name)
+    return tuple(left)

@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The search by posterior: base, exploration of sets, answer, in the form of `discovery.steps`."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from flatplank_analysis.discovery import invariants
+from flatplank_analysis.discovery.effect import Effect
+from flatplank_analysis.discovery.fit import Fit, Fitter, Term
+from flatplank_analysis.discovery.model import Model, starts_of
+from flatplank_analysis.discovery.screen import screen
+from flatplank_analysis.discovery.search import Options, bonferroni_divisors
+from flatplank_analysis.discovery.sources import UNDECIDED, cut_where_needed, source_of
+from flatplank_analysis.discovery.state import (
+    State,
+    channel_weights,
+    make_state,
+    rough_levels,
+    start_base,
+)
+from flatplank_analysis.discovery.steps import Search, Step
+from flatplank_analysis.inference.answer import answer_of, present_without_name, to_dict
+from flatplank_analysis.inference.explore import REACH, Explorer
+from flatplank_analysis.inference.posterior import Posterior
+from flatplank_analysis.inference.weigh import Scales, Weighed
+from flatplank_data.errors import FlatplankError
+
+AGAIN = 2
+"""most times that the noise is estimated anew, with the effects that were found"""
+FIRST_STEPS = 6
+"""iterations from each set of start values, before the best one is fitted to the end"""
+
+
+def run_posterior(
+    model: Model, effects: Sequence[type[Effect]], options: Options | None = None
+) -> Search:
+    """Search for the effects that a model lacks, by the posterior over sets of effects."""
+    options = options or Options()
+    model = cut_where_needed(model)
+    if source_of(model.runs).at_most == UNDECIDED:
+        raise FlatplankError("no repeats", "campaign", "repeat at least one condition")
+    return _Inference(model, list(effects), options).run()
+
+
+@dataclass
+class _Inference:
+    model: Model
+    effects: list[type[Effect]]
+    options: Options
+    began: float = field(default_factory=time.perf_counter)
+    starts: int = 1
+    """number of sets of start values of the base"""
+
+    def run(self) -> Search:
+        self.say("fit of the base", 0.0)
+        base = self.base()
+        fitted = time.perf_counter() - self.began
+        scales = Scales.of(base, len(self.effects))
+        first = Step(base, scales.ranking, [])
+        explorer = self.explorer(scales, [scales.fitted(base.whitened.fit)])
+        ranked = time.perf_counter() - self.began
+        state, posterior = self.explored(explorer)
+        self.say("answer", 0.9)
+        held = len(self.options.terms)
+        answer = answer_of(posterior, held)
+        if [t.effect for t in answer.terms] != [t.effect for t in state.fit.terms]:
+            state = self.state_of(base, posterior.best, answer.terms)
+        last = Step(state, screen(state), list(answer.named), present_without_name(answer, held))
+        steps = [first, last] if answer.terms[held:] else [last]
+        return Search(
+            self.model, self.effects, steps, time.perf_counter() - self.began,
+            bonferroni_divisors(self.effects, self.model), fitted, ranked,
+            self.starts, posterior=to_dict(posterior),
+        )  # fmt: skip
+
+    def say(self, text: str, share: float) -> None:
+        if self.options.progress is not None:
+            self.options.progress(text, share)
+
+    def base(self) -> State:
+        """The base with the channel weights of its floors; from further start values, too, where
+        a residual of consequence remains."""
+        fitter = Fitter(self.model, channel_weights(self.model, rough_levels(self.model)))
+        fit = fitter.fit(start_base(self.model, self.options.start), self.options.terms)
+        state = make_state(self.model, fitter, fit, self.effects)
+        fitter = Fitter(self.model, channel_weights(self.model, [f.floor for f in state.floors]))
+        fits = [fitter.fit(f.base, f.terms, known=f) for f in (fit, state.whitened.fit)]
+        if any(f.unexplained > invariants.limits(state, c).rest
+               for c, f in enumerate(state.floors)):  # fmt: skip
+            fits += self.from_other_starts(fitter)
+        best = min(fits, key=lambda f: f.chi2)
+        return make_state(self.model, fitter, best, self.effects)
+
+    def from_other_starts(self, fitter: Fitter) -> list[Fit]:
+        """The best fit from the further start values of the model, if there are any."""
+        starts = [{**self.options.start, **other} for other in starts_of(self.model)]
+        self.starts = 1 + len(starts)
+        bases = [start_base(self.model, s) for s in starts]
+        tries = [fitter.fit(b, self.options.terms, iterations=FIRST_STEPS) for b in bases]
+        return [fitter.fit(f.base, f.terms, known=f) for f in sorted(tries, key=_chi2)[:1]]
+
+    def explorer(self, scales: Scales, sets: Sequence[Weighed]) -> Explorer:
+        explorer = Explorer(scales, self.effects, held=len(self.options.terms))
+        for weighed in sets:
+            explorer.keep(weighed)
+        return explorer
+
+    def explored(self, explorer: Explorer) -> tuple[State, Posterior]:
+        """Explore, estimate the noise with the likeliest set in the model, and explore again."""
+        base = state = explorer.scales.state
+        posterior = explorer.run()
+        for number in range(AGAIN):
+            best = posterior.best
+            if len(best.key) == len(state.fit.terms) and best.key == explorer_key(state):
+                break
+            self.say(f"noise beside {', '.join(best.key)}", 0.5 + 0.2 * number)
+            order = sorted(range(len(best.fit.terms)), key=best.matters)
+            state = self.state_of(base, best, [best.fit.terms[i] for i in order])
+            scales = Scales.of(state, len(self.effects))
+            near = [posterior.sets[k] for k, log in posterior.logs.items() if log > -2.0 * REACH]
+            done = explorer.extended - {best.key}
+            explorer = self.explorer(scales, [scales.fitted(w.fit) for w in near])
+            explorer.extended = done & set(explorer.sets)
+            posterior = explorer.run()
+        return state, posterior
+
+    def state_of(self, base: State, best: Weighed, terms: Sequence[Term]) -> State:
+        """State with some effects of a set; none of them raises the fitted error."""
+        fitter, fit = base.fitter, base.fit
+        for term in terms[len(fit.terms) :]:
+            fits = [fitter.fit(b, [*fit.terms, term]) for b in (fit.base, best.fit.base)]
+            fit = invariants.not_raising_error(fitter, fit, fits)
+        return make_state(self.model, fitter, fit, self.effects, self._near(best, fit))
+
+    def _near(self, best: Weighed, fit: Fit) -> Fit | None:
+        """The whitened fit of the set, where its effects are in the same order."""
+        same = [t.effect for t in best.fit.terms] == [t.effect for t in fit.terms]
+        return best.fit if same else None
+
+
+def _chi2(fit: Fit) -> float:
+    return fit.chi2
+
+
+def explorer_key(state: State) -> tuple[str, ...]:
+    """Names of the effects of a state, as the key of a set."""
+    return tuple(sorted(t.effect.identifier for t in state.fit.terms))

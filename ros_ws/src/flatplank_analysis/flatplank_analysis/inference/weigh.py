@@ -1,0 +1,213 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Weighs one set of effects: joint fit, and the evidence of the set around it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.stats import norm
+
+from flatplank_analysis.discovery.dispersion import among_repeats, scores_of
+from flatplank_analysis.discovery.effect import Effect
+from flatplank_analysis.discovery.fit import (
+    Fit,
+    Fitter,
+    Term,
+    Whitened,
+    doubling_step,
+    fit_whitened,
+    whitened_priors,
+)
+from flatplank_analysis.discovery.gram import Gram
+from flatplank_analysis.discovery.screen import Screen, screen
+from flatplank_analysis.discovery.state import State, make_candidates
+from flatplank_analysis.inference import priors
+from flatplank_analysis.inference.errors import (
+    FORMS,
+    STRETCHES,
+    WithLawErrors,
+    stretches_of,
+    with_law_errors,
+)
+from flatplank_analysis.inference.evidence import Evidence, Fixed, Random, evidence
+
+JACOBIANS = 6
+"""most Jacobians of a joint fit"""
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """A set of effects after its joint fit, with the parts of its evidence."""
+
+    fit: Fit
+    chi2: float
+    """smallest sum of squares in units of the noise"""
+    volume: float
+    """logarithm of posterior over prior volume of all parameters, and of the prior of the set"""
+    sizes: tuple[tuple[float, float], ...]
+    """per effect: most probable size and its standard deviation, in the unit of the size"""
+
+    @cached_property
+    def key(self) -> tuple[str, ...]:
+        """Names of the effects in alphabetical order, each as often as it is in the set."""
+        return tuple(sorted(t.effect.identifier for t in self.fit.terms))
+
+    def matters(self, index: int) -> float:
+        """Probability that the size of an effect is of consequence, in this set."""
+        least = self.fit.terms[index].effect.main_parameter().matters
+        size, spread = self.sizes[index]
+        low, high = norm.cdf([(-least - size) / spread, (least - size) / spread])
+        return float(1.0 - high + low)
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Noise and model errors by which sets are weighed; all sets that are compared share them."""
+
+    state: State
+    """fitted model whose noise and scatter are used"""
+    metric: WithLawErrors
+    library: int
+    """number of effects that were searched"""
+    ranking: Screen
+    """candidates beside the model of the state"""
+
+    @classmethod
+    def of(cls, state: State, library: int) -> Scales:
+        """Noise of a state, and the errors of its model."""
+        ranking = screen(state)
+        return cls(state, with_law_errors(state), library, ranking)
+
+    @property
+    def fitter(self) -> Fitter:
+        return self.state.fitter
+
+    @property
+    def dispersion(self) -> float:
+        """Typical scatter of sizes among repeats, relative to the noise model."""
+        return self.ranking.typical.dispersion
+
+    @cached_property
+    def freedom(self) -> float:
+        """Degrees of freedom of the noise level: those of the repeats and of the residual."""
+        return self.state.floors[0].freedom + self.state.independent
+
+    def fitted(self, start: Fit, most: int = JACOBIANS) -> Weighed:
+        """Joint fit of the base and of all effects from a start, and its evidence."""
+        found = fit_whitened(self.metric, self.fitter, start, most)
+        return self.weighed(self.fitter.derivative(found.fit))
+
+    def with_term(self, parent: Fit, term: Term, most: int = JACOBIANS) -> Weighed:
+        """Joint fit with one more effect."""
+        return self.fitted(self.fitter.with_term(parent, term), most)
+
+    def weighed(self, fit: Fit) -> Weighed:
+        """Evidence of the set of effects of a fit, whose Jacobian is that of its parameters."""
+        rows, effects = fit.loose(), range(len(fit.terms))
+        blocks = [fit.jacobian[rows], *(stretches_of(fit, i) for i in effects)]
+        gram = self.metric.gram(
+            fit.residual(self.state.runs.measured), np.concatenate(blocks)
+        )
+        fixed = self._fixed(fit, rows)
+        spreads = [self._dispersion(fit, rows, i, gram) for i in effects]
+        results = []
+        for form in FORMS if fit.terms else FORMS[:1]:
+            errors = (self._form_errors(gram, len(rows), i, form, spreads[i]) for i in effects)
+            results.append(evidence(gram, fixed, [r for own in errors for r in own]))
+        result = max(results, key=lambda r: r.log)
+        volume = result.volume - math.log(len(results))
+        volume += priors.of_set(len(fit.terms), self.library)
+        volume += sum(
+            priors.of_term(t, t.effect.scanned(self.state.runs)) for t in fit.terms
+        )
+        sizes = tuple(self._size(fit, rows, i, result) for i in effects)
+        volume += sum(_inside(t.effect, s) for t, s in zip(fit.terms, sizes, strict=True))
+        return Weighed(fit, result.chi2, volume, sizes)
+
+    def ranked(self, fit: Fit, effects: Sequence[type[Effect]]) -> tuple[State, Screen]:
+        """Candidates beside a fit, with the columns that they would have there."""
+        residual = fit.residual(self.state.runs.measured)
+        candidates = make_candidates(self.state.model, fit, effects, residual)
+        whitened = Whitened(fit, math.nan)
+        state = replace(
+            self.state, fit=fit, residual=residual, candidates=candidates, metric=self.metric,
+            whitened=whitened,
+        )  # fmt: skip
+        return state, screen(state)
+
+    def _fixed(self, fit: Fit, rows: Sequence[int]) -> Fixed:
+        task = self.fitter.task(fit)
+        z = task.pack(fit.base, fit.terms)
+        centre, strength = whitened_priors(task.entries)
+        pull = strength * (centre - z)
+        distance = float(np.sum(strength[rows] * (centre - z)[rows] ** 2))
+        # a range is a weak prior: it keeps what these runs do not show from counting
+        width = np.where(np.isfinite(task.upper - task.lower), task.upper - task.lower, np.inf)
+        strength = strength + 12.0 / width**2
+        for i, entry in enumerate(task.entries):
+            if entry.term >= 0 and entry.parameter.screen:
+                p, effect = entry.parameter, fit.terms[entry.term].effect
+                scale = priors.scale_of_size(effect, p) / entry.scale
+                strength[i] = priors.curvature(z[i] - p.null / entry.scale, scale)
+        low, high = task.lower - z, task.upper - z
+        return Fixed(strength[rows], pull[rows], low[rows], high[rows], distance)
+
+    def _form_errors(
+        self, gram: Gram, own: int, index: int, form: float, spread: float
+    ) -> Iterator[Random]:
+        """An effect's size differs between conditions, along the run, and from run to run.
+
+        own: number of columns of the fit; form: standard deviation of the first two differences;
+        spread: that of the last one.
+        """
+        runs = self.state.runs
+        parts = _parts(gram, own, index)
+        whole = parts.sum(axis=0, keepdims=True)
+        yield Random(whole, runs.condition, np.array([form]))
+        yield Random(parts, np.zeros(runs.runs, dtype=int), np.full(STRETCHES, form))
+        if runs.repeated and spread > 0.0:
+            yield Random(whole, np.arange(runs.runs), np.array([spread]))
+
+    def _dispersion(self, fit: Fit, rows: Sequence[int], index: int, gram: Gram) -> float:
+        """Standard deviation of the relative size from run to run beyond the typical scatter."""
+        beside = [k for k, i in enumerate(rows) if fit.free[i][0] != index]
+        whole = _parts(gram, len(rows), index).sum(axis=0)
+        mix = np.concatenate([np.eye(len(whole))[beside], whole[None]])
+        own = Gram(mix @ gram.products @ mix.T, gram.scores @ mix.T, gram.energy)
+        score, info = scores_of(own, len(beside))
+        typical = self.ranking.typical
+        kappa, _ = typical.shrink(*among_repeats(self.state.runs.comparable, score, info))
+        excess = kappa / max(typical.dispersion, 1.0) - 1.0
+        return math.sqrt(max(excess, 0.0) / max(float(np.median(info)), 1e-30))
+
+    def _size(
+        self, fit: Fit, rows: Sequence[int], index: int, result: Evidence
+    ) -> tuple[float, float]:
+        """Most probable size of an effect and its standard deviation, by the relative change of
+        all its linear parameters together."""
+        along = doubling_step(fit, index)[rows]
+        size, length = fit.terms[index].size, float(along @ along)
+        if length == 0.0:
+            return size, max(abs(size), 1e-30)
+        count = len(rows)
+        step = float(along @ result.step[:count]) / length
+        variance = float(along @ result.covariance[:count, :count] @ along) / length**2
+        spread = math.sqrt(max(variance * self.dispersion, 0.0))
+        return size * (1.0 + step), max(abs(size) * spread, 1e-30)
+
+
+def _parts(gram: Gram, own: int, index: int) -> np.ndarray:
+    """(STRETCHES, columns): places of the stretches of an effect in the sums."""
+    first = own + STRETCHES * index
+    return np.eye(gram.scores.shape[1])[first : first + STRETCHES]
+
+
+def _inside(effect: type[Effect], size: tuple[float, float]) -> float:
+    """Logarithm of the share of the Gaussian of a one-sided size on its side."""
+    if not priors.is_one_sided(effect.main_parameter()):
+        return 0.0
+    return float(norm.logcdf(abs(size[0]) / size[1]))
