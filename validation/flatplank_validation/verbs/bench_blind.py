@@ -14,11 +14,13 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from flatplank_analysis.contact_patch.session import SEARCHES
 from flatplank_data.arguments import Parser
 from flatplank_validation.blind import journal
 from flatplank_validation.blind.detectable import cache
 from flatplank_validation.blind.lists import full
 from flatplank_validation.blind.page import page, summary
+from flatplank_validation.blind.paired import paired
 from flatplank_validation.blind.plain_size import with_plain_sizes
 
 SEED = 20262
@@ -33,6 +35,13 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--limit", type=int, help="only so many of the list, which is mixed")
     p.add_argument("--only", default="*", metavar="PATTERN", help="of the names, as in 'pair/*'")
     p.add_argument("--journal", type=Path, help="file that is gone on with; default: .cache/blind")
+    p.add_argument(
+        "--search", choices=sorted(SEARCHES), default=journal.STEPS, help="see `diagnose --search`"
+    )
+    p.add_argument(
+        "--beside", type=Path, metavar="JOURNAL",
+        help="print a paired comparison with a journal of the same campaigns by another search",
+    )  # fmt: skip
     p.add_argument(
         "--write", type=Path, metavar="FILE", help="the page and, beside it, its journal"
     )
@@ -66,7 +75,7 @@ def show(began: float) -> Callable[[int, int, str], None]:
 def main(argv: list[str]) -> int:
     """Exit code 0: all campaigns of the list are scored; 2: nothing to do."""
     o = parser().parse_args(argv)
-    path = o.journal or cache() / f"seed{o.seed}.jsonl"
+    path = o.journal or cache() / f"{_prefix(o.search)}seed{o.seed}.jsonl"
     cases = [c for c in full(o.seed, o.small) if fnmatch.fnmatch(c.key, o.only)][: o.limit]
     if not cases:
         print(
@@ -76,10 +85,15 @@ def main(argv: list[str]) -> int:
         )
         return 2
     if o.no_run:
-        known = journal.of_this_code(journal.read(path), o.seed, o.any_code)
+        known = journal.of_this_code(journal.read(path), o.seed, o.any_code, o.search)
         entries = [known[c.key] for c in cases if c.key in known]
     else:
-        entries = journal.run(cases, o.seed, path, o.jobs, show(time.monotonic()))
+        entries = journal.run(
+            cases, o.seed, path, o.jobs, show(time.monotonic()), o.search
+        )
+    if o.beside:
+        print(paired(entries, journal.read(o.beside)))
+        return 0
     entries = [with_plain_sizes(e) for e in entries]
     beside = _rivals(o, path) if o.rivals is not None else []
     if o.json:
@@ -99,6 +113,10 @@ def main(argv: list[str]) -> int:
     else:
         print(text)
     return 0
+
+
+def _prefix(search: str) -> str:
+    return "" if search == journal.STEPS else f"{search}-"
 
 
 def _rivals(o: argparse.Namespace, path: Path) -> list[dict]:

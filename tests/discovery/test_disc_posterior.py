@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The search by posterior on a ball that falls: nothing hidden, one, two, look-alikes, units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cache
+
+import pytest
+from ball import Ball, Drag, Shake, Wind, throw
+
+from flatplank_analysis.discovery.effect import Effect
+from flatplank_analysis.discovery.parameters import param
+from flatplank_analysis.discovery.verdict import AT_FLOOR, FOUND, GROUP, diagnose
+from flatplank_analysis.inference.search import run_posterior
+
+
+@dataclass(frozen=True)
+class Gusts(Drag):
+    """Another cause of the same force."""
+
+    identifier = "gusts"
+
+
+@dataclass(frozen=True)
+class DragPerKilometre(Effect):
+    """The same as `Drag`, in another unit."""
+
+    identifier = "drag_per_km"
+    kind = "machine"
+    coordinate = "time"
+    k: float = param(0.0, unit="1/km", bounds=(0.0, 500.0), screen=10.0, matters=2.0)
+
+
+class Translated(Ball):
+    """The ball whose heights are recorded as multiples of another unit, with other names."""
+
+    def __init__(self, ball: Ball, factor: float) -> None:
+        super().__init__(replace(ball.runs, measured=factor * ball.runs.measured))
+        self.factor = factor
+
+    def predict(self, sets):
+        known = {DragPerKilometre: (Drag, 1e-3), Gusts: (Drag, 1.0)}
+        own = [
+            replace(
+                one,
+                effects=tuple(
+                    (known.get(e, (e, 1.0))[0], known.get(e, (e, 1.0))[1] * v)
+                    for e, v in one.effects
+                ),
+            )
+            for one in sets
+        ]
+        return self.factor * super().predict(own)
+
+
+@cache
+def searched(seed: int, k: float, a: float = 0.0, effects=(Drag, Wind, Shake), factor=1.0):
+    return run_posterior(Translated(throw(seed, k, a=a), factor), list(effects))
+
+
+def names_of(search) -> list[str]:
+    return sorted(f.decision.term.effect.identifier for f in search.last.found)
+
+
+@pytest.mark.parametrize("seed", range(11, 17))
+def test_nothing_is_named_where_nothing_is_hidden(seed):
+    search = searched(seed, 0.0)
+    assert names_of(search) == []
+    assert diagnose(search).verdict == AT_FLOOR
+    assert search.posterior["nothing"] > 0.5
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_hidden_effect_is_named_with_its_size(seed):
+    search = searched(seed, 0.02)
+    result = diagnose(search)
+    assert (result.verdict, names_of(search)) == (FOUND, ["drag"])
+    low, high = result.found[0].decision.interval
+    assert low < 0.02 < high
+    assert search.posterior["effects"]["drag"] > 0.99
+    assert search.posterior["nothing"] < 0.01
+
+
+def test_two_hidden_effects_are_named():
+    search = searched(1, 0.02, a=1.0)
+    assert names_of(search) == ["drag", "wind"]
+    assert diagnose(search).verdict == FOUND
+
+
+def test_names_for_the_same_force_share_the_probability():
+    search = searched(1, 0.02, effects=(Drag, Gusts, Wind))
+    result = diagnose(search)
+    assert result.verdict == GROUP
+    (found,) = result.found
+    assert {found.decision.term.effect.identifier, *found.alike} == {"drag", "gusts"}
+    each = search.posterior["effects"]
+    assert each["drag"] == pytest.approx(0.5, abs=0.02)
+    assert each["gusts"] == pytest.approx(0.5, abs=0.02)
+
+
+@pytest.mark.parametrize("k", [0.0, 0.004])
+def test_units_of_signals_and_of_sizes_do_not_matter(k):
+    plain = searched(5, k, effects=(Drag, Wind))
+    other = searched(5, k, effects=(DragPerKilometre, Wind), factor=20.0)
+    assert other.posterior["nothing"] == pytest.approx(plain.posterior["nothing"], rel=1e-2)
+    one, two = ([s["log_odds"] for s in p.posterior["sets"]] for p in (plain, other))
+    assert two == pytest.approx(one, abs=0.05)
