@@ -6,7 +6,7 @@ from __future__ import annotations
 import pytest
 from scipy.stats import binom
 
-from flatplank_validation.blind.paired import claims, mcnemar, paired, reliability
+from flatplank_validation.evaluation.paired import claims, mcnemar, paired, reliability
 
 MORE = {"sized": True, "unit": "1", "detectable": 0.5, "consequence": 0.01, "class": []}
 

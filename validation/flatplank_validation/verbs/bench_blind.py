@@ -20,7 +20,7 @@ from flatplank_validation.blind import journal
 from flatplank_validation.blind.detectable import cache
 from flatplank_validation.blind.lists import full
 from flatplank_validation.blind.page import page, summary
-from flatplank_validation.blind.paired import paired
+from flatplank_validation.evaluation.paired import paired
 from flatplank_validation.blind.plain_size import with_plain_sizes
 
 SEED = 20262
