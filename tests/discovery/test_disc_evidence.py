@@ -49,7 +49,7 @@ def test_evidence_is_the_marginal_density():
     random = Random(np.array([[0.0, 0.0, 1.0]]), GROUP, np.array([spread]))
     found = evidence(Gram.of(columns, y), known, [random])
     flat = np.moveaxis(columns, 1, 0).reshape(3, -1)
-    grouped = [flat[2] * np.repeat(GROUP == g, SAMPLES) for g in range(3)]
+    grouped = [flat[2] * np.repeat(g == GROUP, SAMPLES) for g in range(3)]
     whole = np.array([*flat[:2], *grouped])
     variance = np.array([*1.0 / strength, *[spread**2] * 3])
     covariance = np.eye(y.size) + whole.T @ (variance[:, None] * whole)

@@ -29,6 +29,8 @@ KEPT = (
     "verdict", "reason", "floor_rmse", "rmse_before", "rmse_after", "held_out_before",
     "held_out_after", "unexplained", "seconds",
 )  # fmt: skip
+STATED = ("posterior",)
+"""kept where the search states it"""
 OF_EFFECT = ("name", "kind", "size", "unit", "interval", "class", "p_value")
 
 
@@ -60,8 +62,7 @@ def diagnose(tables: list, search: str = STEPS) -> dict[str, Any]:
     """Diagnose tables, with no other information."""
     result = Session.of_tables(tables).diagnose(search=search).to_dict()
     short = {k: result[k] for k in (*KEPT, "detectable")}
-    if result["posterior"]:
-        short["posterior"] = result["posterior"]
+    short |= {k: result[k] for k in STATED if k in result}
     return short | {"effects": [{k: e[k] for k in OF_EFFECT} for e in result["effects"]]}
 
 

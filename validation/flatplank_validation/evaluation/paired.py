@@ -69,7 +69,9 @@ def claims(entry: Mapping[str, Any]) -> Iterator[tuple[float, bool]]:
     stated = diagnosis.get("posterior")
     if stated is None:
         for e in diagnosis["effects"]:
-            names = {e["name"], *e["class"]} if diagnosis["verdict"] == "found group" else {e["name"]}
+            names = (
+                {e["name"], *e["class"]} if diagnosis["verdict"] == "found group" else {e["name"]}
+            )
             yield 1.0 - e["p_value"], bool(names & true)
         return
     for name, probability in stated["effects"].items():

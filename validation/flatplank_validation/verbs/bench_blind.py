@@ -20,8 +20,8 @@ from flatplank_validation.blind import journal
 from flatplank_validation.blind.detectable import cache
 from flatplank_validation.blind.lists import full
 from flatplank_validation.blind.page import page, summary
-from flatplank_validation.evaluation.paired import paired
 from flatplank_validation.blind.plain_size import with_plain_sizes
+from flatplank_validation.evaluation.paired import paired
 
 SEED = 20262
 """seed of the table in the docs; held out while the search was developed"""
@@ -88,9 +88,7 @@ def main(argv: list[str]) -> int:
         known = journal.of_this_code(journal.read(path), o.seed, o.any_code, o.search)
         entries = [known[c.key] for c in cases if c.key in known]
     else:
-        entries = journal.run(
-            cases, o.seed, path, o.jobs, show(time.monotonic()), o.search
-        )
+        entries = journal.run(cases, o.seed, path, o.jobs, show(time.monotonic()), o.search)
     if o.beside:
         print(paired(entries, journal.read(o.beside)))
         return 0

@@ -58,8 +58,8 @@ def ratios(entry: Mapping[str, Any]) -> dict[str, Any]:
     name, own = hidden["name"], hidden["detectable"]
     base, law = (least_size(case, name, limit) for limit in LIMITS)
     stated = (entry["diagnosis"].get("detectable") or {}).get(name)
-    same = stated and stated["unit"] == hidden["unit"]
-    said = stated["size"] if same else math.nan
+    same = stated is not None and stated["unit"] == hidden["unit"]
+    said = float(stated["size"]) if stated is not None and same else math.nan
     out = {
         "key": entry["key"],
         "base / own": base / own,
@@ -79,7 +79,8 @@ def ratios(entry: Mapping[str, Any]) -> dict[str, Any]:
 def page(rows: Sequence[Mapping[str, Any]]) -> str:
     """Table of the ratios: median, one and nine in ten, and what is wanted."""
     return f"{len(rows)} campaigns with one hidden effect\n\n" + table(
-        ["ratio", "campaigns", "10 %", "median", "90 %", "wanted: median, 90 %"], list(_lines(rows))
+        ["ratio", "campaigns", "10 %", "median", "90 %", "wanted: median, 90 %"],
+        list(_lines(rows)),
     )
 
 

@@ -36,7 +36,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         "--search",
         choices=sorted(SEARCHES),
         default=STEPS,
-        help="by steps with tests of each effect, or by the posterior over sets of effects (trial)",
+        help="tests of each effect (steps), or posterior over sets of effects (on trial)",
     )
     arguments = parser.parse_args(argv)
     return common.run_or_report_nothing_usable("diagnose", lambda: _run(arguments))
@@ -48,7 +48,8 @@ def _run(arguments) -> int:
     if arguments.report:
         loop.require_folder(Path(arguments.report))
     session, model = loop.open_to_look(arguments)
-    result = session.diagnose(model, loop.progress, starting_values(arguments.start), arguments.search)
+    measured = starting_values(arguments.start)
+    result = session.diagnose(model, loop.progress, measured, arguments.search)
     loop.progress_done()
     if arguments.json:
         common.print_json(result.to_dict())

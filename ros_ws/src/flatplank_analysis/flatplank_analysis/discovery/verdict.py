@@ -117,10 +117,15 @@ class Diagnosis:
             "detectable": {
                 k: {"size": six_digits(v), "unit": u} for k, (v, u) in self.detectable.items()
             },
-            "posterior": self.search.posterior if self.search else None,
             "notes": list(self.notes),
             "seconds": round(self.seconds, 2),
+            **self._posterior(),
         }
+
+    def _posterior(self) -> dict[str, Any]:
+        """Probabilities, where the search states them."""
+        stated = self.search.posterior if self.search else None
+        return {"posterior": stated} if stated else {}
 
 
 def effect_dict(found: AcceptedEffect) -> dict[str, Any]:

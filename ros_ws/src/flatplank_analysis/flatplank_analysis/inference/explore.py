@@ -24,8 +24,11 @@ BEAM = 4
 """most sets of one size from which the search goes on"""
 REACH = -math.log(MEMBER)
 """logarithm of the odds against the best set within which a set counts"""
-PROMISE = 0.25
+PROMISE = 0.3
 """least linear gain of a candidate, as a share of the largest one: a fit may gain more"""
+ROUGH, FAR = 2, 30.0
+"""Jacobians of a first fit; logarithm of its odds against the best set beyond which it is the last
+one"""
 LEAST = 1e-9
 """numerical: least information of a candidate"""
 LARGEST = 4
@@ -65,20 +68,33 @@ class Explorer:
         state, ranking = self.scales.ranked(fit, self.effects)
         if not ranking.ranked:
             return
-        for term in self._promising(state, best_per_effect(ranking)):
-            weighed = self.scales.with_term(fit, term)
+        lacking = self._known(fit).chi2 - self.posterior.best.chi2
+        for term in self._promising(state, best_per_effect(ranking), lacking):
+            weighed = self.scales.with_term(fit, term, ROUGH)
             last = weighed.fit.terms[-1]
-            if last.effect.separable(state.runs, last.named()):
-                self.keep(weighed)
+            if not last.effect.separable(state.runs, last.named()):
+                continue
+            self.keep(weighed)
+            if self.posterior.logs[weighed.key] > -FAR:
+                self.keep(self.scales.fitted(weighed.fit))
 
-    def _promising(self, state: State, items: Sequence[ScreenResult]) -> list[Term]:
-        """Starts of the candidates that may gain evidence by their linear sums, the best first."""
+    def _known(self, fit: Fit) -> Weighed:
+        return self.sets[tuple(sorted(t.effect.identifier for t in fit.terms))]
+
+    def _promising(
+        self, state: State, items: Sequence[ScreenResult], lacking: float
+    ) -> list[Term]:
+        """Starts of the candidates that may gain evidence by their linear sums, the best first.
+
+        lacking: decrease of the sum of squares to that of the likeliest set.
+        """
         started = [pair for item in items if (pair := self._start(state, item))]
         most = max((gain for _, gain, _ in started), default=0.0)
+        least = PROMISE * max(most, lacking)
         likely = []
         for term, gain, volume in started:
             evidence = self._log(most - gain, volume)
-            if evidence > self._log(most, 0.0) - REACH and gain > PROMISE * most:
+            if evidence > self._log(most, 0.0) - REACH and gain > least:
                 likely.append((evidence, term))
         likely.sort(key=lambda pair: -pair[0])
         return [term for _, term in likely[:CANDIDATES]]
@@ -114,9 +130,9 @@ class Explorer:
                 return key
         for key in sorted(logs, key=logs.__getitem__, reverse=True):
             full = sum(len(k) == len(key) for k in self.extended) >= BEAM
-            if logs[key] > -REACH and key not in self.extended and not full:
-                if len(key) < self.held + LARGEST:
-                    return key
+            open_ = key not in self.extended and len(key) < self.held + LARGEST
+            if logs[key] > -REACH and open_ and not full:
+                return key
         return None
 
     def _parents(self, weighed: Weighed) -> Iterator[Key]:
@@ -124,6 +140,6 @@ class Explorer:
         for index in range(self.held, len(weighed.fit.terms)):
             names = [t.effect.identifier for t in weighed.fit.terms]
             key = tuple(sorted(names[:index] + names[index + 1 :]))
-            if key not in self.sets:
+            if key not in self.sets and key not in self.extended:
                 self.keep(self.scales.fitted(self.scales.fitter.without_term(weighed.fit, index)))
             yield key

@@ -123,7 +123,7 @@ class _Inference:
             near = [posterior.sets[k] for k, log in posterior.logs.items() if log > -2.0 * REACH]
             done = explorer.extended - {best.key}
             explorer = self.explorer(scales, [scales.fitted(w.fit) for w in near])
-            explorer.extended = done & set(explorer.sets)
+            explorer.extended = done
             posterior = explorer.run()
         return state, posterior
 

@@ -109,9 +109,7 @@ class Scales:
         """Evidence of the set of effects of a fit, whose Jacobian is that of its parameters."""
         rows, effects = fit.loose(), range(len(fit.terms))
         blocks = [fit.jacobian[rows], *(stretches_of(fit, i) for i in effects)]
-        gram = self.metric.gram(
-            fit.residual(self.state.runs.measured), np.concatenate(blocks)
-        )
+        gram = self.metric.gram(fit.residual(self.state.runs.measured), np.concatenate(blocks))
         fixed = self._fixed(fit, rows)
         spreads = [self._dispersion(fit, rows, i, gram) for i in effects]
         results = []
@@ -121,9 +119,7 @@ class Scales:
         result = max(results, key=lambda r: r.log)
         volume = result.volume - math.log(len(results))
         volume += priors.of_set(len(fit.terms), self.library)
-        volume += sum(
-            priors.of_term(t, t.effect.scanned(self.state.runs)) for t in fit.terms
-        )
+        volume += sum(priors.of_term(t, t.effect.scanned(self.state.runs)) for t in fit.terms)
         sizes = tuple(self._size(fit, rows, i, result) for i in effects)
         volume += sum(_inside(t.effect, s) for t, s in zip(fit.terms, sizes, strict=True))
         return Weighed(fit, result.chi2, volume, sizes)
