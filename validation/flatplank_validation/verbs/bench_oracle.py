@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How near the search is to the limit of the data: sizes that it states for itself, and widths of
-its intervals, beside a test that knows which effect to look for."""
+"""How near the search is to the limit of the data.
+
+Sizes that it states for itself, and widths of its intervals, beside a test that knows which effect
+to look for.
+"""
 
 from __future__ import annotations
 
