@@ -294,6 +294,25 @@ def test_the_frequency_response_is_not_squeezed_and_stays_where_it_was_measured(
     assert "C/σx" in caption and "kN," not in caption
 
 
+@pytest.mark.parametrize("title", ["", "driving"])
+@pytest.mark.parametrize("waves", [0.2, 3.0])
+def test_a_legend_lies_on_no_line(title, waves):
+    """Lines that fill the panel, and lines that leave a corner free."""
+    x = np.linspace(0.0, 1.0, 900)
+    sine, cosine = (f(2.0 * np.pi * waves * x) for f in (np.sin, np.cos))
+    lines = [Series("without the filter", x, sine), Series("with the filter", x, cosine)]
+    drawn = canvas(
+        Figure("f", "f", "", [Panel("x [m]", "Fx [N]", lines, (0.0, 1.0), title=title)])
+    )
+    drawn.draw_without_rendering()
+    (axis,) = drawn.axes
+    box = axis.get_legend().get_window_extent()
+    for line in axis.get_lines():
+        assert not line.get_transform().transform_path(line.get_path()).intersects_bbox(box, False)
+    inside = axis.get_window_extent().contains(*box.get_points().mean(axis=0))
+    assert inside == (waves < 1.0 or bool(title))
+
+
 def test_what_is_constant_but_for_rounding_is_drawn_as_constant():
     x = np.linspace(0.0, 1.0, 5)
     speed = Panel("slip [%]", "speed [mm/s]", [Series("before", x, 30.92 + 1e-7 * x, "joined")])

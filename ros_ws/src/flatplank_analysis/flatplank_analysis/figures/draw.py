@@ -93,6 +93,9 @@ def canvas(figure: Figure) -> Canvas:
     axes = out.subplots(rows, columns, squeeze=False, height_ratios=ratios).ravel()
     for axis, panel in zip(axes, figure.panels, strict=False):
         _panel(axis, panel)
+    out.draw_without_rendering()
+    for axis, panel in zip(axes, figure.panels, strict=False):
+        _off_the_lines(axis, bool(panel.title))
     return out
 
 
@@ -151,9 +154,33 @@ def _legend(axis: Axes, panel: Panel) -> None:
     if len(shown) == len(panel.series) or panel.title:
         axis.legend(loc="best")
     else:
-        place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2}
-        longest = max(len(s.label) for s in shown) + LEGEND_MARK
-        axis.legend(ncols=max(1, min(len(shown), LEGEND_WIDTH // longest)), **place)
+        _legend_above(axis)
+
+
+def _legend_above(axis: Axes) -> None:
+    handles, labels = axis.get_legend_handles_labels()
+    place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2}
+    longest = max(map(len, labels)) + LEGEND_MARK
+    axis.legend(handles, labels, ncols=max(1, min(len(labels), LEGEND_WIDTH // longest)), **place)
+
+
+def _off_the_lines(axis: Axes, titled: bool) -> None:
+    """Where a drawn legend lies on a line, put it above the axes; beside a title, make room for
+    it over the lines."""
+    legend = axis.get_legend()
+    if legend is None:
+        return
+    box = legend.get_window_extent()
+    paths = (line.get_transform().transform_path(line.get_path()) for line in axis.get_lines())
+    if not any(path.intersects_bbox(box, filled=False) for path in paths):
+        return
+    if not titled:
+        _legend_above(axis)
+        return
+    low, high = axis.transAxes.inverted().transform(box.corners())[[0, -1], 1]
+    least, most = axis.get_ylim()
+    axis.set_ylim(least, least + (most - least) / (1.0 - (high - low) - MARGIN))
+    axis.legend(loc="upper right")
 
 
 def _series(
