@@ -11,6 +11,7 @@ import pytest
 
 import control
 from flatplank_control.free_rolling import FreeRollingController, FreeRollingParameters
+from flatplank_control.free_rolling.design import design_gains
 from flatplank_control.free_rolling.loop import margins
 from flatplank_control.free_rolling.start import Start
 from flatplank_hw.samples import EncoderSample, HubSample, Wrench
@@ -137,6 +138,54 @@ def test_the_start_estimates_the_stiffness_while_the_gear_holds_the_wheel():
     # by hand: 450 N after 1.125 mm
     assert waiting == math.ceil(450.0 / 4e5 / step)
     assert all(t >= P.start_torque for t in torques[waiting:])
+
+
+def test_the_tire_is_estimated_over_5_cm_although_the_lost_travel_is_made_up_before():
+    """Its gains come into force without a jump of the torque."""
+    stiffness, sigma, radius = 4e5, 0.3, 0.311
+    c = FreeRollingController(replace(P, automatic=True))
+    dx, x, angle, force, out, leads = 0.03092 / P.rate_hz, 0.0, 0.0, 0.0, [], []
+    _, at_rest = samples(0, 0.0)
+    for n in range(500):
+        encoders = at_rest._replace(
+            plank_position=x, wheel_angle=5.0 + angle, motor_velocity=0.03092 / radius * P.gear_ratio
+        )
+        hub = samples(n, force)[0]
+        out.append((x, c.step(hub, encoders).value, c.tire.effective_radius))
+        leads.append(c.state.lead)
+        # the wheel makes up its lost travel at 8 1/s once it has a torque
+        wanted = x + 50.0 / stiffness - P.effective_radius * angle
+        turned = (dx + 8.0 / P.rate_hz * wanted) / P.effective_radius if out[-1][1] else 0.0
+        force += stiffness * (radius * turned - dx) - force * dx / sigma
+        x, angle = x + dx, angle + turned
+    by_force = [k for k, lead in enumerate(leads) if lead]
+    known = next(k for k, (_, _, r) in enumerate(out) if r == r)
+    assert out[by_force[0]][0] < 0.04 < out[known][0] < 0.052
+    assert abs(out[known][1] - out[known - 1][1]) < 0.02 * abs(out[known][1])
+    assert c.tire.stiffness == pytest.approx(stiffness, rel=0.02)
+    assert c.tire.relaxation == pytest.approx(sigma, rel=0.1)
+    assert c.tire.effective_radius == pytest.approx(radius, rel=0.002)
+    assert c.gains == design_gains(c.tire.stiffness, c.tire.relaxation, P.loop_delay)
+
+
+def test_settled_takes_the_whole_time_after_every_absence_from_the_band():
+    c = FreeRollingController(replace(P, settled_filter=0.01, settled_time=0.4))
+
+    def until_settled(start: int) -> int:
+        for n in range(start, start + 1000):
+            c.step(*samples(n, 50.0))
+            if c.state.settled:
+                return n - start
+        raise AssertionError("not settled")
+
+    # from -150 N, with a filter of 2.5 cycles, to 2.5 N
+    fall = math.ceil(P.rate_hz * 0.01 * math.log(150.0 / 2.5))
+    for begin in (0, 2000):
+        for n in range(begin, begin + 100):
+            c.step(*samples(n, 200.0))
+        assert not c.state.settled
+        # the first cycle in the band counts, and more than 100 are needed
+        assert until_settled(begin + 100) == fall - 1 + 100
 
 
 def test_the_travel_goes_on_when_the_trigger_sets_the_position_to_zero():

@@ -6,13 +6,14 @@ from __future__ import annotations
 import math
 import time
 
+import numpy as np
 import pytest
 from drive_rig import Rig, up
 
 from flatplank_hw.bus.image import AxisInputs
 from flatplank_hw.cia402 import HOMING_ATTAINED, CiaMode, State
 from flatplank_hw.drive import AxisDrive, DriveParameters
-from flatplank_hw.drive.modes import MODES, HomingSequence
+from flatplank_hw.drive.modes import MODES, HomingSequence, Move
 from flatplank_hw.drive.safety import LEFT_OPERATION, NO_ANSWER, QUICK_STOP, RULES
 
 NAN, INF = math.nan, math.inf
@@ -160,6 +161,24 @@ def test_a_new_target_is_taken_on_the_way():
     rig.drive.move_to(-0.2)
     rig.run(20_000, until=lambda s: rig.drive.at_target)
     assert rig.run(5).position == pytest.approx(-0.2, abs=2e-9)
+
+
+@pytest.mark.parametrize("ahead", [1e-6, -1e-6, -0.01])
+def test_a_target_near_a_moving_axis_is_reached_without_a_jump_of_the_speed(ahead):
+    """It is too late to stop there: the axis brakes, and comes back."""
+    move, dt = Move(speed=0.1, acceleration=0.5), 0.004
+    move.target = 1.0
+    for _ in range(100):
+        move.step(dt)
+    assert move.velocity == pytest.approx(0.1)
+    move.target = move.position + ahead
+    speeds = [move.velocity]
+    for _ in range(1000):
+        move.step(dt)
+        speeds.append(move.velocity)
+    # the last step takes the rest, at most twice the others
+    assert np.abs(np.diff(speeds)).max() <= 2.0 * move.acceleration * dt + 1e-12
+    assert move.position == move.target and move.velocity == 0.0
 
 
 def test_mode_cannot_change_while_the_axis_turns():

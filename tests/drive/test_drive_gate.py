@@ -10,7 +10,7 @@ import math
 import pytest
 from drive_rig import PERIOD, Rig, up
 
-from flatplank_hw.drive.road_trigger import RoadTrigger
+from flatplank_hw.drive.road_trigger import BIT, RoadTrigger
 from flatplank_hw.drive.safety import RULES
 from flatplank_hw.samples import EncoderSample, HubSample, Reference
 
@@ -166,6 +166,17 @@ def test_the_road_trigger_gives_one_pulse_per_distance():
     assert [k for k, bit in enumerate(bits) if bit] == list(range(8, 81, 8))
     assert trigger.pulses == 10
     assert not any(trigger.step(0.0205, False) for _ in range(5))
+
+
+def test_a_road_trigger_that_is_not_armed_gives_nothing_and_a_new_one_counts_from_zero():
+    trigger = RoadTrigger()
+    assert not any(trigger.step(0.01 * k, True) for k in range(3))
+    trigger.arm(1e-3)
+    assert any(trigger.step(0.0001 * k, True) for k in range(20))
+    trigger.disarm()
+    assert not any(trigger.step(0.01 * k, True) for k in range(3))
+    trigger.arm(0.0)
+    assert trigger.pulses == 0 and trigger.step(0.0, False) == BIT
 
 
 def test_before_the_first_inputs_nothing_has_moved():
