@@ -27,10 +27,10 @@ def run() -> pd.DataFrame:
     return pd.DataFrame({n: table[n] for n in NAMES}).iloc[::12].reset_index(drop=True)
 
 
-def loaded(folder, data: str | bytes):
+def loaded(folder, data: str | bytes, entry: str = ENTRY):
     """The table, and all remarks as text; None for a refused run."""
     (folder / "campaign.yaml").write_text(
-        f"format: flatplank-measurement-table/1\ntire: TOY\nruns:\n- {ENTRY}\n"
+        f"format: flatplank-measurement-table/1\ntire: TOY\nruns:\n- {entry}\n"
     )
     (folder / "r.csv").write_bytes(data if isinstance(data, bytes) else data.encode())
     campaign = Campaign.load(folder)
@@ -137,6 +137,11 @@ REFUSED = {
     "no date": (stamped("%d.%d.%Y %H:%M:%S.%f", "2024-05-13"), "line 2: '13.13.2024 00:00:00."),
     "stamps of seconds": (stamped("%H:%M:%S"), "stamps are repeated"),
     "ms unsaid": (in_unit("time", "", 1e-3, False), "'time' is in ms"),
+    "days unsaid": (in_unit("time", "", 86400.0, False), "'time' is in d, not"),
+    "a mean below the samples": (
+        lambda run: text(run) + "Mean" + ";1" * (len(run.columns) - 1) + "\n",
+        "'Mean' in line 228 is not a number as those above",
+    ),
     "kN unsaid": (in_unit("fx", "", 1e3, False), "'fx' is in kn"),
     "kp unsaid": (in_unit("fz", "", 9.80665, False), "'fz' is in kgf"),
     "mm unsaid": (in_unit("plank_position", "", 1e-3, False), "'plank_position' is in mm"),
@@ -167,3 +172,12 @@ def test_what_cannot_be_read_for_sure_is_refused_with_its_reason(case, run, tmp_
     write, words = REFUSED[case]
     table, told = loaded(tmp_path, write(run))
     assert table is None and words in told, told
+
+
+def test_a_time_that_nobody_needs_costs_no_run(tmp_path):
+    prints = pd.DataFrame({"time": ["59:50.1", "59:51.2"], "fz": [1850.0, 3700.0],
+                           "half_length": [0.05, 0.071]})  # fmt: skip
+    entry = "{file: r.csv, measurement: footprint, pressure: 2.5}"
+    table, told = loaded(tmp_path, prints.to_csv(index=False, sep=";"), entry)
+    np.testing.assert_array_equal(table["half_length"], prints["half_length"])
+    assert "column 'time' was left out: '59:50.1' is neither a number" in told

@@ -133,12 +133,12 @@ def test_what_is_no_table_is_refused_in_one_line(data, words):
 ENTRY = "{file: r.csv, kappa: 0.05, fz: 3700, start: 1, measurement: locked_wheel}"
 
 
-def a_campaign(folder, text: str | bytes) -> Campaign:
+def a_campaign(folder, text: str | bytes, entry: str = ENTRY) -> Campaign:
     """A campaign of one run, read."""
     data = text if isinstance(text, bytes) else text.encode()
     (folder / "r.csv").write_bytes(data)
     (folder / "campaign.yaml").write_text(
-        f"format: flatplank-measurement-table/1\ntire: TOY\nruns: [{ENTRY}]\n"
+        f"format: flatplank-measurement-table/1\ntire: TOY\nruns: [{entry}]\n"
     )
     return Campaign.load(folder)
 
@@ -214,7 +214,7 @@ def test_stamps_that_do_not_tell_the_order_are_refused(tmp_path, time, words):
 
 def test_time_that_is_neither_a_number_nor_a_date_is_refused(tmp_path):
     table = pd.DataFrame(ROWS, columns=NAMES).assign(time="yesterday")
-    campaign = a_campaign(tmp_path, table.to_csv(index=False))
+    campaign = a_campaign(tmp_path, table.to_csv(index=False), ENTRY.replace("locked_wheel", "slip"))
     assert not list(campaign.tables())
     assert "line 2: 'yesterday' is neither a number nor a stamp" in _problems(campaign)
 

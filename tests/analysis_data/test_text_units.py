@@ -12,7 +12,7 @@ from flatplank_data.units import UNITS, conversions, is_bare, is_unit, to_si, un
 #: unit -> SI unit, value of one unit in SI (NIST Special Publication 811, 2008, appendix B.8)
 VALUES = {
     "s": ("s", 1.0), "ms": ("s", 0.001), "us": ("s", 0.000001), "ns": ("s", 0.000000001),
-    "min": ("s", 60.0), "h": ("s", 3600.0),
+    "min": ("s", 60.0), "h": ("s", 3600.0), "d": ("s", 86400.0),
     "m": ("m", 1.0), "mm": ("m", 0.001), "cm": ("m", 0.01), "km": ("m", 1000.0),
     "in": ("m", 0.0254), "ft": ("m", 0.3048), "mi": ("m", 1609.344),
     "rad": ("rad", 1.0), "mrad": ("rad", 0.001), "deg": ("rad", 0.017453292519943295),
@@ -57,6 +57,7 @@ SPELLINGS = {
     ("1", 0.01): ("%", "percent", "perc", "pct"),
     ("1", 1.0): ("", "-", "none", "1", "[-]", "unitless"),
     ("s", 1.0): ("sec", "seconds", "S"),
+    ("s", 86400.0): ("d", "day", "days"),
     ("s", 1e-6): ("µs", "μs", "us", "usec"),
     ("m", 0.0254): ("in", "inch", "inches"),
 }  # fmt: skip

@@ -78,8 +78,18 @@ class TextTable:
         where = f"{self.where}, column '{name}'"
         return Cells(*numbers_of(self.texts[name], self.styles[name], where))
 
-    def seconds(self, name: str) -> np.ndarray:
-        """A column of dates or times of day as seconds since the first; see `seconds_of`."""
+    def time(self, name: str) -> np.ndarray:
+        """A column of times as numbers, or as seconds since the first; see `seconds_of`.
+
+        NaN for an empty cell. Raises FlatplankError for a text that is neither.
+        """
+        values, other = self.column(name)
+        if not other.any():
+            return values
+        if np.isfinite(values[: int(np.argmax(other))]).any():
+            where = f"{self.where}, column '{name}'"
+            what = f"{self.first(name, other)} is not a number as those above"
+            raise FlatplankError(what, where, "correct or remove the line")
         return seconds_of(self.texts[name].to_pylist(), self.lines, self.where)
 
     def not_numbers(self, name: str, other: np.ndarray) -> NotNumbers:

@@ -35,9 +35,10 @@ def _text(data: bytes, where: str) -> Raw:
     for name in table.names:
         known = channel_named(name)
         try:
+            if known == "time":
+                columns[name] = table.time(name)
+                continue
             values, other = table.column(name)
-            if known == "time" and other.any():
-                values, other = table.seconds(name), np.zeros(len(values), dtype=bool)
         except FlatplankError as error:
             if known not in (None, "time"):
                 raise

@@ -31,10 +31,17 @@ def read_csv(request: Request) -> Loaded:
     for name, ours in list(names.items()):
         if not request.wants(ours):
             continue
+        if ours == "time":
+            try:
+                columns[name] = table.time(name)
+            except FlatplankError as error:
+                if ours in request.needed:
+                    raise
+                del names[name]
+                remarks.append(f"column '{name}' was left out: {error.what}")
+            continue
         columns[name], other = table.column(name)
-        if ours == "time" and other.any():
-            columns[name] = table.seconds(name)
-        elif ours not in COLUMN_UNITS and other.all():
+        if ours not in COLUMN_UNITS and other.all():
             del names[name]
             remarks.append(f"column '{name}' is text and was left out")
         elif other.any():
