@@ -214,7 +214,9 @@ def test_stamps_that_do_not_tell_the_order_are_refused(tmp_path, time, words):
 
 def test_time_that_is_neither_a_number_nor_a_date_is_refused(tmp_path):
     table = pd.DataFrame(ROWS, columns=NAMES).assign(time="yesterday")
-    campaign = a_campaign(tmp_path, table.to_csv(index=False), ENTRY.replace("locked_wheel", "slip"))
+    campaign = a_campaign(
+        tmp_path, table.to_csv(index=False), ENTRY.replace("locked_wheel", "slip")
+    )
     assert not list(campaign.tables())
     assert "line 2: 'yesterday' is neither a number nor a stamp" in _problems(campaign)
 

@@ -148,7 +148,9 @@ def test_the_tire_is_estimated_over_5_cm_although_the_lost_travel_is_made_up_bef
     _, at_rest = samples(0, 0.0)
     for n in range(500):
         encoders = at_rest._replace(
-            plank_position=x, wheel_angle=5.0 + angle, motor_velocity=0.03092 / radius * P.gear_ratio
+            plank_position=x,
+            wheel_angle=5.0 + angle,
+            motor_velocity=0.03092 / radius * P.gear_ratio,
         )
         hub = samples(n, force)[0]
         out.append((x, c.step(hub, encoders).value, c.tire.effective_radius))

@@ -12,11 +12,20 @@ import numpy as np
 HEADER = (
     b"MATLAB 7.3 MAT-file, Platform: GLNXA64, Created on: Fri Nov 01 10:00:00 2024 HDF5 schema"
 )
+CHECKED, CHECKSUMS = "checked", {"chunks": True, "compression": "gzip", "fletcher32": True}
+"""attribute of a file whose values have checksums, and how h5py writes them"""
 
 
-def write_mat73(path: Path, values: dict[str, Any]) -> Path:
-    """Vectors as columns, texts, lists as cells, mappings as structs."""
-    with h5py.File(path, "w", userblock_size=512) as file:
+def write_mat73(path: Path, values: dict[str, Any], checked: bool = False) -> Path:
+    """Vectors as columns, texts, lists as cells, mappings as structs.
+
+    checked: with the checksums of HDF5 over values (Fletcher, and that of their packing) and over
+    all that describes them, so that no damage can give another value.
+    """
+    version = "latest" if checked else "earliest"
+    with h5py.File(path, "w", userblock_size=512, libver=(version, "latest")) as file:
+        if checked:
+            file.attrs[CHECKED] = True
         for name, value in values.items():
             _write(file, file, name, value)
     with path.open("r+b") as stream:
@@ -44,6 +53,7 @@ def _write(file: h5py.File, folder: h5py.Group, name: str, value: Any) -> h5py.D
 
 
 def _dataset(folder: h5py.Group, name: str, data: np.ndarray, kind: str) -> h5py.Dataset:
-    item = folder.create_dataset(name, data=data)
+    checked = folder.file.attrs.get(CHECKED, False)
+    item = folder.create_dataset(name, data=data, **(CHECKSUMS if checked else {}))
     item.attrs["MATLAB_class"] = np.bytes_(kind)
     return item

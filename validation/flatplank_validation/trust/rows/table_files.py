@@ -99,16 +99,28 @@ def damaged_matlab(o: Options) -> Tally:
     return out
 
 
-@row("matlab73", "damaged MATLAB 7.3 files", "not refused in one line, or the program ended")
+@row(
+    "matlab73", "damaged MATLAB 7.3 files (plain, and with checksums)",
+    "not refused in one line, the program ended, or with checksums a value that was not written "
+    "or a variable lost",
+)  # fmt: skip
 def damaged_matlab73(o: Options) -> Tally:
-    """HDF5 without checksums: a wrong bit in a value cannot be seen."""
+    """A plain HDF5 file has no checksums: there a wrong bit in a value cannot be seen."""
 
-    def compare(found: Mapping[str, Any], _: Path) -> None:
+    def compare(found: Mapping[str, Any], path: Path) -> None:
         for name in set(found) & set(WRITTEN):
             assert np.size(found[name]) in (ROWS, 0, 1), (
                 f"{name} has {np.size(found[name])} values"
             )
+        if path.stem == "checked":
+            assert set(found) == {*WRITTEN, "tire"}, f"variables: {sorted(found)}"
+            for name, values in WRITTEN.items():
+                np.testing.assert_array_equal(found[name], values)
 
+    out = Tally()
     with tempfile.TemporaryDirectory(prefix="fp-matlab73-") as folder:
-        path = write_mat73(Path(folder) / "a.mat", {**WRITTEN, "tire": "TOY"})
-        return judged(o, NIGHT, path, _of_matlab, compare)
+        for name in ("plain", "checked"):
+            path = Path(folder) / f"{name}.mat"
+            write_mat73(path, {**WRITTEN, "tire": "TOY"}, checked=name == "checked")
+            out.join(judged(o, NIGHT // 2, path, _of_matlab, compare))
+    return out
