@@ -112,9 +112,15 @@ def test_friction_is_the_mean_over_conditions():
 def test_friction_torque_and_efficiency(make_step):
     speed = np.repeat(np.linspace(0.0, 150.0, 16), 50)
     torque = 1.5 + 0.002 * speed
-    turn = MeasurementTable({"motor_velocity": speed, "motor_torque": torque})
+    columns = {"time": 0.02 * np.arange(speed.size), "motor_velocity": speed}
+    turn = MeasurementTable({**columns, "motor_torque": torque})
     curve = friction_torque([turn], bins=16)
     assert curve(75.0) == pytest.approx(1.65, abs=0.01)
+    # what speeds the motor up is no friction
+    ramp = np.interp(columns["time"], [0.0, 5.0, 7.0, 16.0], [50.0, 50.0, 150.0, 150.0])
+    pushed = 1.5 + 0.002 * ramp + 0.1 * (np.gradient(ramp) > 0.0)
+    faster = MeasurementTable({**columns, "motor_velocity": ramp, "motor_torque": pushed})
+    assert friction_torque([faster])(100.0) == pytest.approx(1.7, abs=0.005)
     table = make_step(0.05)
     tire = table["fx"][-1] * 0.3 / 1425.04
     motor = 1.5 + 0.002 * table["motor_velocity"] + tire / 0.392

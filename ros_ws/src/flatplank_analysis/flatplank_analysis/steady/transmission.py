@@ -18,6 +18,13 @@ CLEAR = 3.0
 """least net motor torque for an efficiency, over the scatter of the friction torque [-]"""
 SMALLEST_NET = 0.02
 """least net motor torque for an efficiency [N m]"""
+MOTOR_INERTIA = 0.00126
+"""J_M of Table 5.1 [kg m2]"""
+INERTIA_SHARE = 0.01
+"""largest torque of the inertia in a sample, over that of the friction [-]"""
+WINDOW = 0.2
+"""time over which a speed must be constant [s]"""
+TURN_COLUMNS = ("time", "motor_velocity", "motor_torque")
 
 
 @dataclass(frozen=True)
@@ -42,10 +49,11 @@ class FrictionTorque:
 
 
 def friction_torque(tables: Iterable[MeasurementTable], bins: int = 24) -> FrictionTorque:
-    """Mean torque in bins of motor speed, over all unloaded turns."""
-    parts = [(t["motor_velocity"], t["motor_torque"]) for t in tables]
-    speed = np.concatenate([s for s, _ in parts])
-    torque = np.concatenate([m for _, m in parts])
+    """Mean torque in bins of motor speed, over all unloaded turns at a constant speed.
+
+    FlatplankError when no turn has one.
+    """
+    speed, torque = np.concatenate([_at_constant_speed(table) for table in tables], axis=1)
     edges = np.linspace(speed.min(), np.nextafter(speed.max(), np.inf), bins + 1)
     number = np.digitize(speed, edges) - 1
     used = [i for i in range(bins) if (number == i).sum() >= 5]
@@ -55,6 +63,19 @@ def friction_torque(tables: Iterable[MeasurementTable], bins: int = 24) -> Frict
     mean = np.array([[speed[number == i].mean(), torque[number == i].mean()] for i in used])
     scatter = np.array([torque[number == i].std(ddof=1) for i in used])
     return FrictionTorque(mean[:, 0], mean[:, 1], scatter)
+
+
+def _at_constant_speed(table: MeasurementTable) -> np.ndarray:
+    """Speed [rad/s] and torque [N m] of the motor (2, n), where no inertia takes part in it."""
+    time, speed, torque = (table[name] for name in TURN_COLUMNS)
+    ahead = np.minimum(np.searchsorted(time, time + WINDOW), len(time) - 1)
+    behind = np.searchsorted(time, time - WINDOW)
+    change = np.maximum(abs(speed[ahead] - speed), abs(speed - speed[behind])) / WINDOW
+    keep = (change * MOTOR_INERTIA < INERTIA_SHARE * abs(torque)) & (abs(speed) > 1.0)
+    if keep.sum() < 5:
+        what = "the motor never turns at a constant speed"
+        raise FlatplankError(what, table.info.file, "record turns in the mode velocity")
+    return np.stack([abs(speed[keep]), abs(torque[keep])])
 
 
 @dataclass(frozen=True)
