@@ -86,7 +86,10 @@ def folder(tmp_path_factory):
         )
     )
     speed = np.repeat(np.linspace(0.0, 200.0, 21), 20)
-    turn = {"motor_velocity": speed, "motor_torque": 1.5 + 0.002 * speed}
+    turn = {
+        "time": 0.05 * np.arange(speed.size), "motor_velocity": speed,
+        "motor_torque": 1.5 + 0.002 * speed,
+    }  # fmt: skip
     info = RunRecord(file="turn.parquet", tire="TOY", measurement="unloaded_turn")
     tables.append(MeasurementTable(turn, info))
     load, b = np.array([1850.0, 3700.0, 5550.0]), np.array([0.062, 0.073, 0.079])

@@ -12,7 +12,12 @@ from collections import Counter
 import numpy as np
 import pytest
 
+from flatplank_control.free_rolling.params import FreeRollingParameters
 from flatplank_data.errors import FlatplankError
+from flatplank_data.run_record import RunRecord
+from flatplank_data.table import MeasurementTable
+from flatplank_validation.free_rolling.nonlinear import Nonlinear, simulate
+from flatplank_validation.thesis import rolling
 from flatplank_validation.thesis.chapters import CHAPTERS
 from flatplank_validation.thesis.lab import CAMPAIGNS, PLANS, Lab
 from flatplank_validation.thesis.page import counts
@@ -167,3 +172,22 @@ def test_the_whole_thesis(tmp_path, capsys):
     assert told["counts"]["without a reason"] == 0
     drawn = {e.number for e in ENTRIES if e.draw}
     assert not drawn & set(told["missing"])
+
+
+def test_a_measured_road_that_stands_at_first_does_not_hold_the_simulation(lab):
+    """Figures 5.18, 5.19: the low-passed speed at the first sample is a little below zero, and the
+    simulation never ended."""
+    time = np.arange(0.0, 136.5, 0.02)
+    speed = np.minimum(0.206 * time, 0.03092)
+    x = np.cumsum(speed) * 0.02
+    columns = {
+        "time": time, "plank_position": x, "plank_velocity": speed - 2e-5 * (time < 0.1),
+        "motor_torque": np.full(time.size, 0.9),
+    }  # fmt: skip
+    info = RunRecord(file="run", measurement="free_rolling", fz=rolling.NOMINAL)
+    lab.kept[rolling.STARTS] = [MeasurementTable(columns, info)]
+    run = rolling.improved(lab)
+    assert run.position[-1] == pytest.approx(4.2, abs=0.01)
+    assert run.time[-1] == pytest.approx(4.2 / 0.03092, rel=0.01)
+    with pytest.raises(ValueError, match="the road stands at 0.000 m"):
+        simulate(Nonlinear(), FreeRollingParameters(), speed=lambda at: at)

@@ -84,6 +84,7 @@ def simulate(
     """Simulate until the road has moved `distance` [m]; every `keep`-th step is kept.
 
     `speed`: road speed [m/s] over its position [m], for example as measured; by default constant.
+    ValueError where the road would stand: it would never move `distance`.
     """
     a, friction = n.actuator, _table(n.friction)
     gear, lost = a.gear, a.efficiency * a.gear
@@ -97,6 +98,8 @@ def simulate(
         t = k * step
         if t >= n.start:
             wanted = speed(position) if speed is not None else a.speed
+            if not wanted > 0.0:
+                raise ValueError(f"the road stands at {position:.3f} m: its speed is {wanted:g}")
             road = min(road + n.acceleration * step, wanted)
             position += road * step
             error = p.reference - force
