@@ -86,6 +86,7 @@ def test_friction_by_load_of_a_servo_is_named_and_neither_decoy(bench, tmp_path)
     assert result.source.lower_bound and not result.verdict.startswith(FOUND)
 
 
+@pytest.mark.long
 def test_a_servo_with_a_stribeck_curve_is_not_said_to_feel_its_load(bench, tmp_path):
     result = bench.main(str(servo(tmp_path / "logs", stribeck=0.15))).result
     assert "load_friction" not in named(result)

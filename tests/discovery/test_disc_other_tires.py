@@ -16,6 +16,7 @@ from flatplank_analysis.discovery.verdict import AT_FLOOR, FOUND
 from flatplank_validation.blind.nulls import nothing_hidden
 
 
+@pytest.mark.long
 def test_a_law_that_the_loads_bend_is_no_difference_between_driving_and_braking():
     """Was `found: drive_brake_asymmetry`, -2 %: the error fell from 2.1 N to 1.7 N, both of the
     form of the base, in a campaign of 0.8 N of noise with nothing hidden."""
@@ -23,7 +24,9 @@ def test_a_law_that_the_loads_bend_is_no_difference_between_driving_and_braking(
     assert (result.verdict, result.found) == (AT_FLOOR, ()), result.reason
 
 
-@pytest.mark.parametrize(("design", "seed"), [("loads", 1), ("pressures", 31)])
+@pytest.mark.parametrize(
+    ("design", "seed"), [("loads", 1), pytest.param("pressures", 31, marks=pytest.mark.long)]
+)
 def test_the_transients_of_all_runs_are_no_worn_patch_and_no_creep(design, seed):
     """Were `found: worn_patch`, 56 % at 0.14 m, where the wheel starts to roll, with an error of
     5.94 N before and 5.91 N after; and `found: carcass_creep`, 5 % in 2 s, which are 6 cm."""
@@ -32,6 +35,7 @@ def test_the_transients_of_all_runs_are_no_worn_patch_and_no_creep(design, seed)
     assert names <= {"rolling_resistance"}, result.reason  # that of this tire grows with the load
 
 
+@pytest.mark.long
 @pytest.mark.timeout(300)
 def test_two_pressures_change_the_rolling_radius_of_our_own_plant():
     """Was `partly`, a carcass that follows the pressure with 0.31 (0.25 in the plant), and 42 N

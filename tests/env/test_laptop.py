@@ -16,6 +16,7 @@ SOURCES = ROOT / "ros_ws" / "src"
 PACKAGES = ("flatplank_data", "flatplank_analysis")
 COMMAND = "pip install " + " ".join(f"./ros_ws/src/{name}" for name in PACKAGES)
 USE = """
+import importlib.resources
 import sys
 import flatplank_analysis as fp
 from flatplank_analysis.cli.verbs import installed
@@ -23,6 +24,9 @@ runs = fp.load(sys.argv[1])
 assert len(runs) == 1, runs
 assert {"fit", "diagnose"} <= installed().keys()
 assert not {"rclpy", "flatplank_hw"} & sys.modules.keys()
+assert fp.__version__[0].isdigit()
+assert importlib.resources.files("flatplank_data").joinpath("py.typed").is_file()
+assert importlib.resources.files("flatplank_analysis").joinpath("py.typed").is_file()
 print(fp.__file__)
 """
 
