@@ -10,6 +10,7 @@ from third_campaigns import tables
 
 from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.model import TireModel
+from flatplank_analysis.contact_patch.parameters import _parameters
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.model import same_law
 from flatplank_analysis.discovery.verdict import AT_FLOOR, FOUND
@@ -86,3 +87,16 @@ def test_the_pressure_does_not_change_the_form_of_the_law():
     assert all(np.ptp(data.kappa[[*one]]) == 0.0 for one in law)
     single = TireModel(from_tables(tables("wide_loads", 1)))
     assert [*map(len, same_law(single))] == [*map(len, single.runs.groups)]
+
+
+@pytest.mark.parametrize("load", [450.0, 48e3])
+def test_ranges_of_the_base_scale_with_the_tire(load):
+    """Forces with the load, lengths with its square root, stiffnesses with their quotient."""
+    force, length = load / 3700.0, np.sqrt(load / 3700.0)
+    factors = {"N": force, "m": length, "N/m": force / length}
+    usual, scaled = ([p for _, p in _parameters(at, turned=True)] for at in (3700.0, load))
+    for one, other in zip(usual, scaled, strict=True):
+        factor = factors.get(one.unit, 1.0)
+        for name in ("null", "lower", "upper", "screen", "prior"):
+            wanted = factor * getattr(one, name)
+            assert getattr(other, name) == pytest.approx(wanted), f"{name} of {one.name}"

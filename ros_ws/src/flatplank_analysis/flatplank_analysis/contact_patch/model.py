@@ -17,6 +17,7 @@ from flatplank_analysis.contact_patch.parameters import (
     among_pressures,
     at_one_law,
     base_parameters,
+    contact_ratio,
     other_starts,
     with_side_slip,
 )
@@ -55,6 +56,8 @@ class TireModel:
     def __init__(self, data: TireRuns) -> None:
         self.data = data
         self.runs: RunSet = data.runs
+        length = contact_ratio(data.reference.load)
+        self.form = replace(self.form, shift=self.form.shift * length)
         if with_side_slip(data):
             self.form = replace(self.form, stretch=STRETCH_WITH_SIDE_SLIP)
         if with_side_slip(data) or among_loads(data) or among_pressures(data):

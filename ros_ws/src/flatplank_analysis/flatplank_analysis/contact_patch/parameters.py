@@ -24,8 +24,12 @@ from flatplank_analysis.discovery.parameters import Parameter
 
 BASE = "contact_patch"
 """name of the base in a model file"""
+USUAL_LOAD, USUAL_HALF = 3700.0, 0.07
+"""[N], [m] load and half contact length of the tire for which the ranges below are written; forces
+scale with the load, lengths with its square root, stiffnesses with their quotient"""
 LEAST_LOAD = 5.0
-"""[N] root mean square of the load within a run below which it is treated as constant"""
+"""[N] root mean square of the load within a run, at `USUAL_LOAD`, below which it is treated as
+constant"""
 PROTRACTOR = 2e-3
 """[rad] largest zero error of the steering that a protractor does not show: it can be read to a
 tenth of a degree"""
@@ -39,6 +43,11 @@ SIDE_SLIP = 5e-3
 def moving_load(load: np.ndarray) -> float:
     """Root mean square of the load (runs, samples) about the mean of each run [N]."""
     return float(np.sqrt(np.mean((load - load.mean(axis=1, keepdims=True)) ** 2)))
+
+
+def contact_ratio(load: float) -> float:
+    """Contact length at a load [N], relative to that at `USUAL_LOAD`."""
+    return float(np.sqrt(load / USUAL_LOAD))
 
 
 def along_plank(data: TireRuns) -> float:
@@ -86,7 +95,7 @@ def base_parameters(data: TireRuns) -> tuple[Parameter, ...]:
     turned = with_side_slip(data)
     shown = {
         "always": True,
-        "load within a run": moving_load(data.load) > LEAST_LOAD,
+        "load within a run": moving_load(data.load) > LEAST_LOAD * load / USUAL_LOAD,
         "side force": "fy" in data.runs.channels,
         "side slip": turned,
         "load": among_loads(data),
@@ -102,7 +111,8 @@ def _parameters(load: float, turned: bool, along: float = 0.0) -> list[tuple[str
 
     load: reference load [N]; turned: True with side slip; along: see `along_plank`.
     """
-    half = 0.07 * np.sqrt(load / 3700.0)
+    force, length = load / USUAL_LOAD, contact_ratio(load)
+    half, stiff = USUAL_HALF * length, force / length
     prior = np.inf if turned else 6.0 * load
     # with forces in both directions a row of bristles is the better start
     rounding, order, turn = (0.1, 1.0, 0.8) if turned else (0.5, 0.5, 0.5)
@@ -114,14 +124,14 @@ def _parameters(load: float, turned: bool, along: float = 0.0) -> list[tuple[str
         Parameter("round", "1", rounding, -0.3, 1.6, 0.3, prior=0.6),
         # rubber leaves the contact with the wheel (1) or with the plank (0), and no sooner
         Parameter("denom", "1", 1.0, -0.3, 1.0, 0.3),
-        Parameter("carcass", "N/m", 2.5e5, 4e4, 3e6, 3e4),
-        Parameter("half", "m", half, 0.4 * half, 2.0 * half, 0.01, prior=0.2 * half),
+        Parameter("carcass", "N/m", 2.5e5 * stiff, 4e4 * stiff, 3e6 * stiff, 3e4 * stiff),
+        Parameter("half", "m", half, 0.4 * half, 2.0 * half, 0.01 * length, prior=0.2 * half),
         Parameter("tread", "1", 1.0, 0.4, 2.5, 0.2, prior=0.3),
         Parameter("fixed_length", "1", 0.0, 0.0, 1.5, 0.2, prior=0.3),
         Parameter("patch_order", "1", order, 0.02, 1.5, 0.2, prior=0.7),
         Parameter("slip_offset", "1", 0.0, -0.02, 0.02, 1e-3),
-        Parameter("fx_offset", "N", -30.0, -300.0, 300.0, 20.0),
-        Parameter("fx_zero", "N", 0.0, -300.0, 300.0, 10.0),
+        Parameter("fx_offset", "N", -30.0 * force, -300.0 * force, 300.0 * force, 20.0 * force),
+        Parameter("fx_zero", "N", 0.0, -300.0 * force, 300.0 * force, 10.0 * force),
     ]
     # the friction follows all of the load
     load_share = Parameter("load_share", "1", 0.8, 0.0, 1.5, 0.3, prior=0.3)
@@ -132,7 +142,7 @@ def _parameters(load: float, turned: bool, along: float = 0.0) -> list[tuple[str
     )  # fmt: skip
     side = [
         stiff_y,
-        Parameter("carcass_y", "N/m", 1.5e5, 2e4, 3e6, 3e4),
+        Parameter("carcass_y", "N/m", 1.5e5 * stiff, 2e4 * stiff, 3e6 * stiff, 3e4 * stiff),
         # 1: the rubber of the side force moves through the contact with the wheel, as with
         # bristles; 0: side force and slip are independent
         Parameter("turn_y", "1", turn, 0.0, 1.0, 0.3, prior=0.5),

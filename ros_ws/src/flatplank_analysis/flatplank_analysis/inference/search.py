@@ -5,14 +5,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from flatplank_analysis.discovery import invariants
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term
 from flatplank_analysis.discovery.model import Model, starts_of
 from flatplank_analysis.discovery.screen import screen
-from flatplank_analysis.discovery.search import Options, bonferroni_divisors
+from flatplank_analysis.discovery.search import WORTH_A_FIT, Options, bonferroni_divisors
 from flatplank_analysis.discovery.sources import UNDECIDED, cut_where_needed, source_of
 from flatplank_analysis.discovery.state import (
     State,
@@ -28,7 +28,7 @@ from flatplank_analysis.inference.posterior import Posterior
 from flatplank_analysis.inference.weigh import Scales, Weighed
 from flatplank_data.errors import FlatplankError
 
-AGAIN = 2
+AGAIN = 1
 """most times that the noise is estimated anew, with the effects that were found"""
 FIRST_STEPS = 6
 """iterations from each set of start values, before the best one is fitted to the end"""
@@ -92,6 +92,8 @@ class _Inference:
                for c, f in enumerate(state.floors)):  # fmt: skip
             fits += self.from_other_starts(fitter)
         best = min(fits, key=lambda f: f.chi2)
+        if fitter.error(best) > WORTH_A_FIT * fitter.error(fit):
+            return replace(state, fitter=fitter)
         return make_state(self.model, fitter, best, self.effects)
 
     def from_other_starts(self, fitter: Fitter) -> list[Fit]:
