@@ -91,6 +91,10 @@ class Search:
     posterior: dict[str, Any] | None = None
     """probabilities of the sets of effects, see `inference.answer.to_dict`; None when the search
     states none"""
+    detectable: dict[str, tuple[float, str]] | None = None
+    """smallest size of each effect that is named, and its unit; None: see `detectable`"""
+    notes: tuple[str, ...] = ()
+    """what the search itself has to say"""
 
     @property
     def last(self) -> Step:

@@ -208,7 +208,7 @@ def diagnose(search: Search, next_run: dict[str, Any] | None = None) -> Diagnosi
         period=period if share > 0.2 else float("nan"),
         coherence=where.coherence(runs, residual),
         next_run=next_run or {},
-        detectable=detectable_sizes(last, search.looked_at),
+        detectable=search.detectable or detectable_sizes(last, search.looked_at),
         seconds=search.seconds,
         source=source,
         limits=counts,
@@ -291,6 +291,7 @@ def _period(runs: RunSet, residual: np.ndarray, verdict: str) -> tuple[float, fl
 
 
 def _notes(runs: RunSet, search: Search) -> Iterator[str]:
+    yield from search.notes
     steps = runs.facts.get("step", np.array([]))
     known = steps[np.isfinite(steps)]
     if known.size and np.ptp(known) < 0.05:

@@ -4,7 +4,7 @@ without consequence."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -113,6 +113,14 @@ def present_without_name(answer: Answer, held: int) -> list[Decision]:
         reason = NEGLIGIBLE if best.matters(index) < 0.5 else f"P = {p:.2g}, below {NAMED:g}"
         out.append(_decision(answer.posterior, index, p, (reason,)))
     return out
+
+
+def runners_up(answer: Answer) -> Iterator[str]:
+    """Effects that are neither named nor improbable, in words."""
+    named = {n for f in answer.named for n in (f.decision.term.effect.identifier, *f.alike)}
+    for name, p in answer.posterior.marginal.items():
+        if name not in named and p > MEMBER:
+            yield f"{name}: P = {p:.2g}, below {NAMED:g}: not named"
 
 
 def to_dict(posterior: Posterior) -> dict[str, Any]:

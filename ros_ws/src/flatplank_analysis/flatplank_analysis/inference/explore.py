@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import Fit, Term
 from flatplank_analysis.discovery.screen import ScreenResult, best_per_effect
 from flatplank_analysis.discovery.shortlist import line_search_with_drop
@@ -40,7 +39,6 @@ class Explorer:
     """All sets that were weighed with the same scales, and which of them were extended."""
 
     scales: Scales
-    effects: Sequence[type[Effect]]
     sets: dict[Key, Weighed] = field(default_factory=dict)
     extended: set[Key] = field(default_factory=set)
     held: int = 0
@@ -65,7 +63,7 @@ class Explorer:
 
     def extend(self, fit: Fit) -> None:
         """Weigh the sets with one more effect."""
-        state, ranking = self.scales.ranked(fit, self.effects)
+        state, ranking = self.scales.ranked(fit)
         if not ranking.ranked:
             return
         lacking = self._known(fit).chi2 - self.posterior.best.chi2

@@ -22,7 +22,13 @@ from flatplank_analysis.discovery.state import (
     start_base,
 )
 from flatplank_analysis.discovery.steps import Search, Step
-from flatplank_analysis.inference.answer import answer_of, present_without_name, to_dict
+from flatplank_analysis.inference.answer import (
+    answer_of,
+    present_without_name,
+    runners_up,
+    to_dict,
+)
+from flatplank_analysis.inference.detectable import detectable_sizes
 from flatplank_analysis.inference.explore import REACH, Explorer
 from flatplank_analysis.inference.posterior import Posterior
 from flatplank_analysis.inference.weigh import Scales, Weighed
@@ -58,11 +64,12 @@ class _Inference:
         self.say("fit of the base", 0.0)
         base = self.base()
         fitted = time.perf_counter() - self.began
-        scales = Scales.of(base, len(self.effects))
+        scales = Scales.of(base, self.effects)
         first = Step(base, scales.ranking, [])
         explorer = self.explorer(scales, [scales.fitted(base.whitened.fit)])
         ranked = time.perf_counter() - self.began
-        state, posterior = self.explored(explorer)
+        scales, posterior = self.explored(explorer)
+        state = scales.state
         self.say("answer", 0.9)
         held = len(self.options.terms)
         answer = answer_of(posterior, held)
@@ -73,7 +80,8 @@ class _Inference:
         return Search(
             self.model, self.effects, steps, time.perf_counter() - self.began,
             bonferroni_divisors(self.effects, self.model), fitted, ranked,
-            self.starts, posterior=to_dict(posterior),
+            self.starts, posterior=to_dict(posterior), notes=tuple(runners_up(answer)),
+            detectable=detectable_sizes(scales),
         )  # fmt: skip
 
     def say(self, text: str, share: float) -> None:
@@ -105,14 +113,15 @@ class _Inference:
         return [fitter.fit(f.base, f.terms, known=f) for f in sorted(tries, key=_chi2)[:1]]
 
     def explorer(self, scales: Scales, sets: Sequence[Weighed]) -> Explorer:
-        explorer = Explorer(scales, self.effects, held=len(self.options.terms))
+        explorer = Explorer(scales, held=len(self.options.terms))
         for weighed in sets:
             explorer.keep(weighed)
         return explorer
 
-    def explored(self, explorer: Explorer) -> tuple[State, Posterior]:
+    def explored(self, explorer: Explorer) -> tuple[Scales, Posterior]:
         """Explore, estimate the noise with the likeliest set in the model, and explore again."""
         base = state = explorer.scales.state
+        scales = explorer.scales
         posterior = explorer.run()
         for number in range(AGAIN):
             best = posterior.best
@@ -121,13 +130,13 @@ class _Inference:
             self.say(f"noise beside {', '.join(best.key)}", 0.5 + 0.2 * number)
             order = sorted(range(len(best.fit.terms)), key=best.matters)
             state = self.state_of(base, best, [best.fit.terms[i] for i in order])
-            scales = Scales.of(state, len(self.effects))
+            scales = Scales.of(state, self.effects)
             near = [posterior.sets[k] for k, log in posterior.logs.items() if log > -2.0 * REACH]
             done = explorer.extended - {best.key}
             explorer = self.explorer(scales, [scales.fitted(w.fit) for w in near])
             explorer.extended = done
             posterior = explorer.run()
-        return state, posterior
+        return scales, posterior
 
     def state_of(self, base: State, best: Weighed, terms: Sequence[Term]) -> State:
         """State with some effects of a set; none of them raises the fitted error."""

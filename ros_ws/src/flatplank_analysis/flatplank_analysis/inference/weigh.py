@@ -71,16 +71,20 @@ class Scales:
     state: State
     """fitted model whose noise and scatter are used"""
     metric: WithLawErrors
-    library: int
-    """number of effects that were searched"""
+    effects: Sequence[type[Effect]]
+    """effects that are searched"""
     ranking: Screen
     """candidates beside the model of the state"""
 
     @classmethod
-    def of(cls, state: State, library: int) -> Scales:
+    def of(cls, state: State, effects: Sequence[type[Effect]]) -> Scales:
         """Noise of a state, and the errors of its model."""
-        ranking = screen(state)
-        return cls(state, with_law_errors(state), library, ranking)
+        return cls(state, with_law_errors(state), effects, screen(state))
+
+    @property
+    def library(self) -> int:
+        """Number of effects that are searched."""
+        return len(self.effects)
 
     @property
     def fitter(self) -> Fitter:
@@ -124,10 +128,10 @@ class Scales:
         volume += sum(_inside(t.effect, s) for t, s in zip(fit.terms, sizes, strict=True))
         return Weighed(fit, result.chi2, volume, sizes)
 
-    def ranked(self, fit: Fit, effects: Sequence[type[Effect]]) -> tuple[State, Screen]:
+    def ranked(self, fit: Fit) -> tuple[State, Screen]:
         """Candidates beside a fit, with the columns that they would have there."""
         residual = fit.residual(self.state.runs.measured)
-        candidates = make_candidates(self.state.model, fit, effects, residual)
+        candidates = make_candidates(self.state.model, fit, self.effects, residual)
         whitened = Whitened(fit, math.nan)
         state = replace(
             self.state, fit=fit, residual=residual, candidates=candidates, metric=self.metric,
