@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -43,6 +43,8 @@ class Explorer:
     extended: set[Key] = field(default_factory=set)
     held: int = 0
     """number of effects, the first ones, that are in every set"""
+    say: Callable[[str], None] = lambda text: None
+    """receives what is being done"""
 
     @property
     def posterior(self) -> Posterior:
@@ -58,6 +60,7 @@ class Explorer:
         """Extend sets until none within reach gains."""
         while (key := self._next()) is not None:
             self.extended.add(key)
+            self.say(f"effects beside {', '.join(key) or 'the base'}")
             self.extend(self.sets[key].fit)
         return self.posterior
 

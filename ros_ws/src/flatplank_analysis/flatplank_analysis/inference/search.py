@@ -62,11 +62,20 @@ class _Inference:
 
     def run(self) -> Search:
         self.say("fit of the base", 0.0)
-        base = self.base()
+        search = self.searched(self.base())
+        if search.last.left and starts_of(self.model):
+            # a local minimum of the base leaves what no effect explains
+            self.say("other starts of the base", 0.9)
+            better = self.from_other_starts(search.steps[0].state)
+            return search if better is None else self.searched(better)
+        return search
+
+    def searched(self, base: State) -> Search:
+        """The search from a fitted base."""
         fitted = time.perf_counter() - self.began
         scales = Scales.of(base, self.effects)
         first = Step(base, scales.ranking, [])
-        explorer = self.explorer(scales, [scales.fitted(base.whitened.fit)])
+        explorer = self.explorer(scales, [scales.fitted(base.whitened.fit)], 0.2)
         ranked = time.perf_counter() - self.began
         scales, posterior = self.explored(explorer)
         state = scales.state
@@ -89,31 +98,35 @@ class _Inference:
             self.options.progress(text, share)
 
     def base(self) -> State:
-        """The base with the channel weights of its floors; from further start values, too, where
-        a residual of consequence remains."""
+        """The base with the channel weights of its floors."""
         fitter = Fitter(self.model, channel_weights(self.model, rough_levels(self.model)))
         fit = fitter.fit(start_base(self.model, self.options.start), self.options.terms)
         state = make_state(self.model, fitter, fit, self.effects)
         fitter = Fitter(self.model, channel_weights(self.model, [f.floor for f in state.floors]))
         fits = [fitter.fit(f.base, f.terms, known=f) for f in (fit, state.whitened.fit)]
-        if any(f.unexplained > invariants.limits(state, c).rest
-               for c, f in enumerate(state.floors)):  # fmt: skip
-            fits += self.from_other_starts(fitter)
-        best = min(fits, key=lambda f: f.chi2)
+        best = min(fits, key=_chi2)
         if fitter.error(best) > WORTH_A_FIT * fitter.error(fit):
             return replace(state, fitter=fitter)
         return make_state(self.model, fitter, best, self.effects)
 
-    def from_other_starts(self, fitter: Fitter) -> list[Fit]:
-        """The best fit from the further start values of the model, if there are any."""
+    def from_other_starts(self, known: State) -> State | None:
+        """The base from the best of its further start values; None when that is no better."""
+        fitter = known.fitter
         starts = [{**self.options.start, **other} for other in starts_of(self.model)]
         self.starts = 1 + len(starts)
         bases = [start_base(self.model, s) for s in starts]
         tries = [fitter.fit(b, self.options.terms, iterations=FIRST_STEPS) for b in bases]
-        return [fitter.fit(f.base, f.terms, known=f) for f in sorted(tries, key=_chi2)[:1]]
+        begun = min(tries, key=_chi2)
+        fit = fitter.fit(begun.base, begun.terms, known=begun)
+        if fitter.error(fit) > WORTH_A_FIT * fitter.error(known.fit):
+            return None
+        return make_state(self.model, fitter, fit, self.effects)
 
-    def explorer(self, scales: Scales, sets: Sequence[Weighed]) -> Explorer:
-        explorer = Explorer(scales, held=len(self.options.terms))
+    def explorer(self, scales: Scales, sets: Sequence[Weighed], share: float) -> Explorer:
+        """An explorer of some sets; share: of the search that is done."""
+        explorer = Explorer(
+            scales, held=len(self.options.terms), say=lambda text: self.say(text, share)
+        )
         for weighed in sets:
             explorer.keep(weighed)
         return explorer
@@ -133,7 +146,7 @@ class _Inference:
             scales = Scales.of(state, self.effects)
             near = [posterior.sets[k] for k, log in posterior.logs.items() if log > -2.0 * REACH]
             done = explorer.extended - {best.key}
-            explorer = self.explorer(scales, [scales.fitted(w.fit) for w in near])
+            explorer = self.explorer(scales, [scales.fitted(w.fit) for w in near], 0.7)
             explorer.extended = done
             posterior = explorer.run()
         return scales, posterior
