@@ -6,8 +6,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cache
 
+import numpy as np
 import pytest
-from ball import Ball, Drag, Shake, Wind, throw
+from ball import TIME, Ball, Drag, Shake, Wind, throw
 
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.parameters import param
@@ -106,3 +107,23 @@ def test_units_of_signals_and_of_sizes_do_not_matter(k):
     assert other.posterior["nothing"] == pytest.approx(plain.posterior["nothing"], rel=1e-2)
     one, two = ([s["log_odds"] for s in p.posterior["sets"]] for p in (plain, other))
     assert two == pytest.approx(one, abs=0.05)
+
+
+@pytest.mark.parametrize("seed", [21, 22, 23])
+def test_stated_size_parts_what_is_named_from_what_is_not(seed):
+    stated, unit = searched(11, 0.0).detectable["drag"]
+    assert unit == "1/m"
+    assert names_of(searched(seed, 1.5 * stated)) == ["drag"]
+    assert names_of(searched(seed, 0.5 * stated)) == []
+
+
+def test_an_effect_of_no_consequence_is_in_the_model_and_no_finding():
+    """The camera shakes by 4 mm, of which 5 mm would matter: what the drag leaves is judged
+    beside the shaking."""
+    ball = throw(31, 0.02, a=0.0)
+    shaken = throw(31, 0.02, a=0.0)
+    shaken.runs.measured[:] = ball.runs.measured + 0.004 * np.sin(20.0 * TIME)
+    search = run_posterior(shaken, [Drag, Wind, Shake])
+    assert names_of(search) == ["drag"]
+    assert {t.effect for t in search.last.state.fit.terms} == {Drag, Shake}
+    assert diagnose(search).verdict == FOUND
