@@ -17,6 +17,7 @@ from flatplank_validation.blind.journal import diagnose
 from flatplank_validation.blind.menu import KIN
 
 
+@pytest.mark.long
 def test_a_gap_that_a_strange_tire_imitates_is_found(monkeypatch):
     # a contact length at the end of its range takes most of what the gap does in this campaign,
     # and where it stands there the gap of the drive brings nothing
