@@ -171,6 +171,59 @@ def test_a_long_gap_starts_from_rest():
     assert sample.plank_position == pytest.approx(16 * 5000 * COUNT)
 
 
+@pytest.mark.parametrize("gap", [2, 50, 51, 1000])
+def test_a_gap_of_50_cycles_is_bridged_and_a_longer_one_starts_from_rest(gap):
+    e = Encoders(P)
+    for n in [*range(100), 99 + gap]:
+        sample = e.step(image(n, plank=16 * n, wheel=3 * n, motor=50_000 * n))
+    speeds = (sample.plank_velocity, sample.wheel_velocity, sample.motor_velocity)
+    true = (16 * 250 * COUNT, 3 * 250 * 2 * math.pi / 20000, 50_000 * 250 * 2 * math.pi / 2**23)
+    if gap <= 50:
+        assert speeds == pytest.approx(true, rel=1e-3)
+    else:
+        # one jump in a window: its slope, 6 (n - 1) / (n (n^2 - 1)) of it per sample
+        windows = (25, 25, 5)
+        jumps = [speed * gap * 6.0 / (n * (n + 1)) for speed, n in zip(true, windows, strict=True)]
+        assert speeds == pytest.approx(jumps, rel=1e-6)
+    assert sample.plank_position == pytest.approx(16 * (99 + gap) * COUNT)
+
+
+@pytest.mark.parametrize("share", [0.01, 0.019])
+def test_jitter_of_the_bus_does_not_change_a_velocity(share):
+    """Its stamps are those of the computer; the counts are read in equal steps."""
+    e = Encoders(P)
+    for n in range(200):
+        late = round(share * 0.5 * 4_000_000 * (n % 2))
+        sample = e.step(image(n, plank=4 * n)._replace(stamp_ns=n * 4_000_000 + late))
+        if n > 30:
+            assert sample.plank_velocity == pytest.approx(4 * 250 * COUNT, rel=1e-9)
+
+
+def test_an_encoder_that_counts_backward_has_the_same_trigger():
+    """The strip passes the sensor forward, back, and forward again."""
+    e = Encoders(EncoderParameters(plank_counts_per_turn=-P.plank_counts_per_turn))
+    counts, zeros, n = 0, [], 0
+    for speed in (8, -8, 8):
+        e.arm()
+        for k in range(60):
+            counts -= speed
+            sample = e.step(image(n, plank=counts, digital=TRIGGER if k >= 40 else OK))
+            zeros.append(sample.plank_position == 0.0 and k == 40)
+            n += 1
+        for _ in range(5):
+            e.step(image(n, plank=counts))
+            n += 1
+    assert [k for k, zero in enumerate(zeros) if zero] == [40, 160]
+
+
+@pytest.mark.parametrize("counts", [2**31, -(2**31)])
+def test_counts_of_a_turn_are_those_of_a_counter_of_32_bits(counts):
+    assert EncoderParameters(wheel_counts_per_turn=counts).wheel_counts_per_turn == counts
+    for bad in (0, counts + (1 if counts > 0 else -1)):
+        with pytest.raises(ValueError, match="wheel_counts_per_turn"):
+            EncoderParameters(wheel_counts_per_turn=bad)
+
+
 def test_rate_of_the_bus_is_followed():
     e = Encoders(P)
     for n in range(200):
