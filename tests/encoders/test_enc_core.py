@@ -246,6 +246,15 @@ def test_homing_of_the_motor_is_no_motion(first):
     assert sample.motor_angle - before.motor_angle == pytest.approx(30_000 * 2 * math.pi / 2**23)
 
 
+def test_mismatch_is_counted_from_where_motor_and_wheel_stood():
+    e = Encoders(P)
+    stand = dict(motor=50_000_000, wheel=-3000)
+    assert [e.step(image(n, **stand)).mismatch for n in range(3)] == [0.0] * 3
+    # the wheel turns by a count, the motor stands
+    turned = e.step(image(3, **stand | {"wheel": -2999})).mismatch
+    assert turned == pytest.approx(-2 * math.pi / 20000)
+
+
 def test_mismatch_shows_a_gear_that_slips():
     e = Encoders(P)
     for n in range(100):
