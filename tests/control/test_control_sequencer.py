@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from flatplank_control.sequencer import SequencerParameters, SlipSequencer
+from flatplank_control.sequencer.sequencer import Follower
 from flatplank_control.sequencer.waveforms import MAX_SLIP, WAVEFORMS
 from flatplank_data.params import from_mapping, parameter_infos, to_mapping
 from flatplank_hw.samples import EncoderSample
@@ -241,6 +242,34 @@ def test_the_second_encoder_of_the_road_is_followed_where_it_is_fitted():
     ahead = s.step(sample(2, 0.0, road_position=1.0005)).value
     assert ahead == pytest.approx(V / RE + P.follow_rate * 5e-4 / RE)
     assert speeds(following(use_road_encoder=True), 1)[0] > V / RE
+
+
+def test_the_travel_is_that_of_the_road_behind_the_error_of_rack_and_pinion():
+    mesh = {"mesh_turn_cos": 3e-5, "mesh_turn_sin": -4e-5, "mesh_tooth_cos": -5e-6,
+            "mesh_tooth_sin": 1.2e-5}  # fmt: skip
+    p = replace(P, follow_until=0.5, road_scale=1.001, **mesh)
+    follower = Follower(p)
+    read = 0.2 + V / p.rate_hz * np.arange(2000)
+    for n, position in enumerate(read):
+        follower.step(sample(n, position), 1.0 / RE)
+    phase_turn, phase_tooth = math.atan2(-4.0, 3.0), math.atan2(1.2, -0.5)
+    true = [
+        1.001 * x + 5e-5 * math.cos(x / p.pinion_pitch_radius - phase_turn)
+        + 1.3e-5 * math.cos(math.tau * x / p.tooth_pitch - phase_tooth)
+        for x in (read[0], read[-1])
+    ]  # fmt: skip
+    assert follower.travel == pytest.approx(true[1] - true[0], rel=1e-9)
+    assert abs(follower.travel - 1.001 * (read[-1] - read[0])) > 1e-6
+
+
+@pytest.mark.parametrize(("name", "values", "words"), [
+    ("step", {"kappa": 0.05}, "step of +5 % at 1.5 m, r_e 310.8 mm"),
+    ("sine", {"amplitude": 0.02, "wavelength": 0.5},
+     "sine of amplitude +2 %, wavelength 0.5 m at 1.5 m, r_e 310.8 mm"),
+    ("constant", {}, "constant of its defaults at 1.5 m, r_e 310.8 mm"),
+])  # fmt: skip
+def test_an_accepted_waveform_is_told_with_its_numbers(name, values, words):
+    assert words in SlipSequencer(P).set_waveform(name, values, 1.5, RE).reason
 
 
 def test_without_a_moving_plank_there_is_no_actual_slip():
