@@ -313,6 +313,17 @@ def test_a_legend_lies_on_no_line(title, waves):
     assert inside == (waves < 1.0 or bool(title))
 
 
+@pytest.mark.parametrize("points", [9, 2000])
+def test_a_label_stands_at_the_end_of_its_line(points):
+    """Lines of nine slips had their labels at the mean of the line."""
+    x = np.linspace(-10.0, 10.0, points)
+    lines = [Series(f"{k}", x, k * x, "joined", end_label=True) for k in (1.0, 2.0, 3.0)]
+    drawn = canvas(Figure("f", "f", "", [Panel("slip [%]", "Fx [N]", lines)]))
+    (axis,) = drawn.axes
+    places = {text.get_text(): text.xy[1] for text in axis.texts}
+    assert places == pytest.approx({"1.0": 10.0, "2.0": 20.0, "3.0": 30.0}, rel=0.03)
+
+
 def test_what_is_constant_but_for_rounding_is_drawn_as_constant():
     x = np.linspace(0.0, 1.0, 5)
     speed = Panel("slip [%]", "speed [mm/s]", [Series("before", x, 30.92 + 1e-7 * x, "joined")])

@@ -23,6 +23,8 @@ LEGEND_WIDTH, LEGEND_MARK = 54, 4
 """characters that fit above the axes, and width of a marker in characters"""
 WIDTH, HEIGHT = 6.4, 3.7
 """size of one panel [inch]"""
+END_SHARE = 50
+"""a label stands at the mean of the last one of so many parts of its line"""
 MARGIN = 0.05
 """room above and below the visible values, as a share of their range"""
 CONSTANT = 2e-3
@@ -226,9 +228,9 @@ def _end_labels(axis: Axes, labels: list[tuple[Series, str]]) -> None:
 
 
 def _last(series: Series, right: float) -> float:
-    good = np.isfinite(series.y) & (series.x <= right)
-    tail = series.y[good][-25:]
-    return float(np.mean(tail)) if tail.size else 0.0
+    """Value at the right end: mean over the last part of a line, the last point of a few."""
+    shown = series.y[np.isfinite(series.y) & (series.x <= right)]
+    return float(np.mean(shown[-(1 + shown.size // END_SHARE) :])) if shown.size else 0.0
 
 
 def thinned(
