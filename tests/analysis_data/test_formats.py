@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 import scipy.io
@@ -12,6 +14,7 @@ from flatplank_data.errors import FlatplankError
 from flatplank_data.exporters import EXPORTERS
 from flatplank_data.readers import suffixes
 from flatplank_data.readers.base import Request
+from flatplank_data.readers.mat import read_mat
 from flatplank_data.readers.tydex import read_tydex
 from flatplank_data.store import LocalStore
 from flatplank_data.table import STANDARD_COLUMNS
@@ -52,6 +55,20 @@ def test_matlab_vectors_of_any_direction(tmp_path, make_step, shape):
     scipy.io.savemat(tmp_path / "run.mat", columns)
     (found,) = _only_run(tmp_path, "run.mat", kappa=0.01, step_position=1.5).tables()
     np.testing.assert_array_equal(found["fx"], table["fx"])
+
+
+@pytest.mark.parametrize("imaginary", [0.0, 3.0])
+def test_a_complex_matlab_vector_is_read_only_where_it_is_real(tmp_path, make_step, imaginary):
+    table = make_step(0.02)
+    turned = table["fx"].astype(complex)
+    turned[20] += 1j * imaginary
+    scipy.io.savemat(tmp_path / "run.mat", dict(table.columns) | {"fx": turned})
+    loaded = partial(read_mat, Request(LocalStore(str(tmp_path)), "run.mat"))
+    if imaginary:
+        with pytest.raises(FlatplankError, match=r"run.mat, row 21: 'fx' is complex"):
+            loaded()
+    else:
+        np.testing.assert_array_equal(loaded().columns["fx"], table["fx"])
 
 
 def test_matlab_struct_with_units(tmp_path, make_step):

@@ -29,7 +29,11 @@ def read_mat(request: Request) -> Loaded:
     with request.store.open(request.name) as stream:
         values = _columns_of(variables(stream.read(), request.name))
     units = values.pop("units", {})
-    arrays = {k: v for k, v in values.items() if isinstance(v, np.ndarray) and v.ndim == 1}
+    arrays = {
+        k: _real(v, k, request.name)
+        for k, v in values.items()
+        if isinstance(v, np.ndarray) and v.ndim == 1
+    }
     names, remarks = canonical_names(arrays, request.mapping)
 
     def unit_of(name: str) -> str | None:
@@ -42,6 +46,17 @@ def read_mat(request: Request) -> Loaded:
     columns = columns_in_si(names, request, arrays.__getitem__, unit_of, "variable")
     facts = {k: v for k, v in values.items() if k in _FACTS and isinstance(v, (int, float, str))}
     return Loaded(columns, facts, remarks)
+
+
+def _real(values: np.ndarray, name: str, where: str) -> np.ndarray:
+    """Values without an imaginary part; FlatplankError where it is not zero."""
+    if not np.iscomplexobj(values):
+        return values
+    rows = np.flatnonzero(values.imag)
+    if rows.size:
+        what = f"'{name}' is complex, first {values[rows[0]]:g}"
+        raise FlatplankError(what, f"{where}, row {rows[0] + 1}", "export its real part")
+    return np.asarray(values.real)
 
 
 def variables(data: bytes, where: str) -> dict[str, Any]:
