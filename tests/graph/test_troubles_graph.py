@@ -14,11 +14,20 @@ from rosbags.highlevel import AnyReader
 from std_srvs.srv import SetBool, Trigger
 
 from flatplank_control.nodes.client import BenchError
+from flatplank_control.recording.mcap_scan import scan, stored_messages
 from flatplank_control.recording.typestore import typestore
 from flatplank_hw.nodes.qos import STREAM
 from flatplank_hw.troubles import TROUBLES
 from flatplank_msgs.msg import DriveStatus
-from flatplank_msgs.srv import Claim, PlankSwitch, SetOperationMode, SetPace, SetSlipStep, SetValue
+from flatplank_msgs.srv import (
+    Claim,
+    PlankSwitch,
+    SetOperationMode,
+    SetPace,
+    SetSlipStep,
+    SetValue,
+    StartRecording,
+)
 
 pytestmark = pytest.mark.graph
 SHORT = {"kappa": 0.02, "step_position": 0.02, "end_position": 0.04}
@@ -192,3 +201,27 @@ def in_the_bag(bag: Path) -> dict[str, set[str]]:
                 )
                 told[connection.topic].update(texts)
     return told
+
+
+@pytest.mark.parametrize("separate", [(), ("recorder",)], ids=["one process", "apart"])
+def test_the_log_of_a_stop_is_in_the_bag(separate, tmp_path, monkeypatch):
+    """Also that of the nodes which share the recorder's process."""
+    text = TROUBLES["quick_stop"].text
+    with graph(tmp_path, monkeypatch, separate=separate) as bench:
+        bench.advance(10)
+        named = {"name": "logged", "record": "tire: TOY", "at_once": True}
+        bench.call(StartRecording, "/recorder/start", **named)
+        bench.call(Trigger, "/wheel_drive/quick_stop")
+        bench.advance(10)
+        bag = bench.data / "logged"
+        listener = Listener(bench, tmp_path / "nodes.log")
+        listener.until(lambda: text in str(logged(bag)), f"{text} in the bag")
+        bench.stop_recording()
+
+
+def logged(bag: Path) -> list[bytes]:
+    """Messages of the log that are on disk, serialised."""
+    (file,) = bag.glob("*.mcap")
+    index = scan(file).index
+    (channel,) = (c.id for c in index.channels.values() if c.topic == "/rosout")
+    return [m.data for m in stored_messages(file, index) if m.channel == channel]

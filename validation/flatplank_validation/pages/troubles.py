@@ -27,11 +27,11 @@ ros2 topic echo --once /wheel_drive/status --field stop_text
 The first shows every node with its troubles, the worst first. Level 0 is well, 1 a warning, 2 an
 error, 3 a node that is not heard any more. The names of the troubles are in the value `troubles`.
 
-Each occurrence is logged once by the node that sees it, in the launch terminal and on `/rosout`.
-It is in `/diagnostics` as long as it lasts, and by it in the bag, which has no `/rosout`. What is
-over at once stays in `/diagnostics` for 10 s; the same again meanwhile is not logged again. The
-owner of the bus makes one `/diagnostics` of what all nodes say on `/troubles`; without a bus each
-node says it in `/diagnostics` itself.
+Each occurrence is logged once by the node that sees it, in the launch terminal and on `/rosout`,
+which is in the bag. It is in `/diagnostics` as long as it lasts. What is over at once stays in
+`/diagnostics` for 10 s; the same again meanwhile is not logged again. The owner of the bus makes
+one `/diagnostics` of what all nodes say on `/troubles`; without a bus each node says it in
+`/diagnostics` itself.
 
 The number behind *stops* or *waits* is `stop_reason` of a drive's status. A drive that was stopped
 stays so until somebody enables it. What happens to the plank meanwhile:

@@ -24,7 +24,7 @@ from flatplank_control.recording.bus_cycles import Arrivals
 from flatplank_control.recording.filled import in_words, requested_record
 from flatplank_control.recording.recovery import repair
 from flatplank_control.recording.session import RecordingSession, State
-from flatplank_control.recording.topics import at_every_cycle, recorded_topics
+from flatplank_control.recording.topics import ROSOUT, TopicSpec, at_every_cycle, recorded_topics
 from flatplank_control.runner.provenance import InForce, complete_record, software_version
 from flatplank_data.errors import RecordingError
 from flatplank_data.params import Params, param
@@ -39,6 +39,8 @@ from flatplank_msgs.srv import StartRecording, StopRecording
 CLOSE_TIMEOUT_S = 5.0
 """time-out for messages in transit when a bag is closed [s]; a lost one is sent again after 3 s"""
 MODE = "/wheel_drive/mode"
+WITHOUT_HEADER = ("std_msgs/msg/String", ROSOUT.type)
+"""types whose messages get the bench time of their arrival"""
 INTRODUCTION = 8.0
 """time-out for the first messages of running nodes at a start [s]; clients wait for 10 s"""
 
@@ -95,19 +97,25 @@ class RecorderNode(BenchNode):
         for client in self.parameters_of.values():
             self._teardown.append(partial(self.outside.destroy_client, client))
         for spec in self.topics:
-            latched = spec.qos.durability == "transient_local"
-            with_header = not spec.type.startswith("std_msgs/")
-            self.add_serialised_subscription(
-                message_class(spec.type),
-                relative(spec.name),
-                partial(self.on_message, spec.name, with_header),
-                LATCHED if latched else STREAM,
-                needed=spec.name != "/diagnostics",
-            )
+            self.record_topic(spec)
         self.add_timer(0.25, self.poll)
         self.add_service(StartRecording, "~/start", self.on_start)
         self.add_service(StopRecording, "~/stop", self.on_stop)
         self.add_service(Trigger, "~/discard", self.on_discard)
+
+    def record_topic(self, spec: TopicSpec) -> None:
+        """Subscribe to a topic. The log is not a topic of the bench: ROS publishes it in each
+        node, beside the topics within the process."""
+        kind, with_header = message_class(spec.type), spec.type not in WITHOUT_HEADER
+        receive = partial(self.on_message, spec.name, with_header)
+        if spec is ROSOUT:
+            log = self.outside.create_subscription(kind, spec.name, receive, STREAM, raw=True)
+            self._teardown.append(lambda: self.outside.destroy_subscription(log))
+            return
+        self.add_serialised_subscription(
+            kind, relative(spec.name), receive, LATCHED if spec.qos.latched else STREAM,
+            needed=spec.name != "/diagnostics",
+        )  # fmt: skip
 
     def on_message(self, topic: str, with_header: bool, cdr: bytes) -> None:
         if topic == MODE:

@@ -78,9 +78,7 @@ class RecordingSession:
         self.cycles = CycleCount()
         self._topics = [*(t for t in topics if t.name != RUN_TOPIC.name)]
         self._names = {topic.name for topic in self._topics}
-        self._latched = {
-            topic.name: b"" for topic in self._topics if topic.qos.durability == "transient_local"
-        }
+        self._latched = {topic.name: b"" for topic in self._topics if topic.qos.latched}
         """topic -> last latched message; every bag begins with these"""
         self._pre_trigger_ns = round(pre_trigger * 1e9)
         self._open_bag = open_bag

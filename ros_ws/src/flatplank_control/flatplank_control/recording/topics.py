@@ -24,6 +24,13 @@ class Qos:
     history: str = "keep_last"
     deadline_ns: int = _INFINITE_NS
     """[ns]"""
+    lifespan_ns: int = _INFINITE_NS
+    """[ns]"""
+
+    @property
+    def latched(self) -> bool:
+        """True when the last message holds until the next one."""
+        return self.durability == "transient_local" and self.depth == 1
 
 
 STREAM = Qos(depth=2000)
@@ -53,7 +60,7 @@ def qos_text(qos: Qos) -> str:
         "reliability": qos.reliability,
         "durability": qos.durability,
         "deadline": _duration(qos.deadline_ns),
-        "lifespan": _duration(_INFINITE_NS),
+        "lifespan": _duration(qos.lifespan_ns),
         "liveliness": "automatic",
         "liveliness_lease_duration": _duration(_INFINITE_NS),
         "avoid_ros_namespace_conventions": False,
@@ -114,6 +121,12 @@ RECORDED = tuple(row.spec for row in TABLE)
 
 
 IN_CHARGE = TopicSpec("/operator/in_charge", "std_msgs/msg/String", LATCHED)
+ROSOUT = TopicSpec(
+    "/rosout",
+    "rcl_interfaces/msg/Log",
+    Qos(depth=1000, durability="transient_local", lifespan_ns=10_000_000_000),
+)
+"""log of all nodes, with the QoS of ROS; its stamps are of the wall clock"""
 
 _OF_A_DRIVE = {
     "status": ("flatplank_msgs/msg/DriveStatus", STREAM),
@@ -131,7 +144,7 @@ def recorded_topics(axes: Iterable[str]) -> tuple[TopicSpec, ...]:
         for name, (kind, qos) in _OF_A_DRIVE.items()
         if axis != "plank" or name != "reference"  # nobody leads the plank's drive
     ]
-    return (*RECORDED, *of_axes, IN_CHARGE)
+    return (*RECORDED, *of_axes, IN_CHARGE, ROSOUT)
 
 
 def at_every_cycle(mode: str) -> list[str]:
