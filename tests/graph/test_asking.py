@@ -108,3 +108,20 @@ def test_a_server_that_is_started_again_has_not_heard_the_call(question: Questio
     question.executors.append(executor)
     assert isinstance(question.spin_to_the_end(), PlanFailed)
     assert not again.asked
+
+
+def test_calls_are_served_without_gathering_all_entities_anew(question: Question) -> None:
+    """A round of rclpy gathers every entity of the process; a held bench makes two calls in each
+    25 cycles."""
+    question.server.go.set_result(True)
+    assert question.spin_to_the_end().success
+    executors = question.executors
+    watches = [executor._watch for executor in executors]
+    for executor in executors:
+        executor._spin_everything = None  # fails when it is called
+    for _ in range(5):
+        question.outcome = None
+        executors[1].create_task(question.ask())
+        assert question.spin_to_the_end().success
+    assert [executor._watch for executor in executors] == watches
+    assert not any(executor._tasks for executor in executors)

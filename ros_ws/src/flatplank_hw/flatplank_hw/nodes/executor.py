@@ -2,8 +2,9 @@
 """An executor for nodes that receive hundreds of small messages per second.
 
 For every message rclpy gathers all entities of a node and makes a new wait set and task, which
-costs more than the work of a bench node. Here the wait set persists, and messages and timers go
-straight to their callbacks. Services, actions and other rare events are left to rclpy.
+costs more than the work of a bench node. Here the wait set persists, and messages, timers,
+requests and responses go straight to their callbacks. Actions and other rare events are left to
+rclpy.
 """
 
 from __future__ import annotations
@@ -12,11 +13,12 @@ from collections import deque
 from collections.abc import Callable
 from contextlib import ExitStack
 from itertools import chain
-from operator import attrgetter
+from operator import attrgetter, is_not
 
 from rclpy.exceptions import InvalidHandle
 from rclpy.executors import ShutdownException, SingleThreadedExecutor, TimeoutException
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
+from rclpy.task import Task
 
 MOST_AT_ONCE = 50
 """largest number of messages taken from one subscription before the others are served"""
@@ -36,6 +38,7 @@ class _Watch:
 
     def __init__(self, nodes, wake, guards, context) -> None:
         self.keep = ExitStack()
+        self._gathered = _entities_of(nodes)
         self.subscriptions = self._hold(chain.from_iterable(n.subscriptions for n in nodes))
         self.timers = self._hold(chain.from_iterable(n.timers for n in nodes))
         self.clients = self._hold(chain.from_iterable(n.clients for n in nodes))
@@ -55,11 +58,7 @@ class _Watch:
             sum(n.num_events for n in extra),
             context.handle,
         )
-        self.rare = (
-            ("guard_condition", {g.handle.pointer for g in self.guards} - {self._wake}),
-            ("service", {s.handle.pointer for s in self.services}),
-            ("client", {c.handle.pointer for c in self.clients}),
-        )
+        self.rare = {g.handle.pointer for g in self.guards} - {self._wake}
 
     def _hold(self, entities, handle=attrgetter("handle")) -> list:
         """Entities that still exist; holding their handles keeps them alive during the wait."""
@@ -89,15 +88,23 @@ class _Watch:
             waitable.add_to_wait_set(add)
         add.wait(nanoseconds)
 
-    def woken(self) -> bool:
-        """True when rclpy has woken the executor: the entities may have changed."""
-        return self._wake in self.set.get_ready_entities("guard_condition")
+    def outdated(self, nodes) -> bool:
+        """True when rclpy has woken the executor and the entities have changed."""
+        if self._wake not in self.set.get_ready_entities("guard_condition"):
+            return False
+        now = _entities_of(nodes)
+        return len(now) != len(self._gathered) or any(map(is_not, now, self._gathered))
 
     def rare_entity_ready(self) -> bool:
-        ready = self.set.get_ready_entities
-        if any(not known.isdisjoint(ready(kind)) for kind, known in self.rare):
+        if not self.rare.isdisjoint(self.set.get_ready_entities("guard_condition")):
             return True
         return any(waitable.is_ready(self.set) for waitable in self.waitables)
+
+
+def _entities_of(nodes) -> list:
+    """All entities of the nodes."""
+    kinds = attrgetter("subscriptions", "timers", "clients", "services", "guards", "waitables")
+    return [*chain.from_iterable(chain.from_iterable(kinds(node)) for node in nodes)]
 
 
 class StreamExecutor(SingleThreadedExecutor):
@@ -142,7 +149,9 @@ class StreamExecutor(SingleThreadedExecutor):
             for subscription in watch.subscriptions:
                 if subscription.handle.pointer in messages:
                     self._take_all(subscription)
-        if watch.woken():
+        self._serve(watch.services, watch.set.get_ready_entities("service"), self._take_service)
+        self._serve(watch.clients, watch.set.get_ready_entities("client"), self._take_client)
+        if watch.outdated(self.get_nodes()):
             self.release_entities()
         self._call_due()
         self._resume()
@@ -166,15 +175,22 @@ class StreamExecutor(SingleThreadedExecutor):
                 return
             subscription.callback(taken[0])
 
+    def _serve(self, entities, ready, take: Callable) -> None:
+        """Take a request or response of each ready entity; `_resume` processes it."""
+        for entity in entities if ready else ():
+            if entity.handle.pointer in ready and (call := take(entity)) is not None:
+                self._tasks.append((Task(call, executor=self), None, None))
+
     def _resume(self) -> None:
-        """Resume coroutines of services whose awaited result may have come."""
-        for task, _entity, _node in tuple(self._tasks):
-            if task.done():
-                continue  # rclpy removes it from the list in its next round
-            task()
-            if task.done():
-                self.release_entities()  # a finished task may have destroyed entities
-                task.result()
+        """Begin and resume coroutines: what was taken, and services whose awaited result may have
+        come."""
+        for task, *_ in tuple(self._tasks):
+            if not task.done():
+                task()
+                if task.done():
+                    task.result()
+        with self._tasks_lock:
+            self._tasks = [entry for entry in self._tasks if not entry[0].done()]
 
     def _spin_everything(self) -> None:
         """Run one round of the rclpy executor, without waiting."""
