@@ -14,6 +14,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from itertools import chain
 from operator import attrgetter, is_not
+from typing import Any
 
 from rclpy.exceptions import InvalidHandle
 from rclpy.executors import ShutdownException, SingleThreadedExecutor, TimeoutException
@@ -112,6 +113,7 @@ class StreamExecutor(SingleThreadedExecutor):
     events. `due` are functions that it calls once, in its next round."""
 
     _watch: _Watch | None = None
+    _tasks: list[tuple[Task, Any, Any]]
 
     def __init__(self) -> None:
         super().__init__()
