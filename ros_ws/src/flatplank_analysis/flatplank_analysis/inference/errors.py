@@ -14,6 +14,7 @@ import numpy as np
 from flatplank_analysis.discovery.fit import Fit, effect_contribution
 from flatplank_analysis.discovery.gram import Metric
 from flatplank_analysis.discovery.model import form_error_of, same_law
+from flatplank_analysis.discovery.noise import SLOW
 from flatplank_analysis.discovery.size_errors import shifted_later, single_channels
 from flatplank_analysis.discovery.state import State
 
@@ -23,6 +24,10 @@ between stretches of a run, equally probable: a fault of the form of the library
 law of the model imitates by about this share, and one of another form"""
 STRETCHES = 5
 """stretches of a run, of equal share of the effect"""
+
+
+STEEP = 40
+"""numerical: most nodes with an error of their own"""
 
 
 class WithLawErrors(Metric):
@@ -57,11 +62,22 @@ def _square_root(loose: np.ndarray) -> np.ndarray:
 
 
 def law_errors(state: State) -> np.ndarray:
-    """Columns (channels + 1, channels, runs, samples) of the errors of law and transient, each
-    with its standard deviation."""
+    """Columns (n, channels, runs, samples) of the errors of law and transient, each with its
+    standard deviation.
+
+    A force rises earlier or later as a whole, and, where it rises so steeply that this is more
+    than the noise of a sample (start from a locked wheel), also at each node by itself: there the
+    form of the transient is no better known than its place.
+    """
     signals = state.whitened.fit.predicted
     law = form_error_of(state.model).law * single_channels(signals)
-    return np.concatenate([law, shifted_later(state, signals)[None]])
+    late = shifted_later(state, signals)
+    noise = np.sqrt([n.weights[:SLOW].sum() for n in state.metric.whitener.noises])
+    steepness = (np.sqrt(np.mean(late**2, axis=1)) / noise[:, None]).max(axis=0)
+    steep = np.argsort(-steepness)[:STEEP]
+    steep = steep[steepness[steep] > 1.0]
+    single = [late * (np.arange(late.shape[-1]) == n) for n in steep]
+    return np.concatenate([law, late[None], *(s[None] for s in single)])
 
 
 def with_law_errors(state: State) -> WithLawErrors:

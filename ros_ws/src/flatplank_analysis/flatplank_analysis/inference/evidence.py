@@ -12,13 +12,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 
 from flatplank_analysis.discovery.descent import bounded_step
 from flatplank_analysis.discovery.gram import Gram
+
+SMALLEST = 1e-12
+"""numerical: smallest eigenvalue of a scaled precision, relative to the largest one"""
 
 
 @dataclass(frozen=True)
@@ -60,19 +61,14 @@ class Evidence:
     coefficients; the fixed ones count with their posterior volume"""
     step: np.ndarray
     """(p + random,) most probable coefficients, relative to the present values"""
-    precision: np.ndarray
-    """(p + random, p + random) inverse of the posterior covariance"""
+    covariance: np.ndarray
+    """(p + random, p + random) posterior covariance of the coefficients"""
 
     @property
     def log(self) -> float:
         """Logarithm of the evidence, but for the densities of the priors of the fixed
         coefficients and for a constant of the data."""
         return self.volume - 0.5 * self.chi2
-
-    @cached_property
-    def covariance(self) -> np.ndarray:
-        """Posterior covariance of the coefficients."""
-        return cho_solve(cho_factor(self.precision), np.eye(len(self.precision)))
 
 
 def evidence(gram: Gram, fixed: Fixed, random: Sequence[Random] = ()) -> Evidence:
@@ -95,9 +91,18 @@ def evidence(gram: Gram, fixed: Fixed, random: Sequence[Random] = ()) -> Evidenc
     )
     chi2 = float(gram.energy.sum()) + fixed.distance
     chi2 += float(step @ precision @ step - 2.0 * step @ score)
-    _, size = np.linalg.slogdet(precision)
-    volume = 0.5 * (count * np.log(2.0 * np.pi) + float(np.sum(np.log(weights))) - float(size))
-    return Evidence(chi2, volume, step, precision)
+    covariance, size = _inverse(precision)
+    volume = 0.5 * (count * np.log(2.0 * np.pi) + float(np.sum(np.log(weights))) - size)
+    return Evidence(chi2, volume, step, covariance)
+
+
+def _inverse(precision: np.ndarray) -> tuple[np.ndarray, float]:
+    """Inverse and logarithm of the determinant of a matrix that is positive but for rounding."""
+    scale = np.sqrt(np.diag(precision))
+    values, vectors = np.linalg.eigh(precision / np.outer(scale, scale))
+    values = np.maximum(values, SMALLEST * values[-1])
+    inverse = (vectors / values) @ vectors.T / np.outer(scale, scale)
+    return inverse, float(np.sum(np.log(values)) + 2.0 * np.sum(np.log(scale)))
 
 
 def _groups(random: Random) -> int:
