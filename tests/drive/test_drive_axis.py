@@ -154,6 +154,20 @@ def test_move_is_refused_on_the_road_and_when_disabled():
     assert "speed is nan" in rig.drive.move_to(1.0, speed=NAN).reason
 
 
+def test_a_move_is_refused_while_the_drive_comes_up_and_when_it_goes_down():
+    rig = Rig()
+    rig.run(5)
+    assert rig.drive.enable().accepted
+    rig.run(1)
+    assert rig.state is not State.OPERATION_ENABLED
+    assert "enable it first" in rig.drive.move_to(1.0).reason
+    rig.run(200)
+    assert rig.drive.move_to(1.0).accepted
+    assert rig.drive.disable().accepted
+    rig.run(1)
+    assert "enable it first" in rig.drive.move_to(2.0).reason
+
+
 def test_a_new_target_is_taken_on_the_way():
     rig = up()
     rig.drive.move_to(1.0)
