@@ -37,10 +37,10 @@ from flatplank_validation.thesis.registry import AtMost, Chapter, Entry, Near, R
 ROAD = Near(1.3e-3 * 0.3108, "two road speeds of the thesis, 0.03092 and 0.03096 m/s: 0.13 %")
 SLIP = Near(0.13, "two road speeds of the thesis differ by 0.13 %")
 SCATTER = (
-    "the preset scatters by three sources of one size in all conditions, fitted to the four numbers "
-    "together (37, 33, 55, 47 N); on the machine 5° of side slip takes a third of the scatter at "
-    "1 % and half of it at 5 %, in the plant a tenth and a seventh. Ten runs know a standard "
-    "deviation to a quarter"
+    "the preset scatters by three sources of one size in all conditions, fitted to the four "
+    "numbers together (37, 33, 55, 47 N); on the machine 5° of side slip takes a third of the "
+    "scatter at 1 % and half of it at 5 %, in the plant a tenth and a seventh. Ten runs know a "
+    "standard deviation to a quarter"
 )
 WELD = "the size of the torn weld is known from one day of the machine only"
 TIRE = "the plant's Toyo is a stated truth of its own, symmetric, with slip stiffness 95 kN"
