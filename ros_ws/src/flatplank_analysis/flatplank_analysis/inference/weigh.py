@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.special import logsumexp
 from scipy.stats import norm
 
 from flatplank_analysis.discovery.dispersion import among_repeats, scores_of
@@ -121,7 +122,9 @@ class Scales:
             errors = (self._form_errors(gram, len(rows), i, form, spreads[i]) for i in effects)
             results.append(evidence(gram, fixed, [r for own in errors for r in own]))
         result = max(results, key=lambda r: r.log)
-        volume = result.volume - math.log(len(results))
+        # the average over the forms: where they fit alike, none has a price
+        volume = result.volume + float(logsumexp([r.log - result.log for r in results]))
+        volume -= math.log(len(results))
         volume += priors.of_set(len(fit.terms), self.library)
         volume += sum(priors.of_term(t, t.effect.scanned(self.state.runs)) for t in fit.terms)
         sizes = tuple(self._size(fit, rows, i, result) for i in effects)
