@@ -13,6 +13,7 @@ from typing import Any
 
 from scipy.stats import binomtest
 
+from flatplank_sim.sealed.score import LAW
 from flatplank_validation.blind import tables
 from flatplank_validation.blind.markdown import table
 
@@ -75,7 +76,8 @@ def claims(entry: Mapping[str, Any]) -> Iterator[tuple[float, bool]]:
             yield 1.0 - e["p_value"], bool(names & true)
         return
     for name, probability in stated["effects"].items():
-        yield probability, name in true
+        if name != LAW:  # neither right nor false, see `score`
+            yield probability, name in true
     if not answer.get("outside") and not answer.get("present"):
         yield stated["nothing"], not hidden
 
