@@ -30,6 +30,7 @@ ARGUMENTS: dict[str, list[str]] = {
     "bench-fits": ["--nonsense"],
     "bench-hold": ["--nonsense"],
     "bench-investigate": ["--nonsense"],
+    "bench-oracle": ["nowhere.jsonl"],
     "bench-propose": ["--nonsense"],
     "bench-speed": ["nonsense"],
     "bench-start": ["--nonsense"],
