@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from flatplank_data.arguments import Parser
+from flatplank_data.errors import FlatplankError
 from flatplank_validation.blind import journal
 from flatplank_validation.blind.markdown import table
 from flatplank_validation.evaluation.oracle import LIMITS, least_size, narrowest
@@ -35,6 +36,11 @@ def main(argv: Sequence[str]) -> int:
     entries = _read(o.journal)
     rows = []
     chosen = [e for e in entries if _asked(e)][: o.limit]
+    if not chosen:
+        raise FlatplankError(
+            "holds no diagnosed campaign with one hidden effect", str(o.journal), "name a journal"
+            " of `flatplank bench-blind`, as docs/reference/discovery-blind.jsonl.gz"
+        )  # fmt: skip
     for number, entry in enumerate(chosen):
         print(f"\roracle {number + 1}/{len(chosen)}", end="", file=sys.stderr, flush=True)
         rows.append(ratios(entry))
