@@ -44,6 +44,7 @@ ARGUMENTS: dict[str, list[str]] = {
     "doctor": [],
     "effects": ["check", "nowhere.py"],
     "esi": ["nowhere.xml"],
+    "explain": ["nowhere"],
     "fit": ["nowhere"],
     "investigate": ["made", "--minutes", "-1"],
     "panel": ["--data", "made", "--port", "1"],

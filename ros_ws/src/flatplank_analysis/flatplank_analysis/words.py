@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The words of the outputs: what each means, with symbol and unit; `flatplank explain` prints
+them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from flatplank_data.errors import FlatplankError
+from flatplank_data.names import similar_names
+
+
+class Word(NamedTuple):
+    """A word of an output or a parameter of the base."""
+
+    title: str
+    sentence: str
+    unit: str = ""
+    symbol: str = ""
+
+
+BASE: Mapping[str, Word] = {
+    "stiff": Word("slip stiffness", "Slope of Fx over the slip at zero slip.", "N", "C_Fk"),
+    "peak": Word("friction", "Largest Fx of the steady curve over the load.", "1", "mu"),
+    "shape": Word(
+        "shape of the law", "How sharply the steady curve bends from its slope to its peak.", "1"
+    ),
+    "fall": Word("fall beyond the peak", "Share of the peak that is lost at large slip.", "1"),
+    "round": Word(
+        "quadratic term", "1: the steady curve has no quadratic term; 0: that of a brush.", "1"
+    ),
+    "denom": Word(
+        "definition of slip",
+        "1: rubber leaves the contact with the wheel; 0: it leaves the contact with the plank.",
+        "1",
+    ),
+    "carcass": Word(
+        "carcass stiffness", "Stiffness of the carcass along the road.", "N/m", "C_cx"
+    ),
+    "half": Word("half contact length", "Half the length of the contact patch.", "m", "a"),
+    "tread": Word("tread factor", "Factor of the tread's part of the relaxation (7.19).", "1"),
+    "fixed_length": Word(
+        "fixed relaxation",
+        "Share of the carcass's relaxation length that does not fall with the slope of the law.",
+        "1",
+    ),
+    "patch_order": Word(
+        "memory of the patch",
+        "How the force of the patch follows a step of the slip: 1 for a row of bristles.",
+        "1",
+    ),
+    "slip_offset": Word("slip offset", "Slip at which the tire rolls freely.", "1"),
+    "fx_offset": Word("force offset", "Fx of the freely rolling tire.", "N"),
+    "fx_zero": Word("zero of Fx", "Reading of the hub without a force.", "N"),
+    "load_share": Word(
+        "share of the load",
+        "Share of the changes of the load within a run that the slip stiffness follows.",
+        "1",
+    ),
+    "stiff_y": Word("cornering stiffness", "Slope of Fy over the side slip angle.", "N", "C_Fa"),
+    "carcass_y": Word("lateral carcass stiffness", "Stiffness across the road.", "N/m", "C_cy"),
+    "turn_y": Word(
+        "transport of the side force",
+        "1: rubber moves through the contact with the wheel; 0: Fy does not feel the slip.",
+        "1",
+    ),
+    "angle_offset": Word(
+        "zero of the steering", "Steering angle that reads zero, as far as a protractor.", "rad"
+    ),
+    "other_slip": Word("other slip", "Share of the slip of one direction in the other.", "1"),
+    "turn_share": Word(
+        "turn of the sliding force",
+        "Share of the sliding force that turns towards the slip at once.",
+        "1",
+    ),
+    "turn_rate": Word("rate of the turn", "How fast the rest turns with the slip.", "1"),
+    "grip_y": Word("lateral friction", "Friction across over friction along the road.", "1"),
+    "slip_turned": Word(
+        "speed of the wheel at an angle",
+        "-1: the wheel rolls with the plank speed; 0: with its component in the wheel plane.",
+        "1",
+    ),
+    "stiff_load": Word("slip stiffness over load", "Linear change with the load.", "1"),
+    "peak_load": Word("friction over load", "Linear change with the load.", "1"),
+    "slip_load": Word("slip offset over load", "Linear change with the load.", "1"),
+    "slip_bend": Word("slip offset over load", "Quadratic change with the load.", "1"),
+    "peak_bend": Word("friction over load", "Quadratic change with the load.", "1"),
+    "stiff_pressure": Word("slip stiffness over pressure", "Linear change.", "1"),
+    "peak_pressure": Word("friction over pressure", "Linear change.", "1"),
+    "slip_pressure": Word("slip offset over pressure", "Linear change.", "1"),
+}
+"""parameters of the base of the search, by their names in model files and outputs"""
+
+OUTPUTS: Mapping[str, Word] = {
+    "base": Word("base", "The tire model without effects."),
+    "error": Word("error", "Root mean square of measurement minus model.", "N", "RMSE"),
+    "floor": Word(
+        "noise floor",
+        "The error that repeats of a run show among themselves. No model that knows all physics "
+        "has a larger one; a fit can lie a little below it, because its parameters follow noise.",
+        "N",
+    ),
+    "floors": Word("floors", "The error as a multiple of the floor of its condition.", "1"),
+    "beyond": Word("beyond", "The part of the error above the floor, in quadrature.", "N"),
+    "residual": Word("residual", "Measurement minus model.", "N"),
+    "held out": Word(
+        "held-out error",
+        "Error in conditions that were left out of the fit: it falls only for what is real.",
+        "N",
+    ),
+    "condition": Word("condition", "All runs with the same slip, angles, load and pressure."),
+    "start": Word("start", "Wheel angle at the begin of a run: 1, 2, 3 for 0, 120, 240 deg."),
+    "class": Word("class", "Effects that the runs cannot tell apart."),
+    "interval": Word("90 % interval", "Holds the true size in nine of ten campaigns."),
+    "p": Word("p", "Chance that noise alone explains as much, all searched effects counted.", "1"),
+    "matters": Word("size that matters", "Sizes below are of no consequence for the error."),
+    "detectable": Word(
+        "detectable size", "Size that would be named in four of five campaigns like this one."
+    ),
+    "found": Word("found", "Verdict: the named effect is missing in the model."),
+    "found group": Word("found group", "Verdict: one of the named effects is missing."),
+    "at floor": Word("at floor", "Verdict: nothing of consequence is missing."),
+    "tire law only": Word(
+        "tire law only", "Verdict: the tire's force law has another form; nothing else is missing."
+    ),
+    "partly": Word("partly", "Verdict: the named effect is missing, and something else, too."),
+    "none of these": Word(
+        "none of these", "Verdict: something is missing that no effect of the library explains."
+    ),
+    "not decidable": Word("not decidable", "Verdict: these runs do not suffice for an answer."),
+    "twin": Word("twin", "The simulated bench in one process, without ROS."),
+    "simulated plant": Word("simulated plant", "The machine and tire that the twin measures."),
+    "r_e": Word("rolling radius", "Road per angle of the freely rolling wheel.", "mm", "r_e"),
+    "kappa": Word("slip", "Driving above zero, braking below.", "%", "κ"),
+    "sigma": Word("relaxation length", "Road over which the force follows a step.", "m", "σ"),
+}
+"""words of the verbs' outputs"""
+
+
+def explain(name: str) -> Word:
+    """The word of that name; FlatplankError names the nearest."""
+    known = {**BASE, **OUTPUTS}
+    if name not in known:
+        near = ", ".join(similar_names(name, known, 0.5, most=3))
+        raise FlatplankError(
+            f"'{name}' is no word of the glossary",
+            remedy=f"the nearest: {near}" if near else "`flatplank explain` lists them",
+        )
+    return known[name]
+
+
+def line(name: str, word: Word) -> str:
+    """The word in one line: name, title, symbol, unit, sentence."""
+    unit = "" if word.unit in ("", "1") else f"in {word.unit}"
+    inside = ", ".join(part for part in (word.symbol, unit) if part)
+    title = "" if word.title == name else f" {word.title}"
+    return f"{name}:{title}{f' ({inside})' * bool(inside)}{'.' * bool(title)} {word.sentence}"

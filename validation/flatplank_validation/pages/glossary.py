@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Generates docs/reference/glossary.md from the words of the code:
+`python -m flatplank_validation.pages.glossary FILE`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+from flatplank_analysis.words import BASE, OUTPUTS, Word
+
+HEAD = """\
+# Glossary
+
+Written by `python -m flatplank_validation.pages.glossary docs/reference/glossary.md`; a test keeps
+it so. `./flatplank explain WORD` prints a line of the glossary. Words of single effects are on
+[their pages](effects/README.md), troubles in [troubles](troubles.md).
+"""
+
+
+def page() -> str:
+    """The whole file."""
+    parts = [HEAD, "## Words of the outputs\n", _table(OUTPUTS)]
+    return "\n".join([*parts, "\n## Parameters of the base of the search\n", _table(BASE)]) + "\n"
+
+
+def _table(words: Mapping[str, Word]) -> str:
+    rows = ["| word | title | symbol | unit | meaning |", "|---|---|---|---|---|"]
+    rows += [
+        f"| `{name}` | {w.title} | {w.symbol} | {w.unit} | {w.sentence} |"
+        for name, w in words.items()
+    ]
+    return "\n".join(rows)
+
+
+if __name__ == "__main__":
+    Path(sys.argv[1]).write_text(page(), encoding="utf-8")
