@@ -25,9 +25,8 @@ def test_a_law_that_the_loads_bend_is_no_difference_between_driving_and_braking(
     assert (result.verdict, result.found) == (AT_FLOOR, ()), result.reason
 
 
-@pytest.mark.parametrize(
-    ("design", "seed"), [("loads", 1), pytest.param("pressures", 31, marks=pytest.mark.long)]
-)
+@pytest.mark.long
+@pytest.mark.parametrize(("design", "seed"), [("loads", 1), ("pressures", 31)])
 def test_the_transients_of_all_runs_are_no_worn_patch_and_no_creep(design, seed):
     """Were `found: worn_patch`, 56 % at 0.14 m, where the wheel starts to roll, with an error of
     5.94 N before and 5.91 N after; and `found: carcass_creep`, 5 % in 2 s, which are 6 cm."""

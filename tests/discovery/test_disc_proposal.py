@@ -186,6 +186,7 @@ def test_a_column_that_makes_the_scatter_of_repeats_is_no_noise():
     assert not [d for d in result["refit"]["doubts"] if "scatter" in d], result
 
 
+@pytest.mark.long
 def test_a_force_may_fade_with_the_slip():
     """At one place of the plank, and there the less the more it slips."""
     tables = []
@@ -236,6 +237,7 @@ def _begun_before_zero(table):
     return moved.with_info(step_position=table.info.step_position - 0.02)
 
 
+@pytest.mark.long
 def test_a_wave_that_dies_away_is_found_from_the_step_on():
     """No wave of one size shows what fades."""
     tables = []

@@ -205,7 +205,7 @@ def test_what_stands_beside_a_verdict(monkeypatch):
         state = SimpleNamespace(fitter=None, whitened=SimpleNamespace(fit=fits[0]), fit=fits[1])
         last = SimpleNamespace(state=state, screen=None, found=found)
         runs = SimpleNamespace(facts={"step": np.array(steps)} if steps else {})
-        search = SimpleNamespace(last=last, looked_at={"names": list(unseen)})
+        search = SimpleNamespace(last=last, looked_at={"names": list(unseen)}, notes=())
         return list(verdict._notes(runs, search))
 
     assert notes() == notes(steps=(1.0, 1.06)) == notes(steps=(np.nan, np.nan)) == []
