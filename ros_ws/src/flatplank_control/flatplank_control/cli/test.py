@@ -20,7 +20,8 @@ from flatplank_control.cli.doctor import project_root
 CALCULATIONS = (
     ("discovery",),
     ("investigate", "analysis_models"),
-    ("analysis_data", "blind", "campaign", "control", "formats", "plant", "slip_sweeps"),
+    ("analysis_data", "blind"),
+    ("campaign", "control", "formats", "plant", "slip_sweeps"),
 )
 """folders of tests that only compute, in parts; they run at low priority beside the others, which
 mostly wait for real time"""
