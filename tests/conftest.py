@@ -134,7 +134,9 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
     times = config.stash[TIMES]
     slow = [name for name, t in times.items() if t > LONG_S]
     if slow and not config.getoption("--long"):
-        terminalreporter.section(f"more than {LONG_S:.0f} s of processor time: mark them long")
+        terminalreporter.section(
+            f"more than {LONG_S:.0f} s of processor time, with the children that ended in them"
+        )
     for name in sorted(slow, key=times.__getitem__, reverse=True):
         terminalreporter.line(f"{times[name]:6.1f} s  {name}")
     terminalreporter.line(f"processor time of all tests: {sum(times.values()):.0f} s")

@@ -86,6 +86,7 @@ def send_the_next_run(who, data: Path) -> None:
     who.tab("Discover")
 
 
+@pytest.mark.long
 def test_two_analysts_do_not_disturb_each_other(analyst, visitor, challenge, other, data):
     """B opens another campaign and cancels; A goes on with its own."""
     analyst.click("Look for campaigns again")

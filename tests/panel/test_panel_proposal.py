@@ -48,6 +48,7 @@ def test_nothing_is_added_that_was_not_proposed(tmp_path):
     assert sorted(folder.glob("*mine*")) == []
 
 
+@pytest.mark.long
 @pytest.mark.browser
 def test_a_pull_is_proposed_named_added_and_confirmed_by_mouse(visitor, data: Path, pictures):
     first = make_challenge(data / "pulled", 911, outside="bump")
