@@ -7,11 +7,13 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from colcon_core.verb import check_and_mark_install_layout
+from colcon_core.verb import check_and_mark_build_tool, check_and_mark_install_layout
 
 ROOT = Path(__file__).resolve().parents[2]
 LEFT_OUT = (".venv", ".cache", ".git", "build", "install", "log", "demo", "__pycache__")
@@ -126,16 +128,34 @@ def test_the_sections_of_the_lock_are_those_that_the_set_up_asks_for(
     assert not any(line.startswith("nicegui") for line in virtual.locked("main"))
 
 
-@pytest.mark.parametrize("before", [None, "", "merged\n"])
+@pytest.mark.parametrize(
+    ("folder", "name", "ours", "check"),
+    [
+        ("build", ".built_by", "colcon\n", check_and_mark_build_tool),
+        (
+            "install",
+            ".colcon_install_layout",
+            "isolated\n",
+            partial(check_and_mark_install_layout, merge_install=False),
+        ),
+    ],
+)
+@pytest.mark.parametrize("before", [None, "", "another\n"])
 def test_two_builds_at_once_do_not_refuse_each_other_s_folder(
-    before: str | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    before: str | None,
+    folder: str,
+    name: str,
+    ours: str,
+    check: Callable[[Path], None],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """colcon opens the note on the layout of `install` and then writes it; the build beside it
-    read an empty one: "was created with the layout ''". A killed build leaves such a note, too."""
+    """colcon opens its note on a folder and then writes it; the build beside it read an empty
+    one: "was created by ''". A killed build leaves such a note, too."""
     monkeypatch.syspath_prepend(str(ROOT / "tools" / "setup"))
     import workspace
 
-    note = tmp_path / "install" / ".colcon_install_layout"
+    note = tmp_path / folder / name
     if before is not None:
         note.parent.mkdir()
         note.write_text(before)
@@ -146,7 +166,7 @@ def test_two_builds_at_once_do_not_refuse_each_other_s_folder(
     monkeypatch.setattr(workspace, "package_stamps", lambda: {"one": SimpleNamespace(write=int)})
     monkeypatch.setattr(workspace, "run", lambda *_: seen.append(note.read_text()))
     workspace.build(["one"])
-    assert seen == [before or "isolated\n"], "another layout is the user's: colcon says so"
+    assert seen == [before or ours], "another note is the user's: colcon says so"
     if not before:
-        check_and_mark_install_layout(note.parent, merge_install=False)
+        check(note.parent)
     assert [p.name for p in note.parent.iterdir()] == [note.name]

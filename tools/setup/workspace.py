@@ -30,8 +30,12 @@ from virtual import site_packages
 MESSAGES = "flatplank_msgs"
 READ_BY_BUILD = ("*.xml", "*.txt", "setup.*", "msg/*.msg", "srv/*.srv", "action/*.action")
 LINKED = ("launch/**/*", "config/**/*")
-LAYOUT = "isolated\n"
-"""what colcon notes in a folder `install` in which every package has a folder of its own"""
+COLCON_NOTES = {
+    "build": (".built_by", "colcon\n"),
+    "install": (".colcon_install_layout", "isolated\n"),
+}
+"""folder -> file and text of the note that colcon writes there: who builds, and that every package
+has a folder of its own"""
 CMAKE_ARGUMENTS = ("-DBUILD_TESTING=OFF", "--no-warn-unused-cli")
 if not HAS_JAZZY:
     CMAKE_ARGUMENTS += ("-DFLATPLANK_PYTHON_ONLY=ON",)  # no C++ program can use the wheels
@@ -110,7 +114,8 @@ def build(packages: list[str]) -> None:
     forget_interrupted(unfinished)
     unfinished.parent.mkdir(exist_ok=True)
     unfinished.write_text("\n".join(packages))
-    note_layout(WORKSPACE / "install")
+    for folder, (name, text) in COLCON_NOTES.items():
+        note_before_colcon(WORKSPACE / folder / name, text)
     python = str(VENV / "bin" / "python")
     command = [python, "-m", "colcon", "--log-base", str(CACHE / f"colcon-{label}"), "build"]
     command += ["--symlink-install", "--packages-select", *packages]
@@ -128,16 +133,15 @@ def build(packages: list[str]) -> None:
         package_stamps()[name].write()
 
 
-def note_layout(install: Path) -> None:
-    """Note the layout of the folder `install` before colcon does, in one step. Of two builds side
-    by side one opens this note and then writes it; the other one would read it empty and refuse
+def note_before_colcon(note: Path, text: str) -> None:
+    """Write a note of colcon on a folder before colcon does, in one step. Of two builds side by
+    side one opens such a note and then writes it; the other one would read it empty and refuse
     the folder."""
-    note = install / ".colcon_install_layout"
     if note.exists() and note.read_text():
         return
-    install.mkdir(exist_ok=True)
-    written = install / f".layout-{threading.get_ident()}"
-    written.write_text(LAYOUT)
+    note.parent.mkdir(exist_ok=True)
+    written = note.with_name(f"{note.name}-{threading.get_ident()}")
+    written.write_text(text)
     written.replace(note)
 
 
