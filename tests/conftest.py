@@ -132,8 +132,8 @@ def _judge(report: Any, config: pytest.Config) -> None:
 def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
     """The last lines before the closing one."""
     times = config.stash[TIMES]
-    slow = [name for name, t in times.items() if t > LONG_S]
-    if slow and not config.getoption("--long"):
+    slow = [name for name, t in times.items() if t > LONG_S and not config.getoption("--long")]
+    if slow:
         terminalreporter.section(
             f"more than {LONG_S:.0f} s of processor time, with the children that ended in them"
         )

@@ -9,6 +9,7 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import time
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
@@ -182,7 +183,7 @@ def test_what_is_foreseen_is_one_line_and_says_what_to_do() -> None:
 def test_everything_else_is_one_line_with_the_file_of_its_trace(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
 ) -> None:
-    monkeypatch.setattr(failures.tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
 
     def work() -> int:
         return {}["two\nlines"]
@@ -198,7 +199,7 @@ def test_everything_else_is_one_line_with_the_file_of_its_trace(
 def test_without_a_place_for_the_trace_it_is_still_one_line(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
 ) -> None:
-    monkeypatch.setattr(failures.tempfile, "tempdir", "/proc/nowhere")
+    monkeypatch.setattr(tempfile, "tempdir", "/proc/nowhere")
     assert run_reporting_errors("fit", lambda: 1 // 0) == 70
     (line,) = capsys.readouterr().err.splitlines()
     assert line.endswith("its trace could not be written anywhere")

@@ -74,6 +74,11 @@ def test_a_linked_environment_of_another_folder_is_left_alone(
     assert not (copied / ".venv").is_symlink()
 
 
+def test_the_options_of_a_verb_need_the_set_up(copied: Path) -> None:
+    line = failed_in_one_line(start(copied, "help", "slip", **NOTHING_TO_REACH))
+    assert "package index cannot be reached" in line
+
+
 @pytest.mark.parametrize(
     "verb, code, said",
     [

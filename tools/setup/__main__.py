@@ -158,7 +158,7 @@ def overlaid(variables: dict[str, str]) -> dict[str, str]:
 def main(argv: list[str]) -> int:
     """Become the verb; what keeps it from that is one line and an exit code."""
     verb = (argv or ["help"])[0]
-    if missing(FIRST) and needs_no_setup(verb):
+    if needs_no_setup(argv) and missing(FIRST):
         return run_from_source(argv)
     try:
         env = overlaid(make_all(verb))

@@ -35,8 +35,13 @@ def declared() -> tuple[dict[str, EntryPoint], str]:
     return dict(sorted(found.items())), version
 
 
-def needs_no_setup(verb: str) -> bool:
-    return verb in WITHOUT_SETUP or (verb not in OWN and verb not in declared()[0])
+def needs_no_setup(argv: list[str]) -> bool:
+    """Whether a command is answered from the source; `help VERB` needs what the verb imports."""
+    verb, *words = argv or ["help"]
+    known = {*declared()[0], *OWN}
+    if verb in WITHOUT_SETUP:
+        return not (words and words[0] in known)
+    return verb not in known
 
 
 def run_from_source(argv: list[str]) -> int:

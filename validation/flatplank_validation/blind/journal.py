@@ -15,15 +15,13 @@ from pathlib import Path
 from typing import Any
 
 import flatplank_analysis
-from flatplank_analysis.contact_patch.session import Session
+from flatplank_analysis.contact_patch.session import STEPS, Session
 from flatplank_analysis.parallel import worker_pool
 from flatplank_validation.blind.cases import Case, make
 from flatplank_validation.blind.detectable import kit_version
 from flatplank_validation.blind.fingerprint import fingerprint
 
 Progress = Callable[[int, int, str], None]
-STEPS = "steps"
-"""the search whose entries name no search"""
 JUDGED = ("discovery", "effects", "contact_patch")
 KEPT = (
     "verdict", "reason", "floor_rmse", "rmse_before", "rmse_after", "held_out_before",

@@ -14,7 +14,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from flatplank_analysis.contact_patch.session import SEARCHES
+from flatplank_analysis.contact_patch.session import SEARCHES, STEPS
 from flatplank_data.arguments import Parser
 from flatplank_validation.blind import journal
 from flatplank_validation.blind.detectable import cache
@@ -36,7 +36,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--only", default="*", metavar="PATTERN", help="of the names, as in 'pair/*'")
     p.add_argument("--journal", type=Path, help="file that is gone on with; default: .cache/blind")
     p.add_argument(
-        "--search", choices=sorted(SEARCHES), default=journal.STEPS, help="see `diagnose --search`"
+        "--search", choices=sorted(SEARCHES), default=STEPS, help="see `diagnose --search`"
     )
     p.add_argument(
         "--beside", type=Path, metavar="JOURNAL",
@@ -114,7 +114,7 @@ def main(argv: list[str]) -> int:
 
 
 def _prefix(search: str) -> str:
-    return "" if search == journal.STEPS else f"{search}-"
+    return "" if search == STEPS else f"{search}-"
 
 
 def _rivals(o: argparse.Namespace, path: Path) -> list[dict]:

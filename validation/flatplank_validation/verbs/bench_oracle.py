@@ -67,8 +67,9 @@ def ratios(entry: Mapping[str, Any]) -> dict[str, Any]:
     name, own = hidden["name"], hidden["detectable"]
     base, law = (least_size(case, name, limit) for limit in LIMITS)
     stated = (entry["diagnosis"].get("detectable") or {}).get(name)
-    same = stated is not None and stated["unit"] == hidden["unit"]
-    said = float(stated["size"]) if stated is not None and same else math.nan
+    said = math.nan
+    if stated is not None and stated["unit"] == hidden["unit"]:
+        said = float(stated["size"])
     out = {
         "key": entry["key"],
         "base / own": base / own,
@@ -94,7 +95,7 @@ def page(rows: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[list[str]]:
-    for name in rows[0] if rows else ():
+    for name in rows[0]:
         if name == "key":
             continue
         values = np.array([row[name] for row in rows], dtype=float)

@@ -12,13 +12,12 @@ from __future__ import annotations
 import errno
 import os
 import sys
-import tempfile
-import traceback
 from collections.abc import Callable
 from importlib.metadata import version
 
 from flatplank_analysis.cli.verbs import GROUPS, Verbs, installed, listing
 from flatplank_data.names import similar_names
+from flatplank_data.traces import keep_trace
 
 HELP = ("help", "-h", "--help")
 
@@ -51,7 +50,7 @@ def error_line(verb: str, error: BaseException) -> tuple[str, int]:
     if known is not None:
         return f"{verb}: {_one_line(known)}", AT_FAULT
     what = f"unexpected {type(error).__name__}: {_one_line(str(error)) or 'no message'}"
-    file = _keep_trace(error)
+    file = keep_trace(error)
     where = f"please report it with {file}" if file else "its trace could not be written anywhere"
     return f"{verb}: {what}; {where}", UNEXPECTED
 
@@ -73,18 +72,6 @@ def _known(error: BaseException) -> str | None:
     if any(kind.__name__ == "BrokenExecutor" for kind in type(error).__mro__):
         return "a process of the calculation was killed, often for want of memory; try --jobs 1"
     return None
-
-
-def _keep_trace(error: BaseException) -> str:
-    """Path of a file with the traceback; empty when nothing can be written."""
-    text = "".join(traceback.format_exception(error))
-    try:
-        handle, path = tempfile.mkstemp(prefix="flatplank-trace-", suffix=".txt")
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-    except OSError:
-        return ""
-    return path
 
 
 def _one_line(text: str) -> str:

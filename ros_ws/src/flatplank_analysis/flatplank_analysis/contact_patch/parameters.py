@@ -1,16 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parameters of the base of the search; those that the campaign cannot determine are left out.
 
-Steady force (`kernel.saturation`): `stiff` slip stiffness, `peak` friction, `shape` n, `fall` drop
-beyond the peak, `round` 1 for a curve without quadratic term, 0 for a brush, `denom` ns.
-Transient: `carcass` stiffness, `half` half contact length, `tread` factor in (7.19),
-`patch_order` w of the patch, `fixed_length` share of the carcass's relaxation length that does not
-fall with the slope of the force law, `load_share` share of the load changes within a run that the
-slip stiffness follows. Combined slip (`kernel.shared`): `other_slip` share of the other slip,
-`turn_share` share of the sliding force that turns towards the slip at once, `turn_rate` how fast
-the rest turns with the slip, `turn_y` see below, `grip_y` friction across over along. Endings:
-`_y` across the wheel plane; `_load`, `_bend`, `_pressure` linear and quadratic dependence on load,
-and on pressure.
+What each means is in `flatplank_analysis.words.BASE`. The functions of the kernel: `saturation` is
+the steady force (`shape` is n, `denom` is ns there), `shared` the combined slip. Endings: `_y`
+across the wheel plane; `_load`, `_bend`, `_pressure` linear and quadratic dependence on the load,
+and on the pressure.
 """
 
 from __future__ import annotations

@@ -65,11 +65,27 @@ def run_search(
     model: Model, effects: Sequence[type[Effect]], options: Options | None = None
 ) -> Search:
     """Search for the effects that a model lacks."""
-    options = options or Options()
+    return _Searcher(opened(model), list(effects), options or Options()).run()
+
+
+def opened(model: Model) -> Model:
+    """The model with its runs as a search takes them; FlatplankError without a floor."""
     model = cut_where_needed(model)
     if source_of(model.runs).at_most == UNDECIDED:
         raise FlatplankError("no repeats", "campaign", "repeat at least one condition")
-    return _Searcher(model, list(effects), options).run()
+    return model
+
+
+def fit_from_other_starts(fitter: Fitter, options: Options) -> tuple[Fit, int]:
+    """The base from the best of its further start values, and how many there are.
+
+    A few iterations from each set of start values select the one that is fitted to the end.
+    """
+    starts = [{**options.start, **other} for other in starts_of(fitter.model)]
+    bases = [start_base(fitter.model, start) for start in starts]
+    tries = [fitter.fit(b, options.terms, iterations=FIRST_STEPS) for b in bases]
+    begun = min(tries, key=lambda f: f.chi2)
+    return fitter.fit(begun.base, begun.terms, known=begun), len(starts)
 
 
 def bonferroni_divisors(effects: Sequence[type[Effect]], model: Model) -> dict[str, int]:
@@ -193,21 +209,17 @@ class _Searcher:
     def from_other_starts(self, step: Step) -> Step:
         """The step, or a better one from other start values of the base when a residual remains.
 
-        A fit may end in a local minimum, whose residual is no effect. A few iterations from each
-        set of start values select the one that is fitted to the end.
+        A fit may end in a local minimum, whose residual is no effect.
         """
-        state, others = step.state, starts_of(self.model)
+        state = step.state
         far = [
             f.unexplained > invariants.limits(state, c).rest for c, f in enumerate(state.floors)
         ]
-        if not any(far) or not others:
+        if not any(far) or not starts_of(self.model):
             return step
         self.say("other starts of the base", 0.17)
-        self.starts = 1 + len(others)
-        bases = [start_base(self.model, {**self.options.start, **other}) for other in others]
-        tries = [self.fitter.fit(b, self.options.terms, iterations=FIRST_STEPS) for b in bases]
-        best = min(tries, key=lambda f: f.chi2)
-        fit = self.fitter.fit(best.base, best.terms, known=best)
+        fit, others = fit_from_other_starts(self.fitter, self.options)
+        self.starts = 1 + others
         better = self.fitter.error(fit) < self.fitter.error(state.fit)
         return self.step_of(fit, []) if better else step
 

@@ -15,7 +15,7 @@ from flatplank_analysis.discovery.shortlist import line_search_with_drop
 from flatplank_analysis.discovery.state import State, term_of
 from flatplank_analysis.inference.posterior import MEMBER, Key, Posterior, log_evidence
 from flatplank_analysis.inference.priors import of_set, of_value
-from flatplank_analysis.inference.weigh import Scales, Weighed
+from flatplank_analysis.inference.weigh import Scales, Weighed, key_of
 
 CANDIDATES = 8
 """most candidates beside a set that are fitted"""
@@ -53,7 +53,7 @@ class Explorer:
     def keep(self, weighed: Weighed) -> None:
         """Keep a set; of several fits of one set the likeliest is kept."""
         known = self.sets.get(weighed.key)
-        if known is None or known.volume - 0.5 * known.chi2 < weighed.volume - 0.5 * weighed.chi2:
+        if known is None or known.log < weighed.log:
             self.sets[weighed.key] = weighed
 
     def run(self) -> Posterior:
@@ -80,7 +80,7 @@ class Explorer:
                 self.keep(self.scales.fitted(weighed.fit))
 
     def _known(self, fit: Fit) -> Weighed:
-        return self.sets[tuple(sorted(t.effect.identifier for t in fit.terms))]
+        return self.sets[key_of(fit.terms)]
 
     def _promising(
         self, state: State, items: Sequence[ScreenResult], lacking: float
@@ -138,9 +138,9 @@ class Explorer:
 
     def _parents(self, weighed: Weighed) -> Iterator[Key]:
         """Sets that lack one effect of a set; those that were not weighed yet are fitted."""
-        for index in range(self.held, len(weighed.fit.terms)):
-            names = [t.effect.identifier for t in weighed.fit.terms]
-            key = tuple(sorted(names[:index] + names[index + 1 :]))
+        terms = weighed.fit.terms
+        for index in range(self.held, len(terms)):
+            key = key_of([*terms[:index], *terms[index + 1 :]])
             if key not in self.sets and key not in self.extended:
                 self.keep(self.scales.fitted(self.scales.fitter.without_term(weighed.fit, index)))
             yield key

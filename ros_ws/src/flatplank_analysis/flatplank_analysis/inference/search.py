@@ -12,8 +12,13 @@ from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term
 from flatplank_analysis.discovery.model import Model, starts_of
 from flatplank_analysis.discovery.screen import screen
-from flatplank_analysis.discovery.search import WORTH_A_FIT, Options, bonferroni_divisors
-from flatplank_analysis.discovery.sources import UNDECIDED, cut_where_needed, source_of
+from flatplank_analysis.discovery.search import (
+    WORTH_A_FIT,
+    Options,
+    bonferroni_divisors,
+    fit_from_other_starts,
+    opened,
+)
 from flatplank_analysis.discovery.state import (
     State,
     channel_weights,
@@ -31,24 +36,17 @@ from flatplank_analysis.inference.answer import (
 from flatplank_analysis.inference.detectable import detectable_sizes
 from flatplank_analysis.inference.explore import REACH, Explorer
 from flatplank_analysis.inference.posterior import Posterior
-from flatplank_analysis.inference.weigh import Scales, Weighed
-from flatplank_data.errors import FlatplankError
+from flatplank_analysis.inference.weigh import Scales, Weighed, key_of
 
 AGAIN = 1
 """most times that the noise is estimated anew, with the effects that were found"""
-FIRST_STEPS = 6
-"""iterations from each set of start values, before the best one is fitted to the end"""
 
 
 def run_posterior(
     model: Model, effects: Sequence[type[Effect]], options: Options | None = None
 ) -> Search:
     """Search for the effects that a model lacks, by the posterior over sets of effects."""
-    options = options or Options()
-    model = cut_where_needed(model)
-    if source_of(model.runs).at_most == UNDECIDED:
-        raise FlatplankError("no repeats", "campaign", "repeat at least one condition")
-    return _Inference(model, list(effects), options).run()
+    return _Inference(opened(model), list(effects), options or Options()).run()
 
 
 @dataclass
@@ -104,7 +102,7 @@ class _Inference:
         state = make_state(self.model, fitter, fit, self.effects)
         fitter = Fitter(self.model, channel_weights(self.model, [f.floor for f in state.floors]))
         fits = [fitter.fit(f.base, f.terms, known=f) for f in (fit, state.whitened.fit)]
-        best = min(fits, key=_chi2)
+        best = min(fits, key=lambda f: f.chi2)
         if fitter.error(best) > WORTH_A_FIT * fitter.error(fit):
             return replace(state, fitter=fitter)
         return make_state(self.model, fitter, best, self.effects)
@@ -112,12 +110,8 @@ class _Inference:
     def from_other_starts(self, known: State) -> State | None:
         """The base from the best of its further start values; None when that is no better."""
         fitter = known.fitter
-        starts = [{**self.options.start, **other} for other in starts_of(self.model)]
-        self.starts = 1 + len(starts)
-        bases = [start_base(self.model, s) for s in starts]
-        tries = [fitter.fit(b, self.options.terms, iterations=FIRST_STEPS) for b in bases]
-        begun = min(tries, key=_chi2)
-        fit = fitter.fit(begun.base, begun.terms, known=begun)
+        fit, others = fit_from_other_starts(fitter, self.options)
+        self.starts = 1 + others
         if fitter.error(fit) > WORTH_A_FIT * fitter.error(known.fit):
             return None
         return make_state(self.model, fitter, fit, self.effects)
@@ -138,7 +132,7 @@ class _Inference:
         posterior = explorer.run()
         for number in range(AGAIN):
             best = posterior.best
-            if len(best.key) == len(state.fit.terms) and best.key == explorer_key(state):
+            if best.key == key_of(state.fit.terms):
                 break
             self.say(f"noise beside {', '.join(best.key)}", 0.5 + 0.2 * number)
             order = sorted(range(len(best.fit.terms)), key=best.matters)
@@ -163,12 +157,3 @@ class _Inference:
         """The whitened fit of the set, where its effects are in the same order."""
         same = [t.effect for t in best.fit.terms] == [t.effect for t in fit.terms]
         return best.fit if same else None
-
-
-def _chi2(fit: Fit) -> float:
-    return fit.chi2
-
-
-def explorer_key(state: State) -> tuple[str, ...]:
-    """Names of the effects of a state, as the key of a set."""
-    return tuple(sorted(t.effect.identifier for t in state.fit.terms))

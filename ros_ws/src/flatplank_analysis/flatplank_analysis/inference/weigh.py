@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -40,6 +40,11 @@ JACOBIANS = 6
 """most Jacobians of a joint fit"""
 
 
+def key_of(terms: Iterable[Term]) -> tuple[str, ...]:
+    """Names of the effects of a set in alphabetical order, each as often as it is in the set."""
+    return tuple(sorted(t.effect.identifier for t in terms))
+
+
 @dataclass(frozen=True)
 class Weighed:
     """A set of effects after its joint fit, with the parts of its evidence."""
@@ -54,8 +59,12 @@ class Weighed:
 
     @cached_property
     def key(self) -> tuple[str, ...]:
-        """Names of the effects in alphabetical order, each as often as it is in the set."""
-        return tuple(sorted(t.effect.identifier for t in self.fit.terms))
+        return key_of(self.fit.terms)
+
+    @property
+    def log(self) -> float:
+        """Logarithm of the evidence, but for a constant of the data."""
+        return self.volume - 0.5 * self.chi2
 
     def matters(self, index: int) -> float:
         """Probability that the size of an effect is of consequence, in this set."""

@@ -3,11 +3,8 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import sys
-import tempfile
-import traceback
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -18,6 +15,7 @@ from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
+from flatplank_data.traces import keep_trace
 from flatplank_hw.nodes.executor import StreamExecutor
 from flatplank_hw.nodes.local import LocalTopics
 from flatplank_hw.process import end_with_parent, end_within, prepare_threads, report_started
@@ -76,7 +74,7 @@ def run_nodes(
     try:
         return _live(makes, told_to_end, _outside(args) if local else None)
     except (ParameterException, InvalidParameterTypeException) as error:
-        print(f"not started: {' '.join(str(error).split())}", file=sys.stderr)
+        print(f"not started: {one_line(error)}", file=sys.stderr)
         return 1
     except Exception as error:
         print(f"ended by {type(error).__name__}: {_error_text(error)}", file=sys.stderr)
@@ -133,11 +131,5 @@ def _started(node: Any) -> bool:
 
 def _error_text(error: Exception) -> str:
     """The error on one line, with the path of the file that holds its traceback."""
-    words = one_line(error)
-    try:
-        handle, path = tempfile.mkstemp(prefix="flatplank-trace-", suffix=".txt")
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write("".join(traceback.format_exception(error)))
-    except OSError:
-        return words
-    return f"{words}; its trace is in {path}"
+    file = keep_trace(error)
+    return f"{one_line(error)}; its trace is in {file}" if file else one_line(error)

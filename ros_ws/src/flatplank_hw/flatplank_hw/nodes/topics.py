@@ -171,11 +171,9 @@ class TopicNode(LifecycleNode):
 
         def publish(sample: Any) -> None:
             heard = keep or outside() > 0
-            if local is None:
-                cdr = serialise(sample) if heard else b""
-            else:
-                wanted = heard or local.serialised_for(name)
-                cdr = serialise(sample) if wanted else b""
+            wanted = heard or (local is not None and local.serialised_for(name))
+            cdr = serialise(sample) if wanted else b""
+            if local is not None:
                 local.publish(name, sample, cdr, keep=keep)
             if heard:
                 publisher.publish(cdr)
