@@ -5,10 +5,13 @@ from types import SimpleNamespace
 
 import pytest
 
+from flatplank_hw.bus.commanders import CommandGate
 from flatplank_hw.bus.histogram import percentile
+from flatplank_hw.bus.image import AxisCommand
 from flatplank_hw.bus.pacing import ABSENT_TIMEOUT_S, CATCH_UP, Pacer
 from flatplank_hw.bus.timing import LATE, MADE, REMEMBERED, BusTiming
 from flatplank_hw.nodes import exchanges
+from flatplank_hw.nodes.convert import StampedCommand
 from flatplank_msgs.msg import BusOutputs
 from flatplank_sim.nodes.simulated_plant import SimulatedPlant
 
@@ -22,27 +25,43 @@ def lockstep(axes=frozenset({0})):
 def test_lockstep_goes_on_when_all_axes_have_answered_the_last_cycle():
     pacer = lockstep(frozenset({0, 1}))
     pacer.register_batch(1, wall=0.0)
-    assert not pacer.register_answer(0, 1)
-    assert pacer.register_answer(1, 1)
+    assert not pacer.register_answer(0)
+    assert pacer.register_answer(1)
 
 
-def test_an_answer_to_an_older_cycle_does_not_count():
-    pacer = lockstep()
-    pacer.register_batch(2, wall=0.0)
-    assert not pacer.register_answer(0, 1)
-    assert pacer.missing == {0}
+def plant_at(cycle: int, stamp_ns: int) -> SimpleNamespace:
+    """What `SimulatedPlant.on_command` uses, after the inputs of a cycle."""
+    gate, pacer = CommandGate(), lockstep()
+    gate.send(stamp_ns)
+    pacer.register_batch(cycle, wall=0.0)
+    return SimpleNamespace(
+        commands={}, ages=[0] * 64, timing=BusTiming(), cycle=cycle, pacer=pacer, gate=gate,
+        release=lambda: None, idle=lambda: True,
+    )  # fmt: skip
+
+
+def answer(stamp_ns: int, cycle: int) -> StampedCommand:
+    return StampedCommand(stamp_ns, AxisCommand(0, cycle, 0, 0, 0, 0, 0, 0))
+
+
+def test_an_answer_to_older_inputs_does_not_count():
+    plant = plant_at(cycle=2, stamp_ns=20)
+    SimulatedPlant.on_command(plant, answer(stamp_ns=10, cycle=1))
+    assert plant.pacer.missing == {0}
+    SimulatedPlant.on_command(plant, answer(stamp_ns=20, cycle=2))
+    assert not plant.pacer.missing
+
+
+def test_a_drive_that_does_not_stop_does_not_hold_the_bus():
+    """Its commands keep the number of an old cycle, so that the watchdog of the drive acts."""
+    plant = plant_at(cycle=300, stamp_ns=20)
+    SimulatedPlant.on_command(plant, answer(stamp_ns=20, cycle=7))
+    assert not plant.pacer.missing
 
 
 def test_a_command_of_the_bus_before_a_clean_up_is_dropped():
     """Configured again, the plant has made no cycle yet; it would wait for cycle 500."""
-    plant = SimpleNamespace(
-        commands={},
-        ages=[0] * 64,
-        timing=BusTiming(),
-        cycle=-1,
-        pacer=lockstep(),
-        release=lambda: None,
-    )
+    plant = plant_at(cycle=-1, stamp_ns=0)
     for cycle in (500, 5):
         old = exchanges.COMMAND.read(BusOutputs(axis=0, cycle=cycle))
         SimulatedPlant.on_command(plant, old)
@@ -54,7 +73,7 @@ def test_lockstep_waits_for_a_late_node_however_long_and_says_so():
     pacer.register_batch(1, wall=10.0)
     assert pacer.batches_due(500.0, RATE, gone=False) == 0
     assert pacer.waited(10.9) == 0.0 and pacer.waited(500.0) == 490.0
-    assert pacer.register_answer(0, 1)
+    assert pacer.register_answer(0)
     assert pacer.waited(500.0) == 0.0 and not pacer.absent
 
 
@@ -69,7 +88,7 @@ def test_for_a_node_that_has_gone_lockstep_waits_once_and_then_no_longer_than_a_
     pacer.advance(2, 100)  # somebody waits for these cycles
     assert pacer.batches_due(11.0 + ABSENT_TIMEOUT_S, RATE, gone=True) == 1
     pacer.register_batch(3, wall=11.01)
-    assert pacer.register_answer(0, 3)
+    assert pacer.register_answer(0)
     pacer.register_batch(4, wall=11.02)
     assert pacer.batches_due(11.5, RATE, gone=False) == 0
 
@@ -77,7 +96,7 @@ def test_for_a_node_that_has_gone_lockstep_waits_once_and_then_no_longer_than_a_
 def test_idle_lockstep_is_no_faster_than_the_clock():
     pacer = lockstep()
     pacer.register_batch(1, wall=10.0)
-    pacer.register_answer(0, 1)
+    pacer.register_answer(0)
     assert pacer.batches_due(10.0 + 0.9 / RATE, RATE, idle=True) == 0
     assert pacer.batches_due(10.0 + 1.1 / RATE, RATE, idle=True) == 1
     assert pacer.batches_due(10.0 + 0.1 / RATE, RATE, idle=False) == 1
@@ -120,7 +139,7 @@ def test_hold_makes_no_cycle_and_advance_makes_just_as_many_as_asked():
     while pacer.all_have_answered():
         made += 1
         pacer.register_batch(made, wall=0.0)
-        pacer.register_answer(0, made)
+        pacer.register_answer(0)
     assert made == until == 3
     assert pacer.pace == "hold"
 

@@ -21,6 +21,7 @@ from flatplank_control.runner.dry_run import Progress, dry_run_progress
 from flatplank_control.runner.plans import axes_of, mapping_of, measurement_of, plan_of
 from flatplank_control.runner.steps import PlanFailed
 from flatplank_data.params import Params, param
+from flatplank_hw.nodes.late_clients import until_heard
 from flatplank_hw.nodes.responses import fill_response
 from flatplank_hw.nodes.running import run_node
 from flatplank_hw.nodes.support import BenchNode
@@ -108,7 +109,9 @@ class MeasurementRunnerNode(BenchNode):
         self.server.destroy()
         return super().on_deactivate(state)
 
-    def on_goal(self, _request: RunMeasurement.Goal) -> GoalResponse:
+    async def on_goal(self, _request: RunMeasurement.Goal) -> GoalResponse:
+        """Accept a goal when no other is under way, once its client can hear the answers."""
+        await until_heard(self, self.server_name)
         if not self.busy:
             return GoalResponse.ACCEPT
         self.troubles.report_occurrence(
@@ -138,6 +141,9 @@ class MeasurementRunnerNode(BenchNode):
         return fill_response(response, True, f"{wish} of the present run")
 
     async def execute(self, goal: ServerGoalHandle) -> RunMeasurement.Result:
+        if self.busy:  # two goals were accepted at the same moment
+            goal.abort()
+            return RunMeasurement.Result(message="the runner is busy with another measurement")
         self.busy = True
         feedback = Feedback(goal)
 

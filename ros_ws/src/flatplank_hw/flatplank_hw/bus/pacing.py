@@ -28,7 +28,6 @@ class Pacer:
         self.batch = batch
         self.axes = axes
         self.timeout = timeout
-        self.cycle = -1
         self.until: int | None = None
         """last cycle to make before the bus is held; None: no end"""
         self.missing: set[int] = set()
@@ -56,16 +55,14 @@ class Pacer:
 
     def register_batch(self, cycle: int, wall: float) -> None:
         """Register a batch that ends with `cycle` as sent."""
-        self.cycle, self._last = cycle, wall
+        self._last = wall
         self._made += 1
         self.missing = set(self.axes)
         if self.until is not None and cycle >= self.until:
             self.pace, self.until = "hold", None
 
-    def register_answer(self, axis: int, cycle: int) -> bool:
-        """Register an answer; true when it makes the next batch due."""
-        if cycle != self.cycle:
-            return False
+    def register_answer(self, axis: int) -> bool:
+        """Register an answer to the last batch; true when it makes the next batch due."""
         self.missing.discard(axis)
         if not self.missing:
             self.absent = False

@@ -16,6 +16,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.serialization import serialize_message
 
 from flatplank_hw.nodes.exchanges import Exchange
+from flatplank_hw.nodes.late_clients import LateClients
 from flatplank_hw.nodes.local import LocalTopics
 from flatplank_hw.nodes.reporting import Reporter, reporting_refusals
 from flatplank_hw.nodes.responses import fill_response
@@ -38,6 +39,7 @@ class TopicNode(LifecycleNode):
     troubles: Reporter
 
     def __init__(self, name: str, **kwargs: Any) -> None:
+        self._late_clients = LateClients(self)
         super().__init__(name, **kwargs)
         self._links: list[tuple[Count, str]] = []
         self._teardown: list[End] = []
@@ -179,6 +181,10 @@ class TopicNode(LifecycleNode):
                 publisher.publish(cdr)
 
         return publish
+
+    def create_service(self, *args: Any, **kwargs: Any) -> Any:
+        """A service whose answers also reach a client that is not wholly known yet."""
+        return self._late_clients.watch(super().create_service(*args, **kwargs))
 
     def add_service(self, srv_type: type, name: str, callback: Callable) -> None:
         # a waiting coroutine must not block other callbacks
