@@ -10,8 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache
-from itertools import product
 
 import numpy as np
 
@@ -31,6 +29,8 @@ FAR = 6.0
 white noise. A smaller spike adds less to the error of 150 samples than their noise"""
 QUANTILE = 0.9
 """share of the samples that are free of spikes and of their neighbourhood"""
+PART = 4096
+"""samples at which a spike may begin that are tried at once"""
 CHANCE = 1e-6
 """probability that a channel with noise repeats its value for as long as a stuck one by chance"""
 
@@ -48,7 +48,7 @@ class BadSamples:
 
 def bad_samples(table: MeasurementTable) -> Iterator[BadSamples]:
     """Spikes and stuck stretches of every tested column."""
-    longest = _longest(table)
+    longest, moving = _longest(table), _moving(table)
     for name in TESTED:
         if name not in table or not np.isfinite(table[name]).all() or len(table) < 4 * LONGEST:
             continue
@@ -58,7 +58,7 @@ def bad_samples(table: MeasurementTable) -> Iterator[BadSamples]:
             at = ", ".join(f"{values[r]:.4g} {unit} in row {r + 1}" for r in rows[:3])
             more = f" and {rows.size - 3} more" if rows.size > 3 else ""
             yield BadSamples(name, rows, f"spikes: {at}{more}")
-        for stretch in stuck(values, _moving(table)):
+        for stretch in stuck(values, moving):
             words = f"stuck at {values[stretch[0]]:.4g} {unit} in rows {stretch[0] + 1}"
             yield BadSamples(name, stretch, f"{words} to {stretch[-1] + 1}")
 
@@ -81,43 +81,55 @@ def spikes(values: np.ndarray, longest: int = LONGEST) -> np.ndarray:
         return bad
     bend = np.abs(values[1:-1] - 0.5 * (values[:-2] + values[2:]))
     scale = max(float(np.quantile(bend, QUANTILE)), float(quantum))
-    # where a spike begins, the sample before it is off the line of its neighbours by half as much
-    jumps = np.concatenate([[0, 1], np.flatnonzero(bend > 0.25 * FAR * scale) + 2])
-    # the ends of the record last, by what is left of it
-    for inside, length in product((True, False), range(1, longest + 1)):
-        free = jumps[~bad[jumps] & (jumps + length <= values.size)]
-        before = np.maximum(np.minimum(free, SIDE), 2 * SIDE + length + free - values.size)
-        for count in np.unique(before[(before <= free) & ((before == SIDE) == inside)]):
-            first = free[before == count]
-            first = first[_leaves_and_returns(values, first, length, int(count), scale)]
-            for rows in (np.arange(f, f + length) for f in first):
+    # the samples before and after a spike are off the lines of their neighbours by half as much
+    bent = np.flatnonzero(bend > 0.25 * FAR * scale)
+    begins = np.concatenate([[0, 1], bent + 2])
+    ends = np.concatenate([bent + 1, [values.size - 1, values.size]])
+    found = [
+        np.stack(stretches)[:, _is_off(values, *stretches, scale)]
+        for part in np.array_split(begins, 1 + begins.size // PART)
+        if (stretches := _stretches(part, ends, longest, values.size))[0].size
+    ]
+    first, length, before = np.concatenate([np.zeros((3, 0), dtype=int), *found], axis=1)
+    # the shortest first; the ends of the record last, by what is left of it
+    for inside in (True, False):
+        for size in np.unique(length):
+            free = np.flatnonzero((length == size) & ~bad[first] & ((before == SIDE) == inside))
+            for k in free[np.argsort(before[free], kind="stable")]:
+                rows = np.arange(first[k], first[k] + size)
                 bad[rows] = inside or _beyond_all(values, bad, rows)
     return bad
 
 
-def _leaves_and_returns(
-    x: np.ndarray, first: np.ndarray, length: int, before: int, scale: float
+def _stretches(
+    begins: np.ndarray, ends: np.ndarray, longest: int, size: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """First samples, lengths and numbers of neighbours before them of the stretches (stretches,)
+    from a begin up to an end, in a record of so many samples; each has 2 SIDE neighbours."""
+    low, high = np.searchsorted(ends, begins + 1), np.searchsorted(ends, begins + longest, "right")
+    count = np.maximum(high - low, 0)
+    first = np.repeat(begins, count)
+    within = np.arange(first.size) - np.repeat(np.cumsum(count) - count, count)
+    length = ends[np.repeat(low, count) + within] - first
+    before = np.maximum(np.minimum(first, SIDE), 2 * SIDE + length + first - size)
+    fits = before <= first
+    return first[fits], length[fits], before[fits]
+
+
+def _is_off(
+    x: np.ndarray, first: np.ndarray, length: np.ndarray, before: np.ndarray, scale: float
 ) -> np.ndarray:
-    """Whether the samples from `first` on leave the line of their neighbours, `before` of which
-    are before them, while the neighbours keep to it."""
-    at, design, inverse, inside = _line(length, before)
-    beside = x[first[:, None] + at]
-    line = beside @ inverse
-    left = beside - line @ design.T
-    scatter = left.max(axis=1) - left.min(axis=1)
-    ends = np.abs(x[first[:, None] + np.array([0, length - 1])] - line @ inside)
-    return ends.min(axis=1) > FAR * np.maximum(scatter, scale)
-
-
-@cache
-def _line(length: int, before: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Places of the neighbours of a spike (6,), design matrix of their line (6, 2), what gives the
-    line from the neighbours (6, 2), and the line at both ends of the spike (2, 2)."""
-    after = np.arange(length, length + 2 * SIDE - before)
-    at = np.concatenate([np.arange(-before, 0), after])
-    design = np.stack([np.ones(at.size), at], axis=1)
-    ends = np.array([[1.0, 1.0], [0.0, length - 1.0]])
-    return at, design, np.linalg.pinv(design).T, ends
+    """Whether both ends of a stretch are off the straight line that fits its neighbours best
+    (stretches,); `before` of the neighbours are before it."""
+    at = np.arange(2 * SIDE) - before[:, None]
+    at += np.where(at < 0, 0, length[:, None])
+    beside, middle = x[first[:, None] + at], at.mean(axis=1, keepdims=True)
+    away, level = at - middle, beside.mean(axis=1, keepdims=True)
+    slope = (away * beside).sum(axis=1, keepdims=True) / (away**2).sum(axis=1, keepdims=True)
+    scatter = np.ptp(beside - level - slope * away, axis=1)
+    ends = np.stack([0 * length, length - 1], axis=1)
+    off = np.abs(x[first[:, None] + ends] - level - slope * (ends - middle))
+    return off.min(axis=1) > FAR * np.maximum(scatter, scale)
 
 
 def _beyond_all(values: np.ndarray, bad: np.ndarray, rows: np.ndarray) -> bool:
@@ -159,8 +171,7 @@ def stuck(values: np.ndarray, moving: np.ndarray | None = None) -> list[np.ndarr
         sides = (values[: begins[k]], values[ends[k] + 1 :])
         rows = np.arange(begins[k], ends[k] + 1)
         rolls = moving is not None and bool(moving[rows].all())
-        noisy = [_has_noise(side) for side in sides]
-        if by_chance < CHANCE and (any(noisy) if rolls else all(noisy)):
+        if by_chance < CHANCE and (any if rolls else all)(map(_has_noise, sides)):
             found.append(rows)
     return found
 
