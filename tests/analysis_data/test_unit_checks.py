@@ -65,6 +65,17 @@ def test_tires_of_any_size_and_loads_off_the_nominal_are_accepted(kappa, size):
     assert not told(table.with_info(effective_rolling_radius=radius, fz=size * 3700.0))
 
 
+@pytest.mark.parametrize("name", ["wheel_angle", "wheel_velocity"])
+def test_an_unknown_radius_is_that_of_some_tire(name):
+    """A wheel that turns 57 times as far as any tire would has its angle in degrees."""
+    table = a_run().with_info(effective_rolling_radius=float("nan"))
+    alone = table.select(["time", "plank_position", name, "fx"])
+    assert not told(table) and not told(alone)
+    unit = {"wheel_angle": "deg", "wheel_velocity": "deg/s"}[name]
+    wrong = alone.with_columns(**{name: np.degrees(alone[name])})
+    assert f"'{name}' is in {unit}, not in" in told(wrong)
+
+
 @pytest.mark.parametrize("speed", [0.002, 0.0015, 0.1, 0.3])
 def test_a_run_of_any_speed_is_accepted(speed):
     table = a_run()

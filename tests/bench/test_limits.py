@@ -15,7 +15,7 @@ from flatplank_control.recording.filled import requested_record
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.sequencer import SequencerParameters, SlipSequencer
 from flatplank_data.errors import RecordingError
-from flatplank_data.limits import LIMITS, RECORDED, refusal
+from flatplank_data.limits import FORCE, IN_FILES, LIMITS, RECORDED, Limit, refusal
 from flatplank_data.machine import COUNTS_PER_TURN, GEAR_RATIO, ROAD_LENGTH, USABLE_ROAD
 from flatplank_hw.drive import DriveParameters
 from flatplank_hw.hub import HubParameters
@@ -152,8 +152,20 @@ def test_a_hub_tilted_by_30_deg_on_a_road_tilted_by_15_deg():
         Measurement(wheel_camber_deg=29.0, gamma_deg=45.0)
 
 
-def test_a_value_that_is_no_number_is_refused():
-    assert all(refusal(setting, math.nan) for setting in LIMITS)
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_a_value_that_is_no_number_is_refused_as_such(value):
+    for limit in [*LIMITS.values(), FORCE, *IN_FILES.values()]:
+        assert limit.refusal("it", value) == f"it is {value}, must be finite"
+    endless = Limit(-math.inf, math.inf, "N")
+    assert not endless.admits(value) and endless.admits(0.0)
+
+
+def test_zero_is_a_number():
+    """Refused by its range where that begins above it, and else accepted."""
+    for setting, limit in LIMITS.items():
+        inside = limit.low <= 0.0 <= limit.high
+        assert limit.admits(0.0) == inside
+        assert ("must be within" in refusal(setting, 0.0)) != inside
 
 
 def test_the_simulated_machine_is_the_one_of_the_parameters():

@@ -156,6 +156,14 @@ def test_an_existing_bag_is_not_overwritten(tmp_path):
         BagWriter(tmp_path, NAME, samples.TOPICS)
 
 
+def test_a_bag_is_made_in_its_folder_and_nowhere_else(tmp_path):
+    inside = tmp_path / "inside"
+    inside.mkdir()
+    with pytest.raises(RecordingError, match="not a name"):
+        BagWriter(inside, "../outside", samples.TOPICS)
+    assert [path.name for path in tmp_path.rglob("*")] == ["inside"]
+
+
 def test_discard_leaves_nothing(tmp_path):
     small_bag(tmp_path).discard()
     assert list(tmp_path.iterdir()) == []

@@ -10,13 +10,15 @@ import numpy as np
 import pytest
 import rec_samples as samples
 
+from flatplank_control.recording.filled import in_words, requested_record
 from flatplank_control.recording.topics import RUN_TOPIC, run_message
 from flatplank_control.recording.typestore import typestore
-from flatplank_data.errors import RecordingError
+from flatplank_data.errors import FlatplankError, RecordingError
 from flatplank_data.record_checks import STATUSES
 from flatplank_data.run_record import (
     RunRecord,
     load_record,
+    read_run,
     record_from_dict,
     record_from_yaml,
     stem_of,
@@ -147,3 +149,65 @@ def test_only_a_slip_run_is_named_after_its_waveform(measurement, waveform, kind
         {"tire": "TOY", "measurement": measurement, "waveform": {"name": waveform}}
     )
     assert record.kind == kind
+
+
+@pytest.mark.parametrize(("start", "degrees"), [(1, 0.0), (2, 120.0), (3, 240.0)])
+def test_the_wheel_starts_at_three_places_of_its_turn(start, degrees):
+    record = samples.toyo(start=start)
+    assert math.degrees(record.start_angle) == pytest.approx(degrees)
+    given = record.with_changes(start_angle_deg=75.0)
+    assert math.degrees(given.start_angle) == pytest.approx(75.0)
+
+
+@pytest.mark.parametrize(
+    ("written", "way"),
+    [("forward", 1.0), ("reverse", -1.0), ("reversed", -1.0), ("backward", -1.0), (-1.0, -1.0),
+     (1, 1.0), ("-1", -1.0), (None, 1.0)],
+)  # fmt: skip
+def test_a_direction_is_a_word_or_a_sign(written, way):
+    record, _ = read_run({"tire": "TOY", "direction": written, "notes": "reverse"}, "a.yaml")
+    assert (record.direction, record.notes) == (way, "reverse")
+
+
+@pytest.mark.parametrize("written", ["sideways", [1.0], {"a": 1}])
+def test_another_direction_is_refused_with_its_file(written):
+    with pytest.raises(FlatplankError, match=r"a\.yaml.*direction"):
+        read_run({"tire": "TOY", "direction": written}, "a.yaml")
+
+
+def test_a_pressure_of_zero_is_not_known_and_any_other_is():
+    pressures = [read_run({"pressure": p}, "")[0].pressure for p in (0, 0.0, "0", 1e-3, 2.5)]
+    np.testing.assert_array_equal(pressures, [math.nan, math.nan, math.nan, 1e-3, 2.5])
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"kappa": -0.05, "step_position": 1.5}, "slip -5 %, from 1.5 m"),
+        ({"waveform": {"name": "sine"}}, "slip sine"),
+        ({"measurement": "free_rolling"}, "free rolling"),
+        ({"effective_rolling_radius": 0.31085}, "r_e 310.9 mm"),
+        ({"fz": 3700.0}, "Fz 3700 N"),
+        ({"fz": 0.5}, "Fz 0.5 N"),
+        ({"pressure": 0.0}, "pressure not given"),
+        ({"cycles_received": 90, "cycles_lost": 10}, "10 of 100 cycles lost"),
+    ],
+)
+def test_a_run_in_words_says_what_was_measured(changes, words):
+    said = in_words(samples.toyo(**{"cycles_received": 9, **changes}))
+    assert words in said and "\n" not in said
+    unknown = samples.toyo(fz=0.0, pressure=2.5, cycles_received=9)
+    assert "Fz" not in in_words(unknown) and "not given" not in in_words(unknown)
+
+
+def test_what_was_not_recorded_is_said():
+    assert "nothing was recorded" in in_words(samples.toyo())
+
+
+def test_a_request_keeps_the_keys_that_it_gives():
+    said = requested_record("{tire: TOY, measurement: slip, kappa: 0.05}")
+    assert said.given_keys == {"tire", "measurement", "kappa"}
+    assert said.record.name.startswith("TOY_") and said.record.kappa == 0.05
+    assert requested_record("{tire: TOY, name: mine}").record.name == "mine"
+    assert requested_record("{tire: TOY, name: mine}", "other").record.name == "other"
+    assert requested_record("", "by_me").record.name == "by_me"

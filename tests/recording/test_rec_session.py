@@ -9,6 +9,7 @@ import rec_samples as samples
 import yaml
 
 from flatplank_control.recording.bag_writer import BagWriter
+from flatplank_control.recording.blocks import TwinWriter
 from flatplank_control.recording.bus_cycles import BusImage, CycleCount, read_bus_image
 from flatplank_control.recording.session import RecordingSession, State
 from flatplank_control.recording.topics import RUN_TOPIC
@@ -247,6 +248,39 @@ def test_a_disk_that_fills_up_closes_the_run_as_failed(tmp_path):
     session.write(samples.BUS, samples.bus_bytes(0), 0)
     session.start(samples.toyo(), 0)
     session.close()
+
+
+def by_polling(session: RecordingSession) -> None:
+    for cycle in range(20):
+        feed(session, [cycle])
+        session.poll()
+
+
+def by_blocks(session: RecordingSession) -> None:
+    """As the twin does."""
+    writer = TwinWriter(session, {samples.BUS: samples.bus_layout()})
+    fixed = {"count": 1, "period_ns": samples.PERIOD_NS}
+    for part in np.array_split(np.arange(40), 4):
+        writer.add(samples.BUS, part * samples.PERIOD_NS, {**fixed, "cycle": part})
+        writer.flush()
+
+
+def at_its_end(session: RecordingSession) -> None:
+    feed(session, range(20))
+    session.stop("complete", fill=lambda record, _path: record)
+
+
+@pytest.mark.parametrize("act", [by_polling, by_blocks, at_its_end])
+def test_a_full_disk_closes_the_run_whoever_notices_it(tmp_path, act):
+    """Messages stay in the memory until they are flushed by somebody."""
+    session = RecordingSession(tmp_path, samples.TOPICS, open_bag=lambda *a: BrokenBag(
+        *a, flush_period=1e9 if act is at_its_end else 0.0))  # fmt: skip
+    path = session.start(samples.toyo(), 0, at_once=True)
+    with pytest.raises(RecordingError, match="No space left"):
+        act(session)
+    assert session.state is State.IDLE
+    record = load_record(path)
+    assert (record.status, "No space left" in record.stop_reason) == ("failed", True)
 
 
 def test_poll_brings_the_last_messages_to_the_disk(tmp_path):
