@@ -128,7 +128,11 @@ AREAS = (
         "slip", "sequencer", _files("control/test_control", "sequencer"),
         package="flatplank_control",
     ),
-    Area("sweeps", "slip_sweeps", _files("slip_sweeps/test", "sweeps sweeps_files")),
+    Area(
+        "sweeps", "slip_sweeps",
+        _files("slip_sweeps/test_sweeps", "files variants verdict")
+        + ("tests/slip_sweeps/test_sweeps.py",),
+    ),
     Area(
         "units", "",
         (*_files("analysis_data/test", "text_units unit_checks formats cluster"),
