@@ -41,15 +41,13 @@ def nominal_runs(tire: str, way: str, lab: Lab) -> list[MeasurementTable]:
 
 def whole_and_zoom(
     name: str, title: str, caption: str, axis: str, lines: Sequence[Series],
-    zoom: tuple[float, float] = (0.0, ZOOM), first: float = 0.0, left: Sequence[Series] = (),
+    zoom: tuple[float, float] = (0.0, ZOOM), first: float = 0.0,
 ) -> Figure:  # fmt: skip
-    """The whole road from `first` on, and a part of it enlarged beside; `left`: residuals."""
-    panels = [
+    """The whole road from `first` on, and a part of it enlarged beside."""
+    panels = (
         Panel(pieces.ROAD, axis, lines, (first, ROAD_END)),
-        Panel(pieces.ROAD, axis, lines, zoom, title="enlarged"),
-    ]
-    if left:
-        panels = [pieces.with_residual(panel, left) for panel in panels]
+        Panel(pieces.ROAD, "", lines, zoom, title="enlarged"),
+    )
     return Figure(name, title, caption, panels)
 
 
@@ -98,7 +96,6 @@ def beside_simulation(read: Read, better: bool, lab: Lab) -> Iterator[Figure]:
         Series("measured", x, y, color=PALETTE[1]),
         Series(word, run.position, of_run(run), "model", INK),
     ]
-    left = pieces.residual(x, y, run.position, of_run(run), PALETTE[1])
     caption = "The thesis's controller, the Toyo at 3700 N, start angle 0°."
     if better:
         caption += (
@@ -109,7 +106,7 @@ def beside_simulation(read: Read, better: bool, lab: Lab) -> Iterator[Figure]:
     slug = f"rolling_{name}{'_improved' if better else ''}"
     zoom = LATE if better else (0.0, ZOOM)
     first = ZOOM if read is TORQUE else 0.0
-    yield whole_and_zoom(slug, title, caption, axis, lines, zoom, first, [left])
+    yield whole_and_zoom(slug, title, caption, axis, lines, zoom, first)
 
 
 def exponential(lab: Lab) -> Iterator[Figure]:
@@ -124,14 +121,10 @@ def exponential(lab: Lab) -> Iterator[Figure]:
         Series("p₁ exp(−p₂ x) + p₃", fine, fit(fine), "model", INK),
     ]
     marks = [*FIT_RANGE, *([mark] if np.isfinite(mark) else [])]
-    panels = (
-        Panel(pieces.ROAD, pieces.FX, lines, (0.0, ROAD_END), marks),
-        Panel(pieces.ROAD, pieces.FX, lines, (FIT_RANGE[0], ROAD_END), marks, title="enlarged"),
-    )
-    left = [pieces.residual(x, y, fine, fit(fine), PALETTE[0])]
+    panel = Panel(pieces.ROAD, pieces.FX, lines, (0.0, ROAD_END), marks)
+    near = Panel(pieces.ROAD, "", lines, (FIT_RANGE[0], ROAD_END), marks, title="enlarged")
     caption = f"Exponential function (E.1) between the outer dotted lines; {told}."
-    shown = [pieces.with_residual(panel, left) for panel in panels]
-    yield Figure("exponential", "Settling distance", caption, shown)
+    yield Figure("exponential", "Settling distance", caption, (panel, near))
 
 
 def over_load(axis: str, read: Callable[[MeasurementTable], float], name: str, lab: Lab):

@@ -20,6 +20,8 @@ from flatplank_analysis.report.results import (
     PointResult,
 )
 
+STRIP = (2.6, 1.0)
+"""relative heights of forces and of what a model leaves of them"""
 OVERLAYS = {"linear": "7.2, 7.5, 7.15", "nonlinear": "7.22, 7.23", "mf": "7.28"}
 LINEAR = (
     ("relaxation length σx [m]", "sigma", 1.0),
@@ -71,26 +73,31 @@ def overlays(result: CampaignResult) -> Iterator[Figure]:
                 Series("model", *model.curves[c.condition], "model", legend=i == 0)
                 for i, c in enumerate(conditions)
             ]
-            panel = Panel(pieces.SINCE_STEP, pieces.FX, [*measured, *modelled], window)
+            panels = (
+                Panel("", pieces.FX, [*measured, *modelled], window),
+                Panel(pieces.SINCE_STEP, "measured − model [N]", _left(conditions, model), window),
+            )
             yield Figure(
                 f"overlay_{name}_{slug}",
                 f"{model.title[0].upper()}{model.title[1:]}, {p.label()}",
-                "Coloured: measured, mean of the runs. Dashed: model. Below: measured less "
-                "modelled force, in the same colours.",
-                (pieces.with_residual(panel, _left(conditions, model)),),
+                "Coloured: measured, mean of the runs. Dashed: model. Below: what the model "
+                "leaves, in the same colours.",
+                panels,
                 OVERLAYS.get(name, ""),
+                stacked=True,
+                heights=STRIP,
             )
 
 
 def _left(conditions: Sequence[ConditionResult], model: ModelCurves) -> list[Series]:
     """Measured less modelled force of every slip level."""
     tone = pieces.slip_colors(conditions)
-    return [
-        pieces.residual(
-            c.since_step, c.measured["fx"], *model.curves[c.condition], tone[c.condition.kappa]
-        )
-        for c in conditions
-    ]
+    lines = []
+    for c in conditions:
+        x, modelled = model.curves[c.condition]
+        left = np.interp(x, c.since_step, c.measured["fx"]) - modelled
+        lines.append(Series("", x, left, color=tone[c.condition.kappa], legend=False))
+    return lines
 
 
 def lateral_starts(result: CampaignResult) -> Iterator[Figure]:
@@ -101,22 +108,19 @@ def lateral_starts(result: CampaignResult) -> Iterator[Figure]:
     ] or (points[:4] if result.nominal() is not None else [])
     if not near:
         return
-    lines, left = [], []
+    lines = []
     for point, color in zip(near, PALETTE, strict=False):
         found = point.further.lateral
         assert found is not None, "one of the points"
         label = pieces.level(point, "alpha_deg")
-        x, model = found.distance, -found.fit.response(found.distance)
-        lines.append(Series(label, x, found.force, color=color))
-        lines.append(Series("model", x, model, "model", legend=point is near[0]))
-        left.append(pieces.residual(x, found.force, x, model, color))
+        lines.append(Series(label, found.distance, found.force, color=color))
+        model = -found.fit.response(found.distance)
+        lines.append(Series("model", found.distance, model, "model", legend=point is near[0]))
     fits = [
         (p.point.alpha_deg, start.fit) for p in near if (start := p.further.lateral) is not None
     ]
     panels = [
-        pieces.with_residual(
-            Panel("road displacement since the start [m]", pieces.FY, lines), left
-        ),
+        Panel("road displacement since the start [m]", pieces.FY, lines),
         *pieces.estimates(
             pieces.ALPHA, [("", fits)], [("relaxation length σy [m]", "sigma", 1.0)]
         ),

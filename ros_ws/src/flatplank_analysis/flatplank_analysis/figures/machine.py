@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -93,24 +92,18 @@ def settling(result: CampaignResult) -> Iterator[Figure]:
         keep = (x >= FIT_RANGE[0]) & np.isfinite(run["fx"])
         mark = run["settling_distance"]
         marks = (mark,) if np.isfinite(mark) else ()
-        panel = Panel(
-            pieces.ROAD, pieces.FX, [Series("measured", x, run["fx"], color=PALETTE[0])],
-            marks=marks,
-        )  # fmt: skip
+        lines = [Series("measured", x, run["fx"], color=PALETTE[0])]
         where = f"settles at {mark:.2f} m" if np.isfinite(mark) else "does not settle within 5 %"
         if fit is None:
             where = "not fitted, flexplates off: no controller"
         else:
-            fitted = Series("fitted", x[keep], fit(x[keep]), "model", INK)
-            left = pieces.residual(x, run["fx"], fitted.x, fitted.y, PALETTE[0])
-            panel = replace(panel, series=[*panel.series, fitted])
-            panel = pieces.with_residual(panel, [left])
+            lines.append(Series("fitted", x[keep], fit(x[keep]), "model", INK))
             where += f"; {fit.remark}" * bool(fit.remark)
         yield Figure(
             f"settling_{run['run']}",
             f"Free rolling, {run['run']}",
             f"Exponential function (E.1); {where} (dotted).",
-            (panel,),
+            (Panel(pieces.ROAD, pieces.FX, lines, marks=marks),),
             "E.1, 5.20",
         )
 

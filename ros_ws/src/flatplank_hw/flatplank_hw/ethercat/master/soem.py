@@ -101,8 +101,8 @@ class SoemBus:
             raise BusError("configuration of the slaves failed: a slave does not answer") from None
         self._check_sizes()
         for slave, spec in zip(self._master.slaves, self.bus.slaves, strict=True):
-            if spec.output_bits:
-                self._set_watchdog(slave)
+            if not self._set_watchdog(slave, spec):
+                raise BusError(f"slave '{spec.name}' does not answer; is its cable plugged in?")
         self._master.state_check(STATES["SAFEOP"], 200_000)
         self._need("SAFEOP")
         self.mapped = True
@@ -122,9 +122,12 @@ class SoemBus:
                 self._need("OP")
 
     def acknowledge(self) -> None:
-        """Acknowledge errors of slaves that fell back to SAFEOP and request OP."""
-        for slave in self._master.slaves:
-            if slave.state & 0x0F == STATES["SAFEOP"]:
+        """Acknowledge errors of slaves that fell back to SAFEOP and request OP.
+
+        One that has restarted has the watchdog of its maker until ours is written.
+        """
+        for slave, spec in zip(self._master.slaves, self.bus.slaves, strict=True):
+            if slave.state & 0x0F == STATES["SAFEOP"] and self._set_watchdog(slave, spec):
                 if slave.state & 0x10:
                     slave.state = STATES["SAFEOP"] + pysoem.STATE_ACK
                     slave.write_state()
@@ -240,10 +243,17 @@ class SoemBus:
     def _emergency(self, name: str) -> Callable[[pysoem.Emergency], None]:
         return lambda message: self.emergency(name, message.error_code, message.error_reg)
 
-    def _set_watchdog(self, slave: pysoem.CdefSlave) -> None:
+    def _set_watchdog(self, slave: pysoem.CdefSlave, spec: Slave) -> bool:
+        """Set the watchdog of a slave with outputs; false when it does not answer."""
+        if not spec.output_bits:
+            return True
         ticks = self.bus.watchdog_ms * 1_000_000 // WATCHDOG_DIVIDER_NS
-        slave._fpwr(0x0400, (WATCHDOG_DIVIDER_NS // 40 - 2).to_bytes(2, "little"), 4000)
-        slave._fpwr(0x0420, ticks.to_bytes(2, "little"), 4000)
+        try:
+            slave._fpwr(0x0400, (WATCHDOG_DIVIDER_NS // 40 - 2).to_bytes(2, "little"), 4000)
+            slave._fpwr(0x0420, ticks.to_bytes(2, "little"), 4000)
+        except pysoem.WkcError:
+            return False
+        return True
 
     def _check_sizes(self) -> None:
         for slave, spec in zip(self._master.slaves, self.bus.slaves, strict=True):
