@@ -153,7 +153,7 @@ def test_every_figure_has_its_csv_and_is_well_formed(page, result):
         for suffix in ("svg", "png", "csv"):
             assert (page.parent / "figures" / f"{figure.name}.{suffix}").stat().st_size > 60
         ElementTree.parse(page.parent / "figures" / f"{figure.name}.svg")
-        points = sum(len(s.x) for p in figure.panels for s in p.series)
+        points = sum(len(s.x) for p in figure.with_strips for s in p.series)
         text = (page.parent / "figures" / f"{figure.name}.csv").read_text()
         rows = [line for line in text.splitlines()[1:] if not line.startswith("#")]
         assert len(rows) == points
@@ -358,9 +358,11 @@ def test_an_axis_is_scaled_by_what_it_shows():
 def test_an_overlay_has_a_strip_with_what_the_model_leaves(result):
     point = result.nominal()
     overlay = next(f for f in chapter7.overlays(result) if f.name.startswith("overlay_linear"))
-    forces, strip = overlay.panels
-    assert overlay.stacked and overlay.heights[0] > 2.0 * overlay.heights[1]
-    assert forces.x_range == strip.x_range
+    (forces,) = overlay.panels
+    strip = forces.strip
+    assert strip.x_range == forces.x_range and strip.y_label == "residual [N]"
+    upper, lower = (axis.get_position() for axis in canvas(overlay).axes)
+    assert upper.height > 2.0 * lower.height and upper.y0 > lower.y1
     condition = pieces.slips(point)[0]
     x, model = point.models["linear"].curves[condition.condition]
     measured = np.interp(x, condition.since_step, condition.measured["fx"])

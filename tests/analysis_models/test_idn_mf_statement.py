@@ -134,3 +134,14 @@ def test_a_law_that_misses_another_pressure_does_not_determine_the_radius(off, d
         assert e.determined is determined, e
         assert (e.note == "") is determined
         assert determined or e.note.endswith(f"± {e.std_error:.2g}")
+        assert determined or "since the law is off" in e.note
+    if not determined:
+        (told,) = found.fits["re"].confusions
+        assert set(told.names) == set(wanted)
+        assert "from 2.0 bar to 2.5 bar" in told.statement
+        assert told.remedy == "fit the runs of one pressure alone (2.0 bar or 2.5 bar)"
+    for bar in (2.5e5, 2.0e5):
+        one = pressure == bar
+        points = steady_points({"re": measured[one]}, fz=fz[one], pressure=pressure[one])
+        alone = fit.fit_magic_formula(points, TIR, settings)
+        assert all(alone.estimates[name].determined for name in wanted)

@@ -19,6 +19,7 @@ def test_it_has_all_that_is_asked_of_it() -> None:
 
 def test_without_it_one_line_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(port, "entry_points", lambda group: [])
+    port.simulator.cache_clear()
     with pytest.raises(FlatplankError, match="the simulated bench is not installed"):
         BenchSetup().of(next(n for n in BenchSetup().nodes() if n.name == "wheel_drive"))
     lab = BenchSetup(kind="lab", interface="eth9")

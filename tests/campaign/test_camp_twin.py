@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import pyarrow.parquet
 import pytest
 import yaml
 from camp_plans import LENIENT, ROAD, small
@@ -20,6 +21,7 @@ from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of
 from flatplank_control.runner.steps import Wait
 from flatplank_data.campaign import Campaign
+from flatplank_sim.twin import log
 from flatplank_sim.twin.campaign import run_on_twin
 from flatplank_sim.twin.log import BagLog, TableLog
 from flatplank_sim.twin.twin import Twin
@@ -133,3 +135,17 @@ def test_a_stopped_run_ends_neither_the_campaign_nor_is_a_result(jobs, tmp_path,
     assert print_result_of_plan(plan, journal) == 3
     printed = capsys.readouterr().out
     assert "3 of 6 runs" in printed and "1 flagged, 2 skipped" in printed
+
+
+def test_a_table_does_not_depend_on_its_blocks(tmp_path, monkeypatch):
+    """Samples are kept in blocks: a run held as tuples took a third of its time to look after
+    them."""
+    short = Measurement(measurement="free_rolling", end_position=0.1)
+    tables = []
+    for block in (log.FLUSH_EVERY, 7, 10**6):
+        monkeypatch.setattr(log, "FLUSH_EVERY", block)
+        bench = TwinBench(Twin(SETUP), TableLog(tmp_path / str(block)))
+        bench.perform(plan_of(short))
+        tables.append(pyarrow.parquet.read_table(bench.kept[0]))
+    assert tables[0].num_rows > 500
+    assert tables[0].equals(tables[1]) and tables[0].equals(tables[2])

@@ -16,6 +16,7 @@ from scipy.stats import t as student
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.gram import Gram
 from flatplank_analysis.discovery.parameters import param
+from flatplank_analysis.inference.errors import WithLawErrors
 from flatplank_analysis.inference.evidence import Fixed, Random, evidence
 from flatplank_analysis.inference.posterior import log_evidence
 from flatplank_analysis.inference.priors import of_set, of_value
@@ -31,6 +32,15 @@ class Push(Effect):
 
     identifier = "push"
     size_: float = param(0.0, unit="N", bounds=(0.0, 1e6), screen=1.0, matters=0.1)
+
+
+class _Plain:
+    """A metric of white noise of unit size."""
+
+    whitener = scatter = None
+
+    def __call__(self, values: np.ndarray) -> np.ndarray:
+        return values[:, 0]
 
 
 def columns_and_residual(seed: int = 3) -> tuple[np.ndarray, np.ndarray]:
@@ -74,6 +84,27 @@ def test_evidence_does_not_depend_on_the_point_of_the_expansion():
     )
     here = evidence(Gram.of(columns, y), Fixed(strength, 0.0 * start, -FREE, FREE), [random])
     assert there.log == pytest.approx(here.log, abs=1e-7)
+
+
+@pytest.mark.parametrize("factor", [1.0, 2.0, 4.0])
+def test_model_errors_are_part_of_the_covariance(factor):
+    """Down-weighted squares and volume are those of the density with these errors."""
+    rng = np.random.default_rng(4)
+    loose = rng.standard_normal((3, 1, RUNS, SAMPLES))
+    loose[2] = 0.5 * loose[0]
+    groups = [np.flatnonzero(g == GROUP) for g in range(3)]
+    metric = WithLawErrors(_Plain(), groups, loose)
+    y = rng.standard_normal((1, RUNS, SAMPLES))
+    left = metric.down_weighted(y, factor)
+    found = metric.volume(factor) - 0.5 * float(np.sum(left**2))
+    exact = 0.0
+    for rows in groups:
+        columns = factor * loose[:, 0, rows].reshape(3, -1)
+        covariance = np.eye(columns.shape[1]) + columns.T @ columns
+        flat = y[0, rows].ravel()
+        exact += multivariate_normal(np.zeros(len(flat)), covariance).logpdf(flat)
+    constant = 0.5 * y.size * math.log(2.0 * math.pi)
+    assert found == pytest.approx(exact + constant, abs=1e-8)
 
 
 @pytest.mark.parametrize("size", [0.2, 1.0, 5.0])

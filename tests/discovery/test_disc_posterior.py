@@ -3,16 +3,22 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from ball import TIME, Ball, Drag, Shake, Wind, throw
+from scipy.ndimage import gaussian_filter1d
+from scipy.stats import chi2
 
 from flatplank_analysis.discovery.effect import Effect
+from flatplank_analysis.discovery.invariants import LEFT
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.verdict import AT_FLOOR, FOUND, GROUP, diagnose
+from flatplank_analysis.inference.posterior import Posterior
 from flatplank_analysis.inference.search import run_posterior
 
 
@@ -127,3 +133,48 @@ def test_an_effect_of_no_consequence_is_in_the_model_and_no_finding():
     assert names_of(search) == ["drag"]
     assert {t.effect for t in search.last.state.fit.terms} == {Drag, Shake}
     assert diagnose(search).verdict == FOUND
+
+
+def test_nothing_is_named_without_a_fall_of_the_error():
+    """A camera that sways by much more than it shakes: the whitened residual shows the shaking
+    without doubt, and the error is about as large without it."""
+    withheld = 0
+    for seed in range(41, 47):
+        thrown = throw(seed, 0.0)
+        steps = np.random.default_rng(seed).standard_normal(thrown.runs.measured.shape)
+        sway = 3.0 * gaussian_filter1d(steps, 20.0, axis=2)
+        thrown.runs.measured[:] += sway + 0.021 * np.sin(20.0 * TIME)
+        search = run_posterior(thrown, [Drag, Wind, Shake])
+        withheld += any("shake" in n and "does not fall" in n for n in search.notes)
+        if names_of(search):
+            first, last = (thrown.runs.rmse(s.state.residual[0]) ** 2 for s in search.steps)
+            assert (1.0 - last / first) * thrown.runs.measured[0].size > chi2.isf(LEFT, 1)
+    assert withheld
+
+
+def test_instances_of_one_effect_are_counted():
+    """Each instance needs one more of the name in the sets."""
+
+    def weighed(**sure: float) -> SimpleNamespace:
+        names = [name.rstrip("12") for name in sure]
+        terms = [SimpleNamespace(effect=SimpleNamespace(identifier=n)) for n in names]
+        matters = list(sure.values())
+        return SimpleNamespace(
+            fit=SimpleNamespace(terms=terms), matters=lambda i: matters[i], parts=((0.0, 0.0),)
+        )
+
+    sets = {("a",): weighed(a=1.0), ("a", "a"): weighed(a1=1.0, a2=0.4), ("b",): weighed(b=0.5)}
+    posterior = Posterior(sets, 100.0, 1.0)
+    assert posterior.in_set(["a"]) == pytest.approx(2.0 / 3.0)
+    assert posterior.in_set(["a"], 2) == pytest.approx(0.4 / 3.0)
+    assert posterior.in_set(["a", "b"]) == pytest.approx(2.5 / 3.0)
+    assert posterior.nothing == pytest.approx(0.5 / 3.0)
+
+
+def test_sizes_of_the_model_errors_are_weighed_with_the_sets():
+    """A set that needs model errors of twice the size counts with the probability of these."""
+    parts = {("a",): ((0.0, 0.0), (0.0, -1.0)), (): ((40.0, 0.0), (4.0, -1.0))}
+    sets = {key: SimpleNamespace(parts=one) for key, one in parts.items()}
+    posterior = Posterior(sets, 1e9, 1.0)
+    odds = (math.exp(-20.0) + math.exp(-3.0)) / (1.0 + math.exp(-1.0))
+    assert math.exp(posterior.logs[()]) == pytest.approx(odds, rel=1e-6)

@@ -5,13 +5,14 @@ filter."""
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from flatplank_analysis.figures import pieces
-from flatplank_analysis.figures.spec import INK, PALETTE, Figure, Panel, Series
+from flatplank_analysis.figures.spec import PALETTE, Figure, Panel, Series
 from flatplank_data.table import MeasurementTable
 from flatplank_hw.hub import HubParameters
 from flatplank_hw.hub.appendix_a import gains, wheel_from_volts
@@ -101,11 +102,10 @@ def fitted(lab: Lab) -> Iterator[Figure]:
     for k, name in enumerate(CHANNELS):
         mean = t.channels[k].mean()
         last = k == len(CHANNELS) - 1
-        measured = Series("measured", t.angle, 1e3 * (t.channels[k] - mean), color=PALETTE[0])
-        sine = Series("fit", t.angle, 1e3 * t.signal[k], "model", INK)
+        measured, sine = 1e3 * (t.channels[k] - mean), 1e3 * t.signal[k]
         label = TURN if last else ""
-        panels.append(Panel(label, f"{name} [mV]", [measured, sine], FITTED))
-    caption = "Bridge output less its mean, and A sin(B x + C) of (C.1)."
+        panels.append(pieces.pair(label, f"{name} [mV]", t.angle, measured, sine, "fit", FITTED))
+    caption = "Bridge output less its mean, A sin(B x + C) of (C.1), and what the fit leaves."
     yield Figure("parasitic_fit", "Fit of every channel", caption, panels, stacked=True)
 
 
@@ -180,15 +180,17 @@ def under_load(name: str, lab: Lab) -> Iterator[Figure]:
     panels = []
     for letter, kappa in zip("abcd", SLIPS, strict=True):
         pair = found[kappa]
-        lines = [
-            Series("unfiltered − filtered", pair.position, getattr(pair.difference, name)),
-            Series("calculated", pair.position, getattr(pair.calculated, name), "model", INK),
-        ]
         label = pieces.ROAD if kappa == SLIPS[-1] else ""
-        title = f"({letter}) κ = {pieces.percent(kappa)}"
-        panels.append(Panel(label, "parasitic force [N]", lines, ROLLING, title=title))
+        panel = pieces.pair(
+            label, f"{name.capitalize()} [N]", pair.position, getattr(pair.difference, name),
+            getattr(pair.calculated, name), "calculated", ROLLING,
+        )  # fmt: skip
+        panels.append(replace(panel, title=f"({letter}) κ = {pieces.percent(kappa)}"))
     word = "longitudinal" if name == "fx" else "vertical"
-    caption = "Two equal runs, one without the filter, and the force that the fit calculates."
+    caption = (
+        "Measured: two equal runs, the one without the filter less the other. Calculated: by the "
+        "fit from the wheel angle. Below: their difference."
+    )
     yield Figure(
         f"parasitic_{name}", f"Parasitic {word} force under load", caption, panels, stacked=True
     )

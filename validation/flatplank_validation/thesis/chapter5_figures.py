@@ -41,13 +41,15 @@ def nominal_runs(tire: str, way: str, lab: Lab) -> list[MeasurementTable]:
 
 def whole_and_zoom(
     name: str, title: str, caption: str, axis: str, lines: Sequence[Series],
-    zoom: tuple[float, float] = (0.0, ZOOM), first: float = 0.0,
+    zoom: tuple[float, float] = (0.0, ZOOM), first: float = 0.0, left: Sequence[Series] = (),
 ) -> Figure:  # fmt: skip
-    """The whole road from `first` on, and a part of it enlarged beside."""
-    panels = (
+    """The whole road from `first` on, and a part of it enlarged beside; `left`: residuals."""
+    panels = [
         Panel(pieces.ROAD, axis, lines, (first, ROAD_END)),
-        Panel(pieces.ROAD, "", lines, zoom, title="enlarged"),
-    )
+        Panel(pieces.ROAD, axis, lines, zoom, title="enlarged"),
+    ]
+    if left:
+        panels = [pieces.with_residual(panel, left) for panel in panels]
     return Figure(name, title, caption, panels)
 
 
@@ -96,6 +98,7 @@ def beside_simulation(read: Read, better: bool, lab: Lab) -> Iterator[Figure]:
         Series("measured", x, y, color=PALETTE[1]),
         Series(word, run.position, of_run(run), "model", INK),
     ]
+    left = pieces.residual(x, y, run.position, of_run(run), PALETTE[1])
     caption = "The thesis's controller, the Toyo at 3700 N, start angle 0°."
     if better:
         caption += (
@@ -106,7 +109,7 @@ def beside_simulation(read: Read, better: bool, lab: Lab) -> Iterator[Figure]:
     slug = f"rolling_{name}{'_improved' if better else ''}"
     zoom = LATE if better else (0.0, ZOOM)
     first = ZOOM if read is TORQUE else 0.0
-    yield whole_and_zoom(slug, title, caption, axis, lines, zoom, first)
+    yield whole_and_zoom(slug, title, caption, axis, lines, zoom, first, [left])
 
 
 def exponential(lab: Lab) -> Iterator[Figure]:
@@ -121,10 +124,14 @@ def exponential(lab: Lab) -> Iterator[Figure]:
         Series("p₁ exp(−p₂ x) + p₃", fine, fit(fine), "model", INK),
     ]
     marks = [*FIT_RANGE, *([mark] if np.isfinite(mark) else [])]
-    panel = Panel(pieces.ROAD, pieces.FX, lines, (0.0, ROAD_END), marks)
-    near = Panel(pieces.ROAD, "", lines, (FIT_RANGE[0], ROAD_END), marks, title="enlarged")
+    panels = (
+        Panel(pieces.ROAD, pieces.FX, lines, (0.0, ROAD_END), marks),
+        Panel(pieces.ROAD, pieces.FX, lines, (FIT_RANGE[0], ROAD_END), marks, title="enlarged"),
+    )
+    left = [pieces.residual(x, y, fine, fit(fine), PALETTE[0])]
     caption = f"Exponential function (E.1) between the outer dotted lines; {told}."
-    yield Figure("exponential", "Settling distance", caption, (panel, near))
+    shown = [pieces.with_residual(panel, left) for panel in panels]
+    yield Figure("exponential", "Settling distance", caption, shown)
 
 
 def over_load(axis: str, read: Callable[[MeasurementTable], float], name: str, lab: Lab):

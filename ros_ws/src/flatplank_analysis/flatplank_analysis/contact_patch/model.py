@@ -13,6 +13,7 @@ import numpy as np
 from flatplank_analysis.contact_patch import kernel
 from flatplank_analysis.contact_patch.grid import SPEED
 from flatplank_analysis.contact_patch.parameters import (
+    USUAL_HALF,
     among_loads,
     among_pressures,
     at_one_law,
@@ -57,7 +58,8 @@ class TireModel:
         self.data = data
         self.runs: RunSet = data.runs
         length = contact_ratio(data.reference.load)
-        self.form = replace(self.form, shift=self.form.shift * length)
+        shift, half = self.form.shift * length, USUAL_HALF * length
+        self.form = replace(self.form, shift=shift, reach=half)
         if with_side_slip(data):
             self.form = replace(self.form, stretch=STRETCH_WITH_SIDE_SLIP)
         if with_side_slip(data) or among_loads(data) or among_pressures(data):

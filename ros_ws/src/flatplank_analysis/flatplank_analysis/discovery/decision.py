@@ -18,6 +18,8 @@ CLEAR = 1.57
 would be one of 99 %. A size that the base mostly imitates is known no better than its law"""
 NEGLIGIBLE = "present, negligible"
 """reason that applies to a size of no consequence"""
+FLAT = "the error does not fall with it"
+"""reason that applies to an effect that only the whitened residuals show"""
 IMITATED = "these runs cannot tell it from the base"
 """reason that applies to an effect that the base imitates wholly (`Effect.separable`)"""
 UNEVEN = ("not the same size along the run", "not the same size in every condition")

@@ -194,9 +194,14 @@ def is_fall_by_chance(state: State, fit: Fit) -> bool:
     """True when the plain error of no channel falls further by the last effect of a fit than it
     falls by as many random columns in white noise: tests of whitened residuals may see what the
     error does not show, where a few samples have most of it."""
-    last, measured = len(fit.terms) - 1, state.runs.measured
-    free = sum(owner == last for owner, _ in fit.free)
-    before = np.mean(state.residual**2, axis=(1, 2))
+    return is_no_fall(state.residual, fit, len(fit.terms) - 1, state.runs.measured)
+
+
+def is_no_fall(without: np.ndarray, fit: Fit, index: int, measured: np.ndarray) -> bool:
+    """The same for effect `index` of a fit; without (channels, runs, samples): the plain residual
+    without the effect."""
+    free = sum(owner == index for owner, _ in fit.free)
+    before = np.mean(without**2, axis=(1, 2))
     after = np.mean(fit.residual(measured) ** 2, axis=(1, 2))
     fall = (before - after) / np.maximum(before, 1e-30)
     return bool(np.all(fall * measured[0].size <= chi2.isf(LEFT, free)))

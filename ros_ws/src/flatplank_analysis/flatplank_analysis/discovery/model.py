@@ -48,6 +48,9 @@ class FormError:
     the signals"""
     shift: float = 0.0
     """standard deviation of the place at which signals rise and fall, in the unit of the place"""
+    reach: float = 0.0
+    """length over which an effect acts at most at once (half of a contact), in the unit of the
+    place: within it the form of an effect is not known"""
 
     def share(self, channel: int) -> float:
         """Form error of a channel's mean residual, as a share of the largest signal."""

@@ -15,7 +15,7 @@ from flatplank_analysis.discovery import screen as screens
 from flatplank_analysis.discovery.backward import Backward, uneven_terms
 from flatplank_analysis.discovery.classes import Classes
 from flatplank_analysis.discovery.decide import NEARLY, Judge
-from flatplank_analysis.discovery.decision import IMITATED, UNEVEN, Decision
+from flatplank_analysis.discovery.decision import FLAT, IMITATED, UNEVEN, Decision
 from flatplank_analysis.discovery.effect import Effect, variants_of
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term, Whitened
 from flatplank_analysis.discovery.model import Model, starts_of
@@ -35,8 +35,6 @@ from flatplank_data.errors import FlatplankError
 
 IDLE = "not needed beside what was found"
 """reason for an effect that was added and then removed by backward elimination"""
-FLAT = "the error does not fall with it"
-"""reason for an effect that only the whitened tests see"""
 FIRST_STEPS = 6
 """iterations from each further set of start values, before the best one is fitted to the end"""
 WORTH_A_FIT = 0.9

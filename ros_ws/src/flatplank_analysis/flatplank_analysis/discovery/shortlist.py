@@ -122,7 +122,8 @@ def line_search(model: Model, state: State, item: ScreenResult) -> Term:
 def line_search_with_drop(model: Model, state: State, item: ScreenResult) -> tuple[Term, float]:
     """The term at the best of several sizes, and its drop of chi2.
 
-    The best size has the smallest whitened chi2 after one linear step of the base.
+    The best size has the smallest whitened chi2 after one linear step of the base; what this step
+    gains without the term is no drop of the term.
     """
     effect, fit = item.candidate.effect, state.whitened.fit
     width = item.sizes if np.any(item.sizes) else np.ones_like(item.sizes)
@@ -139,4 +140,5 @@ def line_search_with_drop(model: Model, state: State, item: ScreenResult) -> tup
         left = scores[:n] - products[:n, i]
         errors.append(products[i, i] - 2.0 * scores[i] - float(left @ inverse @ left))
     best = int(np.argmin(errors))
-    return terms[best], -errors[best]
+    alone = float(scores[:n] @ inverse @ scores[:n])
+    return terms[best], -errors[best] - alone

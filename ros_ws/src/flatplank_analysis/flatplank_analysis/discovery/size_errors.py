@@ -120,8 +120,27 @@ def shifted_later(state: State, force: np.ndarray) -> np.ndarray:
     """Change of all signals (channels, runs, samples) when they rise and fall later over the place
     by the form error of the model; nothing where it has no such error."""
     shift = form_error_of(state.model).shift
-    places = [c.values for c in state.runs.coordinates.values() if c.local]
-    if not shift or not places:
+    places = _places(state)
+    if not shift or places is None:
         return np.zeros_like(force)
-    step = np.maximum(np.gradient(places[0], axis=-1), shift)
+    step = np.maximum(np.gradient(places, axis=-1), shift)
     return -shift * np.gradient(force, axis=-1) / step
+
+
+def later(state: State, change: np.ndarray, length: float) -> np.ndarray:
+    """Difference of a change of the signals (channels, runs, samples) when it comes later over the
+    place by a length; nothing where no place is recorded."""
+    places = _places(state)
+    if not length or places is None:
+        return np.zeros_like(change)
+    out = -change
+    for c, r in np.ndindex(change.shape[:2]):
+        if np.any(change[c, r]):
+            out[c, r] += np.interp(places[r] - length, places[r], change[c, r])
+    return out
+
+
+def _places(state: State) -> np.ndarray | None:
+    """The place (runs, samples) of the first local coordinate, None where there is none."""
+    places = [c.values for c in state.runs.coordinates.values() if c.local]
+    return places[0] if places else None

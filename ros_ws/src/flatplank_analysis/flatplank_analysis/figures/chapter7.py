@@ -20,8 +20,6 @@ from flatplank_analysis.report.results import (
     PointResult,
 )
 
-STRIP = (2.6, 1.0)
-"""relative heights of forces and of what a model leaves of them"""
 OVERLAYS = {"linear": "7.2, 7.5, 7.15", "nonlinear": "7.22, 7.23", "mf": "7.28"}
 LINEAR = (
     ("relaxation length σx [m]", "sigma", 1.0),
@@ -73,31 +71,26 @@ def overlays(result: CampaignResult) -> Iterator[Figure]:
                 Series("model", *model.curves[c.condition], "model", legend=i == 0)
                 for i, c in enumerate(conditions)
             ]
-            panels = (
-                Panel("", pieces.FX, [*measured, *modelled], window),
-                Panel(pieces.SINCE_STEP, "measured − model [N]", _left(conditions, model), window),
-            )
+            panel = Panel(pieces.SINCE_STEP, pieces.FX, [*measured, *modelled], window)
             yield Figure(
                 f"overlay_{name}_{slug}",
                 f"{model.title[0].upper()}{model.title[1:]}, {p.label()}",
-                "Coloured: measured, mean of the runs. Dashed: model. Below: what the model "
-                "leaves, in the same colours.",
-                panels,
+                "Coloured: measured, mean of the runs. Dashed: model. Below: measured less "
+                "modelled force, in the same colours.",
+                (pieces.with_residual(panel, _left(conditions, model)),),
                 OVERLAYS.get(name, ""),
-                stacked=True,
-                heights=STRIP,
             )
 
 
 def _left(conditions: Sequence[ConditionResult], model: ModelCurves) -> list[Series]:
     """Measured less modelled force of every slip level."""
     tone = pieces.slip_colors(conditions)
-    lines = []
-    for c in conditions:
-        x, modelled = model.curves[c.condition]
-        left = np.interp(x, c.since_step, c.measured["fx"]) - modelled
-        lines.append(Series("", x, left, color=tone[c.condition.kappa], legend=False))
-    return lines
+    return [
+        pieces.residual(
+            c.since_step, c.measured["fx"], *model.curves[c.condition], tone[c.condition.kappa]
+        )
+        for c in conditions
+    ]
 
 
 def lateral_starts(result: CampaignResult) -> Iterator[Figure]:
@@ -108,19 +101,22 @@ def lateral_starts(result: CampaignResult) -> Iterator[Figure]:
     ] or (points[:4] if result.nominal() is not None else [])
     if not near:
         return
-    lines = []
+    lines, left = [], []
     for point, color in zip(near, PALETTE, strict=False):
         found = point.further.lateral
         assert found is not None, "one of the points"
         label = pieces.level(point, "alpha_deg")
-        lines.append(Series(label, found.distance, found.force, color=color))
-        model = -found.fit.response(found.distance)
-        lines.append(Series("model", found.distance, model, "model", legend=point is near[0]))
+        x, model = found.distance, -found.fit.response(found.distance)
+        lines.append(Series(label, x, found.force, color=color))
+        lines.append(Series("model", x, model, "model", legend=point is near[0]))
+        left.append(pieces.residual(x, found.force, x, model, color))
     fits = [
         (p.point.alpha_deg, start.fit) for p in near if (start := p.further.lateral) is not None
     ]
     panels = [
-        Panel("road displacement since the start [m]", pieces.FY, lines),
+        pieces.with_residual(
+            Panel("road displacement since the start [m]", pieces.FY, lines), left
+        ),
         *pieces.estimates(
             pieces.ALPHA, [("", fits)], [("relaxation length σy [m]", "sigma", 1.0)]
         ),

@@ -12,6 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure as Canvas
+from matplotlib.gridspec import SubplotSpec
 from matplotlib.ticker import MaxNLocator
 
 from flatplank_analysis.figures.spec import INK, MUTED, PALETTE, Figure, Panel, Series
@@ -23,6 +24,8 @@ LEGEND_WIDTH, LEGEND_MARK = 54, 4
 """characters that fit above the axes, and width of a marker in characters"""
 WIDTH, HEIGHT = 6.4, 3.7
 """size of one panel [inch]"""
+STRIP = 0.4
+"""height of the strip below a panel, relative to the panel"""
 END_SHARE = 50
 """a label stands at the mean of the last one of so many parts of its line"""
 MARGIN = 0.05
@@ -88,17 +91,30 @@ def canvas(figure: Figure) -> Canvas:
     count = max(len(figure.panels), 1)
     rows, columns = (count, 1) if figure.stacked else (1, count)
     width = WIDTH if columns == 1 else 4.4 * columns
-    height = (2.4 if figure.stacked and rows > 1 else HEIGHT) * rows
+    share = 1.0 + STRIP * any(panel.strip for panel in figure.panels)
+    height = (2.4 if figure.stacked and rows > 1 else HEIGHT) * rows * share
     out = Canvas(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(out)
-    ratios = figure.heights or None
-    axes = out.subplots(rows, columns, squeeze=False, height_ratios=ratios).ravel()
-    for axis, panel in zip(axes, figure.panels, strict=False):
+    grid = out.add_gridspec(rows, columns)
+    drawn: list[tuple[Axes, Panel]] = []
+    for k, panel in enumerate(figure.panels):
+        drawn += _with_strip(out, grid[k // columns, k % columns], panel)
+    for axis, panel in drawn:
         _panel(axis, panel)
     out.draw_without_rendering()
-    for axis, panel in zip(axes, figure.panels, strict=False):
+    for axis, panel in drawn:
         _off_the_lines(axis, bool(panel.title))
     return out
+
+
+def _with_strip(out: Canvas, cell: SubplotSpec, panel: Panel) -> list[tuple[Axes, Panel]]:
+    """Axes of a panel and of its strip."""
+    if panel.strip is None:
+        return [(out.add_subplot(cell), panel)]
+    upper, lower = cell.subgridspec(2, 1, height_ratios=(1.0, STRIP))
+    axis = out.add_subplot(upper)
+    axis.tick_params(labelbottom=False)
+    return [(axis, panel), (out.add_subplot(lower, sharex=axis), panel.strip)]
 
 
 def _panel(axis: Axes, panel: Panel) -> None:
@@ -273,9 +289,9 @@ def _inline(text: str, name: str) -> str:
 
 
 def table_of(figure: Figure) -> str:
-    """All points of a figure as CSV: panel, series, x, y, error."""
+    """All points of a figure as CSV: panel, series, x, y, error; a strip follows its panel."""
     rows: list[list] = [["panel", "series", "x", "y", "error"]]
-    for number, panel in enumerate(figure.panels, start=1):
+    for number, panel in enumerate(figure.with_strips, start=1):
         rows.append([f"# {number}", panel.title, panel.x_label, panel.y_label, ""])
         for series in panel.series:
             error = series.error if series.error is not None else [""] * len(series.x)

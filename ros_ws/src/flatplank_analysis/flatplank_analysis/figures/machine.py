@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -92,18 +93,24 @@ def settling(result: CampaignResult) -> Iterator[Figure]:
         keep = (x >= FIT_RANGE[0]) & np.isfinite(run["fx"])
         mark = run["settling_distance"]
         marks = (mark,) if np.isfinite(mark) else ()
-        lines = [Series("measured", x, run["fx"], color=PALETTE[0])]
+        panel = Panel(
+            pieces.ROAD, pieces.FX, [Series("measured", x, run["fx"], color=PALETTE[0])],
+            marks=marks,
+        )  # fmt: skip
         where = f"settles at {mark:.2f} m" if np.isfinite(mark) else "does not settle within 5 %"
         if fit is None:
             where = "not fitted, flexplates off: no controller"
         else:
-            lines.append(Series("fitted", x[keep], fit(x[keep]), "model", INK))
+            fitted = Series("fitted", x[keep], fit(x[keep]), "model", INK)
+            left = pieces.residual(x, run["fx"], fitted.x, fitted.y, PALETTE[0])
+            panel = replace(panel, series=[*panel.series, fitted])
+            panel = pieces.with_residual(panel, [left])
             where += f"; {fit.remark}" * bool(fit.remark)
         yield Figure(
             f"settling_{run['run']}",
             f"Free rolling, {run['run']}",
             f"Exponential function (E.1); {where} (dotted).",
-            (Panel(pieces.ROAD, pieces.FX, lines, marks=marks),),
+            (panel,),
             "E.1, 5.20",
         )
 

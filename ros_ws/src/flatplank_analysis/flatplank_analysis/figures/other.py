@@ -32,14 +32,14 @@ def waveforms(result: CampaignResult) -> Iterator[Figure]:
         x = run["distance"]
         span = (0.0, float(x[-1]))
         slip = Series("", x, 100.0 * run["slip"], color=PALETTE[2])
-        force = pieces.pair(x, run["fx"], run["model"], "linear model")
+        force = (x, run["fx"], run["model"], "linear model")
         yield Figure(
             f"waveform_{run['run']}",
             f"{run['waveform'].replace('_', ' ').capitalize()}, {run['run']}",
             f"Linear model driven by the measured slip: {_fitted(run)}, RMSE {run['rmse']:.0f} N.",
             (
                 Panel(pieces.SINCE_STEP, pieces.SLIP, [slip], span),
-                Panel(pieces.SINCE_STEP, pieces.FX, force, span),
+                pieces.pair(pieces.SINCE_STEP, pieces.FX, *force, span),
             ),
             stacked=True,
         )
@@ -94,8 +94,8 @@ def cleats(result: CampaignResult) -> Iterator[Figure]:
             "Load and longitudinal force at a fixed axle beside the two-cam model, and the "
             "effective height and slope of the road that the forces tell.",
             (
-                Panel(away, pieces.FZ, pieces.pair(x, found.fz, found.fz_modelled)),
-                Panel(away, pieces.FX, pieces.pair(x, found.fx, found.fx_modelled)),
+                pieces.pair(away, pieces.FZ, x, found.fz, found.fz_modelled),
+                pieces.pair(away, pieces.FX, x, found.fx, found.fx_modelled),
                 Panel(away, "effective road", [height, slope]),
             ),
         )
@@ -145,8 +145,8 @@ def over_travel(result: CampaignResult) -> Iterator[Figure]:
             x, given = found.position, np.degrees(getattr(found, angle))
             panels = (
                 Panel(pieces.ROAD, label, [Series("", x, given, color=PALETTE[2])]),
-                Panel(pieces.ROAD, pieces.FY, pieces.pair(x, found.fy, found.fy_modelled)),
-                Panel(pieces.ROAD, MZ, pieces.pair(x, found.mz, found.mz_modelled)),
+                pieces.pair(pieces.ROAD, pieces.FY, x, found.fy, found.fy_modelled),
+                pieces.pair(pieces.ROAD, MZ, x, found.mz, found.mz_modelled),
             )
             where = f"{title}, {_where(row)}"
             yield Figure(f"{name}_{row['run']}", where, caption, panels, stacked=True)

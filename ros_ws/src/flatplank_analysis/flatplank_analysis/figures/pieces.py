@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -220,9 +221,30 @@ def figure(
         yield Figure(name, title, caption, there, source)
 
 
-def pair(x: np.ndarray, y: np.ndarray, model: np.ndarray, title: str = "model") -> list[Series]:
-    """A measured and a modelled line."""
-    return [Series("measured", x, y, color=PALETTE[0]), Series(title, x, model, "model", INK)]
+def pair(
+    x_label: str, y_label: str, x: np.ndarray, y: np.ndarray, model: np.ndarray,
+    title: str = "model", x_range: tuple[float, float] | None = None,
+) -> Panel:  # fmt: skip
+    """A measured and a modelled line, and their residual below."""
+    lines = [Series("measured", x, y, color=PALETTE[0]), Series(title, x, model, "model", INK)]
+    panel = Panel(x_label, y_label, lines, x_range)
+    return with_residual(panel, [residual(x, y, x, model, PALETTE[0])])
+
+
+def residual(
+    x: np.ndarray, y: np.ndarray, model_x: np.ndarray, model: np.ndarray, color: str
+) -> Series:
+    """Measured less modelled values where there is a model, as a line of the strip."""
+    there = (model_x >= x[0]) & (model_x <= x[-1])
+    at = model_x[there]
+    return Series("", at, np.interp(at, x, y) - model[there], color=color, legend=False)
+
+
+def with_residual(panel: Panel, left: Sequence[Series]) -> Panel:
+    """A panel with the residuals of its lines in a strip below, in its unit."""
+    unit = panel.y_label[panel.y_label.rindex("[") :]
+    strip = Panel(panel.x_label, f"residual {unit}", left, panel.x_range, panel.marks)
+    return replace(panel, x_label="", strip=strip)
 
 
 def with_model(

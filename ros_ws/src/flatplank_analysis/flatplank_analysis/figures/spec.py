@@ -45,6 +45,8 @@ class Panel:
     logarithmic: str = ""
     """axes with a logarithmic scale: x, y or xy"""
     title: str = ""
+    strip: Panel | None = None
+    """low panel below with the residual of a model, over the same horizontal axis"""
 
 
 @dataclass(frozen=True)
@@ -60,8 +62,12 @@ class Figure:
     """number of the figure in the thesis"""
     stacked: bool = False
     """True for panels above each other"""
-    heights: Sequence[float] = ()
-    """relative heights of stacked panels; empty: all the same"""
+
+    @property
+    def with_strips(self) -> list[Panel]:
+        """All panels, each strip after its panel."""
+        both = ((panel, panel.strip) for panel in self.panels)
+        return [p for pair in both for p in pair if p is not None]
 
     @property
     def wide(self) -> bool:

@@ -10,11 +10,12 @@ from typing import Any
 
 from scipy.stats import t as student
 
-from flatplank_analysis.discovery.decision import NEGLIGIBLE, Decision
+from flatplank_analysis.discovery.decision import FLAT, NEGLIGIBLE, Decision
 from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.rivals import Rival
 from flatplank_analysis.discovery.steps import AcceptedEffect
 from flatplank_analysis.inference.posterior import MEMBER, NAMED, Posterior
+from flatplank_analysis.inference.weigh import Weighed
 from flatplank_data.wording import six_digits
 
 SHOWN = 8
@@ -30,7 +31,9 @@ class Answer:
     posterior: Posterior
     named: tuple[AcceptedEffect, ...]
     present: tuple[Term, ...]
-    """effects of the likeliest set that are of no consequence, or whose name is not sure"""
+    """effects of the likeliest set that are of no consequence"""
+    flat: tuple[AcceptedEffect, ...] = ()
+    """effects that are sure enough, without which the plain error does not rise"""
 
     @property
     def terms(self) -> tuple[Term, ...]:
@@ -62,16 +65,30 @@ def _effect(posterior: Posterior, index: int) -> AcceptedEffect | None:
     best = posterior.best
     term = best.fit.terms[index]
     rivals = [
-        Rival(w.fit.terms[place], w.chi2 - best.chi2, True, odds < MEMBER)
+        Rival(w.fit.terms[place], _excess(posterior, w), True, odds < MEMBER)
         for w, place, odds in posterior.alternatives(index)
         if w.matters(place) > MEMBER
     ]
     members = {term.effect.identifier, *(r.name for r in rivals if not r.excluded)}
-    probability = posterior.in_set(members)
+    probability = posterior.in_set(members, _rank(posterior, index, members))
     if probability < NAMED:
         return None
     decision = _decision(posterior, index, probability, ())
     return AcceptedEffect(decision, rivals=tuple(rivals))
+
+
+def _rank(posterior: Posterior, index: int, members: set[str]) -> int:
+    """Number of effects of a class in the likeliest set that are at least as sure as one of them:
+    so many must be there for this one to be."""
+    best = posterior.best
+    sure = [abs(size) / spread for size, spread in best.sizes]
+    own = [i for i, t in enumerate(best.fit.terms) if t.effect.identifier in members]
+    return sum(sure[i] >= sure[index] for i in own)
+
+
+def _excess(posterior: Posterior, weighed: Weighed) -> float:
+    """What a set leaves more than the likeliest one."""
+    return posterior.fit_and_price(weighed)[0] - posterior.fit_and_price(posterior.best)[0]
 
 
 def _decision(
@@ -86,7 +103,7 @@ def _decision(
     wide = spread * float(student.ppf(0.5 + 0.5 * INTERVAL, posterior.freedom))
     return Decision(
         term=term,
-        drop=without.chi2 - best.chi2 if without else 0.0,
+        drop=_excess(posterior, without) if without else 0.0,
         parameters=sum(owner == index for owner, _ in best.fit.free),
         dispersion=posterior.dispersion,
         dispersion_conditions=posterior.dispersion,
@@ -105,12 +122,14 @@ def present_without_name(answer: Answer, held: int) -> list[Decision]:
     """Effects of the likeliest set that were not named, with the reason."""
     best, out = answer.posterior.best, []
     taken = {id(f.decision.term) for f in answer.named}
+    flat = {id(f.decision.term) for f in answer.flat}
     for index in range(held, len(best.fit.terms)):
         term = best.fit.terms[index]
         if id(term) in taken:
             continue
         p = answer.posterior.marginal[term.effect.identifier]
         reason = NEGLIGIBLE if best.matters(index) < 0.5 else f"P = {p:.2g}, below {NAMED:g}"
+        reason = FLAT if id(term) in flat else reason
         out.append(_decision(answer.posterior, index, p, (reason,)))
     return out
 
@@ -118,15 +137,19 @@ def present_without_name(answer: Answer, held: int) -> list[Decision]:
 def runners_up(answer: Answer) -> Iterator[str]:
     """Effects that are neither named nor improbable, in words."""
     named = {n for f in answer.named for n in (f.decision.term.effect.identifier, *f.alike)}
+    flat = {f.decision.term.effect.identifier for f in answer.flat}
     for name, p in answer.posterior.marginal.items():
-        if name not in named and p > MEMBER:
+        if name in flat - named:
+            yield f"{name}: P = {p:.2g}, but {FLAT}: not named"
+        elif name not in named and p > MEMBER:
             yield f"{name}: P = {p:.2g}, below {NAMED:g}: not named"
 
 
 def to_dict(posterior: Posterior) -> dict[str, Any]:
     """The posterior for programs: sets and effects with their probabilities, the likeliest first,
     and per set the parts of its evidence against the likeliest one."""
-    best = posterior.best
+    price = posterior.fit_and_price(posterior.best)[1]
+    sets = posterior.sets
     return {
         "nothing": six_digits(posterior.nothing),
         "effects": {k: six_digits(p) for k, p in list(posterior.marginal.items())[:SHOWN]},
@@ -135,9 +158,9 @@ def to_dict(posterior: Posterior) -> dict[str, Any]:
                 "effects": list(key),
                 "probability": six_digits(p),
                 "log_odds": six_digits(posterior.logs[key]),
-                "fit": six_digits(0.5 * (best.chi2 - posterior.sets[key].chi2)),
-                "price": six_digits(posterior.sets[key].volume - best.volume),
-                "sizes": [six_digits(size) for size, _ in posterior.sets[key].sizes],
+                "fit": six_digits(-0.5 * _excess(posterior, sets[key])),
+                "price": six_digits(posterior.fit_and_price(sets[key])[1] - price),
+                "sizes": [six_digits(size) for size, _ in sets[key].sizes],
             }
             for key, p in list(posterior.probability.items())[:SHOWN]
         ],

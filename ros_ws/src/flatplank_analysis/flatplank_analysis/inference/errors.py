@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Errors of the model that no repeat shows, as random columns: law, transient, form of an effect.
 
-Their sizes are shares: of the signal, of the effect; the transient error is a length of the model
-(`FormError.shift`).
+Their sizes are shares: of the signal, of the effect, of a contact (`FormError.reach`); the
+transient error is a length of the model (`FormError.shift`).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from flatplank_analysis.discovery.fit import Fit, effect_contribution
 from flatplank_analysis.discovery.gram import Metric
 from flatplank_analysis.discovery.model import form_error_of, same_law
 from flatplank_analysis.discovery.noise import SLOW
-from flatplank_analysis.discovery.size_errors import shifted_later, single_channels
+from flatplank_analysis.discovery.size_errors import later, shifted_later, single_channels
 from flatplank_analysis.discovery.state import State
 
 FORMS = (0.03, 0.15)
@@ -23,51 +23,69 @@ FORMS = (0.03, 0.15)
 between stretches of a run, equally probable: a fault of the form of the library, whose size the
 law of the model imitates by about this share, and one of another form"""
 STRETCHES = 5
-"""stretches of a run, of equal share of the effect"""
-
+"""stretches of a run, of equal share of what is divided"""
+WORSE = (1.0, 2.0, 4.0)
+"""factors of the errors of law and transient that a tire may have, each half as probable as the
+one before"""
 
 STEEP = 40
 """numerical: most nodes with an error of their own"""
+ROUNDING = 1e-12
+"""numerical: least square of a model error, relative to the largest one"""
 
 
 class WithLawErrors(Metric):
     """Metric in which errors of law and transient are down-weighted, beside noise and scatter.
 
-    They are the same in all runs of one law, so that repeats do not average them out.
+    They are the same in all runs of one law, so that repeats do not average them out. How large
+    they are for a tire is known within factors only (`WORSE`).
     """
 
     def __init__(self, plain: Metric, groups: Sequence[np.ndarray], loose: np.ndarray) -> None:
         """groups: rows of the runs of one law; loose (k, channels, runs, samples): columns of the
         errors, each with its standard deviation."""
         self.whitener, self.scatter, self.plain = plain.whitener, plain.scatter, plain
-        self.groups = [(rows, _square_root(plain(loose)[:, rows])) for rows in groups]
+        self.groups = groups
+        self.parts = [_principal(plain(loose)[:, rows]) for rows in groups]
 
     def __call__(self, values: np.ndarray) -> np.ndarray:
         """Values (n, channels, runs, samples) in units of the noise: (n, runs, m)."""
-        white = self.plain(values)
-        for rows, side in self.groups:
+        return self.down_weighted(self.plain(values), 1.0)
+
+    def down_weighted(self, white: np.ndarray, factor: float) -> np.ndarray:
+        """Values (n, runs, m) in units of noise and scatter, in which model errors that are larger
+        by a factor are down-weighted."""
+        out = np.empty_like(white)
+        for rows, (sizes, directions) in zip(self.groups, self.parts, strict=True):
             part = white[:, rows]
             flat = part.reshape(len(white), -1)
-            white[:, rows] = (flat - (flat @ side.T) @ side).reshape(part.shape)
-        return white
+            # (1 + L'L)^(-1/2) for errors L in units of the noise
+            share = 1.0 - 1.0 / np.sqrt(1.0 + (factor * sizes) ** 2)
+            left = flat - ((flat @ directions.T) * share) @ directions
+            out[:, rows] = left.reshape(part.shape)
+        return out
+
+    def volume(self, factor: float) -> float:
+        """Logarithm of the volume that model errors, larger by a factor, take from the data."""
+        return -0.5 * sum(float(np.sum(np.log1p((factor * s) ** 2))) for s, _ in self.parts)
 
 
-def _square_root(loose: np.ndarray) -> np.ndarray:
-    """Rows S with (1 - S'S)^2 = (1 + L'L)^-1 for columns L (k, ...) in units of the noise."""
+def _principal(loose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Sizes (k,) and orthonormal directions (k, m) of errors (k, ...) in units of the noise."""
     flat = loose.reshape(len(loose), -1)
     values, vectors = np.linalg.eigh(flat @ flat.T)
-    values = np.maximum(values, 1e-30)
-    share = (1.0 - 1.0 / np.sqrt(1.0 + values)) / values
-    return np.sqrt(share)[:, None] * (vectors.T @ flat)
+    keep = values > ROUNDING * max(float(values[-1]), 1e-300)
+    sizes = np.sqrt(values[keep])
+    return sizes, (vectors[:, keep] / sizes).T @ flat
 
 
 def law_errors(state: State) -> np.ndarray:
     """Columns (n, channels, runs, samples) of the errors of law and transient, each with its
     standard deviation.
 
-    A force rises earlier or later as a whole, and, where it rises so steeply that this is more
-    than the noise of a sample (start from a locked wheel), also at each node by itself: there the
-    form of the transient is no better known than its place.
+    A force rises earlier or later as a whole and in each stretch of its rise, and, where it rises
+    so steeply that this is more than the noise of a sample (start from a locked wheel), also at
+    each node by itself: there the form of the transient is no better known than its place.
     """
     signals = state.whitened.fit.predicted
     law = form_error_of(state.model).law * single_channels(signals)
@@ -77,7 +95,7 @@ def law_errors(state: State) -> np.ndarray:
     steep = np.argsort(-steepness)[:STEEP]
     steep = steep[steepness[steep] > 1.0]
     single = [late * (np.arange(late.shape[-1]) == n) for n in steep]
-    return np.concatenate([law, late[None], *(s[None] for s in single)])
+    return np.concatenate([law, late[None], in_stretches(late), *(s[None] for s in single)])
 
 
 def with_law_errors(state: State) -> WithLawErrors:
@@ -85,9 +103,17 @@ def with_law_errors(state: State) -> WithLawErrors:
     return WithLawErrors(state.metric, same_law(state.model), law_errors(state))
 
 
-def stretches_of(fit: Fit, index: int) -> np.ndarray:
-    """Contribution of an effect by stretches of the run (STRETCHES, channels, runs, samples)."""
+def effect_errors(state: State, fit: Fit, index: int) -> np.ndarray:
+    """Columns (2 * STRETCHES, channels, runs, samples) of the form error of an effect, of one
+    standard deviation each where the form is that of the largest of `FORMS`: size and place of its
+    contribution differ between stretches of the run."""
     direction = effect_contribution(fit, index)
+    moved = later(state, direction, FORMS[-1] * form_error_of(state.model).reach)
+    return np.concatenate([in_stretches(direction), in_stretches(moved) / FORMS[-1]])
+
+
+def in_stretches(direction: np.ndarray) -> np.ndarray:
+    """A change of the prediction by stretches of the run (STRETCHES, channels, runs, samples)."""
     energy = np.sum(direction**2, axis=(0, 1))
     along = np.cumsum(energy) / max(float(energy.sum()), 1e-30)
     even = np.linspace(0.0, 1.0, direction.shape[-1])

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from flatplank_analysis.discovery.fit import Fit, Term
+from flatplank_analysis.discovery.invariants import is_active
 from flatplank_analysis.discovery.screen import ScreenResult, best_per_effect
 from flatplank_analysis.discovery.shortlist import line_search_with_drop
 from flatplank_analysis.discovery.state import State, term_of
@@ -51,7 +52,12 @@ class Explorer:
         return Posterior(self.sets, self.scales.freedom, self.scales.dispersion)
 
     def keep(self, weighed: Weighed) -> None:
-        """Keep a set; of several fits of one set the likeliest is kept."""
+        """Keep a set; of several fits of one set the likeliest is kept.
+
+        A set with an effect at its null is the set without it, and is not kept.
+        """
+        if not all(is_active(t) for t in weighed.fit.terms[self.held :]):
+            return
         known = self.sets.get(weighed.key)
         if known is None or known.log < weighed.log:
             self.sets[weighed.key] = weighed
@@ -69,18 +75,16 @@ class Explorer:
         state, ranking = self.scales.ranked(fit)
         if not ranking.ranked:
             return
-        lacking = self._known(fit).chi2 - self.posterior.best.chi2
+        own, best = self.sets[key_of(fit.terms)], self.posterior.best
+        lacking = own.parts[0][0] - best.parts[0][0]
         for term in self._promising(state, best_per_effect(ranking), lacking):
             weighed = self.scales.with_term(fit, term, ROUGH)
             last = weighed.fit.terms[-1]
             if not last.effect.separable(state.runs, last.named()):
                 continue
             self.keep(weighed)
-            if self.posterior.logs[weighed.key] > -FAR:
+            if self.posterior.logs.get(weighed.key, -math.inf) > -FAR:
                 self.keep(self.scales.fitted(weighed.fit))
-
-    def _known(self, fit: Fit) -> Weighed:
-        return self.sets[key_of(fit.terms)]
 
     def _promising(
         self, state: State, items: Sequence[ScreenResult], lacking: float
@@ -143,4 +147,5 @@ class Explorer:
             key = key_of([*terms[:index], *terms[index + 1 :]])
             if key not in self.sets and key not in self.extended:
                 self.keep(self.scales.fitted(self.scales.fitter.without_term(weighed.fit, index)))
-            yield key
+            if key in self.sets:
+                yield key

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.special import logsumexp
 
 from flatplank_analysis.inference.weigh import Weighed
 
@@ -45,15 +46,41 @@ class Posterior:
     dispersion: float
 
     @cached_property
+    def least(self) -> np.ndarray:
+        """(sizes,) least sum of squares for each size of the model errors."""
+        return np.min([[chi2 for chi2, _ in w.parts] for w in self.sets.values()], axis=0)
+
+    @cached_property
+    def parts(self) -> dict[Key, np.ndarray]:
+        """Logarithm of the evidence by set (sizes,) for each size of the model errors.
+
+        Sets are compared at one size by `log_evidence`. The sizes among themselves are not: a
+        larger one changes the volume of all data, beside which a tail of Student is small.
+        """
+        between = -0.5 * self.least / max(self.dispersion, 1.0)
+        return {
+            key: np.array([
+                at + log_evidence(chi2 - low, volume, self.freedom, self.dispersion)
+                for at, low, (chi2, volume) in zip(between, self.least, w.parts, strict=True)
+            ])
+            for key, w in self.sets.items()
+        }  # fmt: skip
+
+    @cached_property
     def logs(self) -> dict[Key, float]:
         """Logarithm of the evidence by set, relative to the best set."""
-        least = min(w.chi2 for w in self.sets.values())
-        raw = {
-            key: log_evidence(w.chi2 - least, w.volume, self.freedom, self.dispersion)
-            for key, w in self.sets.items()
-        }
+        raw = {key: float(logsumexp(parts)) for key, parts in self.parts.items()}
         best = max(raw.values())
         return {key: value - best for key, value in raw.items()}
+
+    @cached_property
+    def likeliest(self) -> int:
+        """Number of the size of the model errors at which the best set is likeliest."""
+        return int(np.argmax(self.parts[self.best.key]))
+
+    def fit_and_price(self, weighed: Weighed) -> tuple[float, float]:
+        """Smallest sum of squares, and volume, of a set at the likeliest size."""
+        return weighed.parts[self.likeliest]
 
     @cached_property
     def probability(self) -> dict[Key, float]:
@@ -67,11 +94,12 @@ class Posterior:
         """The likeliest set."""
         return self.sets[next(iter(self.probability))]
 
-    def in_set(self, names: Iterable[str]) -> float:
-        """Probability that one of these effects is present, at a size of consequence."""
+    def in_set(self, names: Iterable[str], count: int = 1) -> float:
+        """Probability that at least `count` of these effects, several of one name counted each,
+        are present at a size of consequence."""
         wanted = set(names)
         return sum(
-            p * (1.0 - float(np.prod([1.0 - m for n, m in _members(self.sets[k]) if n in wanted])))
+            p * _at_least(count, [m for n, m in _members(self.sets[k]) if n in wanted])
             for k, p in self.probability.items()
         )
 
@@ -86,7 +114,7 @@ class Posterior:
     def nothing(self) -> float:
         """Probability that no effect of consequence is present."""
         return sum(
-            p * float(np.prod([1.0 - m for _, m in _members(self.sets[k])]))
+            p * (1.0 - _at_least(1, [m for _, m in _members(self.sets[k])]))
             for k, p in self.probability.items()
         )
 
@@ -117,3 +145,11 @@ def _without(key: Key, name: str) -> Key:
     left = list(key)
     left.remove(name)
     return tuple(left)
+
+
+def _at_least(count: int, probabilities: Iterable[float]) -> float:
+    """Probability that at least `count` of some independent events happen."""
+    each = np.ones(1)
+    for p in probabilities:
+        each = np.convolve(each, [1.0 - p, p])
+    return float(each[count:].sum())

@@ -26,8 +26,9 @@ from flatplank_analysis.discovery.state import (
     rough_levels,
     start_base,
 )
-from flatplank_analysis.discovery.steps import Search, Step
+from flatplank_analysis.discovery.steps import AcceptedEffect, Search, Step
 from flatplank_analysis.inference.answer import (
+    Answer,
     answer_of,
     present_without_name,
     runners_up,
@@ -76,12 +77,9 @@ class _Inference:
         explorer = self.explorer(scales, [scales.fitted(base.whitened.fit)], 0.2)
         ranked = time.perf_counter() - self.began
         scales, posterior = self.explored(explorer)
-        state = scales.state
         self.say("answer", 0.9)
         held = len(self.options.terms)
-        answer = answer_of(posterior, held)
-        if [t.effect for t in answer.terms] != [t.effect for t in state.fit.terms]:
-            state = self.state_of(base, posterior.best, answer.terms)
+        answer, state = self.with_a_fall(base, answer_of(posterior, held), scales.state)
         last = Step(state, screen(state), list(answer.named), present_without_name(answer, held))
         steps = [first, last] if answer.terms[held:] else [last]
         return Search(
@@ -144,6 +142,32 @@ class _Inference:
             explorer.extended = done
             posterior = explorer.run()
         return scales, posterior
+
+    def with_a_fall(self, base: State, answer: Answer, state: State) -> tuple[Answer, State]:
+        """The answer without names that do not lower the plain error, and its state.
+
+        state: one with the likeliest set.
+        """
+        best = answer.posterior.best
+        while True:
+            if [t.effect for t in answer.terms] != [t.effect for t in state.fit.terms]:
+                state = self.state_of(base, best, answer.terms)
+            flat = [f for f in answer.named if not self._lowers_error(state, f)]
+            if not flat:
+                return answer, state
+            flat = flat[-1:]
+            named = tuple(f for f in answer.named if f not in flat)
+            answer = replace(answer, named=named, flat=(*answer.flat, *flat))
+
+    def _lowers_error(self, state: State, found: AcceptedEffect) -> bool:
+        """False when the plain error is the same without a named effect."""
+        fit, fitter = state.fit, state.fitter
+        effect, size = found.decision.term.effect, found.decision.term.size
+        own = [i for i, t in enumerate(fit.terms) if t.effect is effect]
+        index = min(own, key=lambda i: abs(fit.terms[i].size - size))
+        less = fitter.fit(fit.base, fitter.without_term(fit, index).terms)
+        measured = state.runs.measured
+        return not invariants.is_no_fall(less.residual(measured), fit, index, measured)
 
     def state_of(self, base: State, best: Weighed, terms: Sequence[Term]) -> State:
         """State with some effects of a set; none of them raises the fitted error."""

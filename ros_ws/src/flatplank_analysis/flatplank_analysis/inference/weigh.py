@@ -30,8 +30,9 @@ from flatplank_analysis.inference import priors
 from flatplank_analysis.inference.errors import (
     FORMS,
     STRETCHES,
+    WORSE,
     WithLawErrors,
-    stretches_of,
+    effect_errors,
     with_law_errors,
 )
 from flatplank_analysis.inference.evidence import Evidence, Fixed, Random, evidence
@@ -50,10 +51,10 @@ class Weighed:
     """A set of effects after its joint fit, with the parts of its evidence."""
 
     fit: Fit
-    chi2: float
-    """smallest sum of squares in units of the noise"""
-    volume: float
-    """logarithm of posterior over prior volume of all parameters, and of the prior of the set"""
+    parts: tuple[tuple[float, float], ...]
+    """for each size of the model errors (`WORSE`): smallest sum of squares in units of the noise;
+    and logarithm of posterior over prior volume of all parameters, with that of the priors of the
+    set and of this size"""
     sizes: tuple[tuple[float, float], ...]
     """per effect: most probable size and its standard deviation, in the unit of the size"""
 
@@ -64,7 +65,7 @@ class Weighed:
     @property
     def log(self) -> float:
         """Logarithm of the evidence, but for a constant of the data."""
-        return self.volume - 0.5 * self.chi2
+        return float(logsumexp([volume - 0.5 * chi2 for chi2, volume in self.parts]))
 
     def matters(self, index: int) -> float:
         """Probability that the size of an effect is of consequence, in this set."""
@@ -122,23 +123,35 @@ class Scales:
     def weighed(self, fit: Fit) -> Weighed:
         """Evidence of the set of effects of a fit, whose Jacobian is that of its parameters."""
         rows, effects = fit.loose(), range(len(fit.terms))
-        blocks = [fit.jacobian[rows], *(stretches_of(fit, i) for i in effects)]
-        gram = self.metric.gram(fit.residual(self.state.runs.measured), np.concatenate(blocks))
+        errors = [effect_errors(self.state, fit, i) for i in effects]
+        residual = fit.residual(self.state.runs.measured)
+        white = self.metric.plain(np.concatenate([fit.jacobian[rows], *errors, residual[None]]))
         fixed = self._fixed(fit, rows)
-        spreads = [self._dispersion(fit, rows, i, gram) for i in effects]
-        results = []
+        parts, best = [], []
+        for rank, factor in enumerate(WORSE):
+            gram = gram_of(self.metric.down_weighted(white, factor))
+            forms = self._by_form(gram, fixed, len(rows), fit)
+            result = max(forms, key=lambda r: r.log)
+            # the average over the forms: where they fit alike, none has a price
+            volume = result.volume + float(logsumexp([r.log - result.log for r in forms]))
+            volume += self.metric.volume(factor) - math.log(len(forms)) - rank * math.log(2.0)
+            parts.append((result.chi2, volume))
+            best.append((volume - 0.5 * result.chi2, result))
+        sizes = tuple(self._size(fit, rows, i, max(best, key=lambda b: b[0])[1]) for i in effects)
+        price = priors.of_set(len(fit.terms), self.library)
+        price += sum(priors.of_term(t, t.effect.scanned(self.state.runs)) for t in fit.terms)
+        price += sum(_inside(t.effect, s) for t, s in zip(fit.terms, sizes, strict=True))
+        return Weighed(fit, tuple((chi2, volume + price) for chi2, volume in parts), sizes)
+
+    def _by_form(self, gram: Gram, fixed: Fixed, own: int, fit: Fit) -> list[Evidence]:
+        """Evidence with form errors of the effects of each of the sizes `FORMS`."""
+        effects = range(len(fit.terms))
+        spreads = [self._dispersion(fit, own, i, gram) for i in effects]
+        out = []
         for form in FORMS if fit.terms else FORMS[:1]:
-            errors = (self._form_errors(gram, len(rows), i, form, spreads[i]) for i in effects)
-            results.append(evidence(gram, fixed, [r for own in errors for r in own]))
-        result = max(results, key=lambda r: r.log)
-        # the average over the forms: where they fit alike, none has a price
-        volume = result.volume + float(logsumexp([r.log - result.log for r in results]))
-        volume -= math.log(len(results))
-        volume += priors.of_set(len(fit.terms), self.library)
-        volume += sum(priors.of_term(t, t.effect.scanned(self.state.runs)) for t in fit.terms)
-        sizes = tuple(self._size(fit, rows, i, result) for i in effects)
-        volume += sum(_inside(t.effect, s) for t, s in zip(fit.terms, sizes, strict=True))
-        return Weighed(fit, result.chi2, volume, sizes)
+            errors = (self._form_errors(gram, own, i, form, spreads[i]) for i in effects)
+            out.append(evidence(gram, fixed, [r for one in errors for r in one]))
+        return out
 
     def ranked(self, fit: Fit) -> tuple[State, Screen]:
         """Candidates beside a fit, with the columns that they would have there."""
@@ -178,23 +191,24 @@ class Scales:
         """
         runs = self.state.runs
         parts = _parts(gram, own, index)
-        whole = parts.sum(axis=0, keepdims=True)
+        whole = _whole(gram, own, index)
         yield Random(whole, runs.condition, np.array([form]))
-        yield Random(parts, np.zeros(runs.runs, dtype=int), np.full(STRETCHES, form))
+        yield Random(parts, np.zeros(runs.runs, dtype=int), np.full(len(parts), form))
         if runs.repeated and spread > 0.0:
             yield Random(whole, np.arange(runs.runs), np.array([spread]))
 
-    def _dispersion(self, fit: Fit, rows: Sequence[int], index: int, gram: Gram) -> float:
+    def _dispersion(self, fit: Fit, own: int, index: int, gram: Gram) -> float:
         """Standard deviation of the relative size from run to run beyond the typical scatter."""
-        beside = [k for k, i in enumerate(rows) if fit.free[i][0] != index]
-        whole = _parts(gram, len(rows), index).sum(axis=0)
+        beside = [k for k, i in enumerate(fit.loose()) if fit.free[i][0] != index]
+        whole = _whole(gram, own, index)[0]
         mix = np.concatenate([np.eye(len(whole))[beside], whole[None]])
-        own = Gram(mix @ gram.products @ mix.T, gram.scores @ mix.T, gram.energy)
-        score, info = scores_of(own, len(beside))
+        reduced = Gram(mix @ gram.products @ mix.T, gram.scores @ mix.T, gram.energy)
+        score, info = scores_of(reduced, len(beside))
         typical = self.ranking.typical
         kappa, _ = typical.shrink(*among_repeats(self.state.runs.comparable, score, info))
         excess = kappa / max(typical.dispersion, 1.0) - 1.0
-        return math.sqrt(max(excess, 0.0) / max(float(np.median(info)), 1e-30))
+        known = float(np.median(info))
+        return math.sqrt(max(excess, 0.0) / known) if known > 0.0 else 0.0
 
     def _size(
         self, fit: Fit, rows: Sequence[int], index: int, result: Evidence
@@ -212,10 +226,20 @@ class Scales:
         return size * (1.0 + step), max(abs(size) * spread, 1e-30)
 
 
+def gram_of(white: np.ndarray) -> Gram:
+    """Sums of columns and, the last row, a residual (n, runs, m) in the metric."""
+    return Gram.of(np.moveaxis(white[:-1], 0, 1), white[-1])
+
+
 def _parts(gram: Gram, own: int, index: int) -> np.ndarray:
-    """(STRETCHES, columns): places of the stretches of an effect in the sums."""
-    first = own + STRETCHES * index
-    return np.eye(gram.scores.shape[1])[first : first + STRETCHES]
+    """(2 * STRETCHES, columns): places of the form errors of an effect in the sums."""
+    first = own + 2 * STRETCHES * index
+    return np.eye(gram.scores.shape[1])[first : first + 2 * STRETCHES]
+
+
+def _whole(gram: Gram, own: int, index: int) -> np.ndarray:
+    """(1, columns): the whole contribution of an effect as a combination of the sums."""
+    return _parts(gram, own, index)[:STRETCHES].sum(axis=0, keepdims=True)
 
 
 def _inside(effect: type[Effect], size: tuple[float, float]) -> float:

@@ -198,9 +198,10 @@ class BenchSetup:
 
     def _shared(self, name: str) -> dict[str, Any]:
         rate = float(self.rate_hz)
-        # r_0 of the simulated tire [m], by which the drive recognises an unloaded tire
-        lab = self.kind == "lab"
-        radius = {} if lab else {"free_radius": simulator().free_radius(self.tire)}
+        radius = {}
+        if name == "wheel_drive" and self.kind != "lab":
+            # r_0 of the simulated tire [m], by which the drive recognises an unloaded tire
+            radius = {"free_radius": simulator().free_radius(self.tire)}
         of_bus = {"rate_hz": self.rate_hz, "batch": self.batch}
         machine = {
             "tire": self.tire, "preset": self.preset, "config": self.plant_file, "seed": self.seed,

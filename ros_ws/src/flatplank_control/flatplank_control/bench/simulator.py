@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any, Protocol
@@ -37,6 +38,7 @@ class Simulator(Protocol):
         """Make a campaign with a hidden effect and its sealed answer; returns its folder."""
 
 
+@cache
 def simulator() -> Simulator:
     """The installed simulator; FlatplankError without `flatplank_sim`."""
     for entry in entry_points(group=GROUP):

@@ -14,6 +14,7 @@ from flatplank_hw.drive.safety import NS, RULES
 from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Reference
 
 PLANK = AXES.index("plank")
+_FRONT, _REAR = int(Digital.LIMIT_FRONT), int(Digital.LIMIT_REAR)
 _ENABLED = State.OPERATION_ENABLED
 _BRAKE_TIME = NS // 2
 """a turning axis is braked for so long before its voltage is taken away [ns]"""
@@ -102,9 +103,10 @@ class AxisDrive(DriveRequests):
     def _at_switch(self, digital: int) -> bool:
         """True when a limit switch holds the axis against its command."""
         velocity = self._point.velocity
-        closed = digital & (Digital.LIMIT_FRONT if velocity > 0.0 else Digital.LIMIT_REAR)
+        if self.index != PLANK or velocity == 0.0:
+            return False
         rests = abs(self._shaft.velocity) <= self.parameters.standstill_speed
-        return self.index == PLANK and rests and velocity != 0.0 and bool(closed)
+        return rests and digital & (_FRONT if velocity > 0.0 else _REAR) != 0
 
     def _idle(self) -> bool:
         """Release the claim of a client whose heartbeat has stopped; a disabled axis is always

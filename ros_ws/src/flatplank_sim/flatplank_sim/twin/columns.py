@@ -161,7 +161,7 @@ TOPICS: dict[str, TopicColumns] = {
 def table_columns(cycles: Sequence[Cycle]) -> dict[str, np.ndarray]:
     """Columns of a measurement table; units and axes as defined there."""
     encoders = [c.encoders for c in cycles]
-    wrench = _array([c.hub.contact for c in cycles])
+    wrench = _array([c.hub.contact for c in cycles]).reshape(-1, 6)
     out = {"time": np.array([e.stamp_ns for e in encoders]) * 1e-9}
 
     def put(*names: str) -> None:

@@ -106,23 +106,33 @@ class TableLog:
         folder.mkdir(parents=True, exist_ok=True)
         self._folder, self._suffix, self._whole = folder, suffix, whole
         self._cycles: list[Cycle] = []
+        self._blocks: list[dict[str, np.ndarray]] = []
         self._record: RunRecord | None = None
 
     def start(self, record: RunRecord, stamp_ns: int, at_once: bool = False) -> None:
-        self._record, self._cycles = record, []
+        self._record, self._cycles, self._blocks = record, [], []
 
     def add(self, cycle: Cycle) -> None:
+        # tuples of a whole run would keep the garbage collector busy for a third of the time
         self._cycles.append(cycle)
+        if len(self._cycles) >= FLUSH_EVERY:
+            self._flush()
 
     def stop(self, status: str, notes: str) -> Path:
         assert self._record is not None
         record = self._record.with_changes(status=status, stop_reason=notes)
         path = self._folder / f"{record.name}{self._suffix}"
-        columns = table_columns(self._cycles)
+        self._flush()
+        names = self._blocks[0]
+        columns = {name: np.concatenate([block[name] for block in self._blocks]) for name in names}
+        self._blocks = []
         columns = columns if self._whole else _since_trigger(columns)
         EXPORTERS[self._suffix](MeasurementTable(columns, record), path)
-        self._cycles = []
         return path
+
+    def _flush(self) -> None:
+        self._blocks.append(table_columns(self._cycles))
+        self._cycles = []
 
 
 def layouts(batch: int) -> dict[str, CdrLayout]:

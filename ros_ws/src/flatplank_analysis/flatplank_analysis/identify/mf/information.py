@@ -135,7 +135,7 @@ def _merged(found: list[Confusion]) -> list[Confusion]:
             out.append(same[0])
             continue
         names = tuple(n for one in same for n in one.names)
-        text = f"{_listed(names)} are not determined by {lack}"
+        text = f"{listed(names)} are not determined by {lack}"
         remedy = max((one.remedy for one in same), key=[one.remedy for one in same].count)
         out.append(Confusion(names, 1.0, text, remedy))
     return out
@@ -156,9 +156,9 @@ def _statement(
     if len(chosen) == 1:
         text = f"{chosen[0]} is not determined by {have}"
     elif correlation == 1.0:
-        text = f"{_listed(chosen)} cannot be told apart with {have}"
+        text = f"{listed(chosen)} cannot be told apart with {have}"
     else:
-        text = f"{_listed(chosen)} are hard to tell apart with {have}"
+        text = f"{listed(chosen)} are hard to tell apart with {have}"
     remedy = f"measure {best.text}" if best else "no single setting would; fix one in the fit file"
     return Confusion(chosen, correlation, text, remedy)
 
@@ -174,7 +174,7 @@ def _best_run(
     return offers[int(np.argmax(gains))]
 
 
-def _listed(names: Sequence[str]) -> str:
+def listed(names: Sequence[str]) -> str:
     return ", ".join(names[:-1]) + f" and {names[-1]}" if len(names) > 1 else names[0]
 
 

@@ -17,6 +17,7 @@ from ..least_squares import Solution, linearise, solve
 from ..noise import Covariance, PropagatedErrors, run_covariance
 from ..results import Confusion, Estimate, Fit
 from .information import GRAIN, REACH, SHOW, confusions, describe_levels, levels_of, proposals
+from .lack import BY_LAW, lack_of_fit, restated
 from .points import SteadyPoints
 from .problem import WEAK, OutputProblem
 
@@ -75,6 +76,15 @@ def report(
     errors = np.zeros(len(names))
     errors[~held] = cover.std_error
     found, open_mask = confusions(names, stacked, problem.sizes, correlation, offers, errors)
+    lack = lack_of_fit(problem.points, residual, int(np.count_nonzero(~held)))
+    if lack is not None:
+
+        def determined(mask: np.ndarray) -> set[str]:
+            rows = np.vstack([jac[mask] / lack.scatter, known])
+            unknown = confusions(names, rows, problem.sizes, correlation, list)[1]
+            return {name for name, is_open in zip(names, unknown, strict=True) if not is_open}
+
+        found = [restated(c, lack, problem.points, determined) for c in found]
     twin = twin_of(problem, solution)
     if twin is not None:
         found = [c for c in found if set(c.names) != set(twin.names)]
@@ -85,7 +95,7 @@ def report(
     warning = zero_warning(np.degrees(problem.points.alpha).tolist())
     estimates = tuple(
         e.with_note(warning if e.name in SHIFTED else "")
-        for e in _estimates(problem, solution, cover, open_mask)
+        for e in _estimates(problem, solution, cover, open_mask, found)
     )
     error = residual * problem.error_scale()
     fit = Fit(
@@ -103,9 +113,11 @@ def report(
 
 
 def _estimates(
-    problem: OutputProblem, solution: Solution, cover: Covariance, open_mask: np.ndarray
-) -> tuple[Estimate, ...]:
+    problem: OutputProblem, solution: Solution, cover: Covariance, open_mask: np.ndarray,
+    found: Sequence[Confusion],
+) -> tuple[Estimate, ...]:  # fmt: skip
     out = []
+    by_law = {name for c in found if BY_LAW in c.statement for name in c.names}
     spare = len(np.unique(problem.points.run)) - int(np.count_nonzero(~open_mask))
     rows = iter(zip(cover.std_error, cover.dof, open_mask, strict=True))
     for name, value, edge in zip(problem.free, solution.x.tolist(), solution.edges, strict=True):
@@ -116,7 +128,8 @@ def _estimates(
             continue
         error, dof, is_open = next(rows)
         size = f"{error:.2g}" if unit == "-" else f"{error:.2g} {unit}"
-        note = f"not determined by these data: ± {size}" if is_open else ""
+        cause = BY_LAW if name in by_law else "by these data"
+        note = f"not determined {cause}: ± {size}" if is_open else ""
         if not is_open and spare < 1 and name not in problem.priors:
             error, note = float("nan"), "as many coefficients as runs: no error without repeats"
         known = not bool(is_open)
