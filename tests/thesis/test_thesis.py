@@ -129,6 +129,14 @@ def test_a_difference_without_a_reason_is_counted(lab):
     assert found == {AGREES: 1, DIFFERS: 1, UNSHOWN: 1, "without a reason": 2}
 
 
+def test_the_slip_is_gone_when_it_stays_gone(monkeypatch):
+    """The wheel catches up within 4 mm and overshoots; 4 mm stood beside the thesis's 0.02 m."""
+    x = np.linspace(0.0, 0.05, 501)
+    kappa = np.where(x < 0.004, -1.0, 1.4 * np.exp(-(x - 0.004) / 0.004))
+    monkeypatch.setattr(rolling, "slip", lambda _: (x, kappa))
+    assert rolling.slip_gone(None) == pytest.approx(0.004 + 0.004 * math.log(14.0), abs=2e-4)
+
+
 def test_words_for_a_trend():
     assert trend([1.0, 2.0, 3.0]) == "rises"
     assert trend([3.0, 2.0, 1.0]) == "falls"

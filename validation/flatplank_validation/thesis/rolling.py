@@ -111,9 +111,9 @@ def simulated_settling(run: Run) -> float:
 
 
 def force(table: MeasurementTable) -> tuple[np.ndarray, np.ndarray]:
-    """Road displacement [m] and low-passed Fx [N], on a grid of 2 mm."""
+    """Road displacement [m] and low-passed Fx [N]."""
     grid = on_grid(table, ["fx"])
-    return grid.position[::20], low_pass(grid["fx"])[::20]
+    return grid.position, low_pass(grid["fx"])
 
 
 def settling(table: MeasurementTable) -> float:
@@ -145,10 +145,10 @@ def slip(table: MeasurementTable) -> tuple[np.ndarray, np.ndarray]:
 
 
 def slip_gone(table: MeasurementTable, band: float = 0.1) -> float:
-    """Road after which the wheel has caught up: |slip| below `band` for the first time [m]."""
+    """Road after which |slip| stays below `band`: the wheel overshoots when it catches up [m]."""
     x, kappa = slip(table)
-    inside = np.flatnonzero(np.abs(kappa) < band)
-    return float(x[inside[0]]) if inside.size else math.nan
+    outside = np.flatnonzero(np.abs(kappa) >= band)
+    return float(x[outside[-1]]) if outside.size else 0.0
 
 
 def swing(table: MeasurementTable) -> float:
