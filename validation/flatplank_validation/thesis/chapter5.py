@@ -270,9 +270,9 @@ CHAPTER = Chapter(
         Entry("5.4", "Efficiency over slip and load", draw.efficiency, (
             Row("efficiency η, mean over slip and load", "%", 39.2, "section 5.2",
                 mean_efficiency, printed(0.1),
-                "the drive carries the rolling resistance, too, which F_x of (5.3) has not: 12 N m "
-                "at 3700 N, 5 % of M_T at 1 % slip and 1 % at 10 %. The preset's hub reads F_x "
-                "1 % too high, which takes that back at 10 %; the plant's η is 39.2 %"),
+                "the drive carries the rolling resistance, too, which F_x of (5.3) has not: "
+                "12 N m at 3700 N, 5 % of M_T at 1 % slip and 1 % at 10 %. The preset's hub reads "
+                "F_x 1 % too high, which takes that back at 10 %; the plant's η is 39.2 %"),
         )),
         Entry("Table 5.1", "Parameters of the plant models", None, tuple(_table_rows())),
         Entry("5.5", "Step response", loop.step, LOOP["5.5"]),
