@@ -16,7 +16,7 @@ from flatplank_analysis.discovery.rivals import Rival
 from flatplank_analysis.discovery.steps import AcceptedEffect
 from flatplank_analysis.inference.posterior import MEMBER, NAMED, Posterior
 from flatplank_analysis.inference.weigh import Weighed
-from flatplank_data.wording import six_digits
+from flatplank_data.wording import quantity, six_digits
 
 SHOWN = 8
 """most sets and effects that are told"""
@@ -135,14 +135,32 @@ def present_without_name(answer: Answer, held: int) -> list[Decision]:
 
 
 def runners_up(answer: Answer) -> Iterator[str]:
-    """Effects that are neither named nor improbable, in words."""
+    """Effects that are neither named nor improbable, and what speaks against each, in words."""
     named = {n for f in answer.named for n in (f.decision.term.effect.identifier, *f.alike)}
     flat = {f.decision.term.effect.identifier for f in answer.flat}
     for name, p in answer.posterior.marginal.items():
         if name in flat - named:
             yield f"{name}: P = {p:.2g}, but {FLAT}: not named"
         elif name not in named and p > MEMBER:
-            yield f"{name}: P = {p:.2g}, below {NAMED:g}: not named"
+            why = _against(answer.posterior, name)
+            yield f"{name}: P = {p:.2g}, below {NAMED:g}: not named; {why}"
+
+
+def _against(posterior: Posterior, name: str) -> str:
+    """What speaks against an effect: in the likeliest set its size, otherwise the odds of the
+    likeliest set that has it."""
+    best = posterior.best
+    inside = [i for i, n in enumerate(best.names) if n == name]
+    if inside:
+        least = best.fit.terms[inside[0]].effect.main_parameter()
+        most = max(best.matters(i) for i in inside)
+        return f"larger than {quantity(least.matters, least.unit)} with P = {most:.2g}"
+    other = posterior.sets[next(k for k in posterior.probability if name in k)]
+    gain = -0.5 * _excess(posterior, other)
+    price = posterior.fit_and_price(best)[1] - posterior.fit_and_price(other)[1]
+    beside = ", ".join(n for n in other.names if n != name)
+    where = f"beside {beside}" if beside else "alone"
+    return f"{where} it gains {gain:.2g} by its fit and costs {price:.2g} (logarithms of odds)"
 
 
 def to_dict(posterior: Posterior) -> dict[str, Any]:

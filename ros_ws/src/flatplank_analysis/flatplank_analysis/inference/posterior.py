@@ -130,15 +130,14 @@ class Posterior:
             new = [n for n in key if rest == _without(key, n) and n != own]
             if len(key) != len(best.key) or not new or key == best.key:
                 continue
-            names = [t.effect.identifier for t in weighed.fit.terms]
-            place = len(names) - 1 - names[::-1].index(new[0])
+            place = len(key) - 1 - weighed.names[::-1].index(new[0])
             out.append((weighed, place, math.exp(self.logs[key])))
         return sorted(out, key=lambda item: -item[2])
 
 
 def _members(weighed: Weighed) -> list[tuple[str, float]]:
     """Name of each effect of a set, and the probability that its size is of consequence there."""
-    return [(t.effect.identifier, weighed.matters(i)) for i, t in enumerate(weighed.fit.terms)]
+    return [(name, weighed.matters(i)) for i, name in enumerate(weighed.names)]
 
 
 def _without(key: Key, name: str) -> Key:

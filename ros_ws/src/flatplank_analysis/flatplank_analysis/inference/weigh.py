@@ -58,6 +58,11 @@ class Weighed:
     sizes: tuple[tuple[float, float], ...]
     """per effect: most probable size and its standard deviation, in the unit of the size"""
 
+    @property
+    def names(self) -> list[str]:
+        """Name of each effect, in the order of the fit."""
+        return [t.effect.identifier for t in self.fit.terms]
+
     @cached_property
     def key(self) -> tuple[str, ...]:
         return key_of(self.fit.terms)
