@@ -32,7 +32,7 @@ from flatplank_validation.blind.detectable import (
     detectable,
     strength_of,
 )
-from flatplank_validation.blind.lists import SCATTERS, WIDE, full
+from flatplank_validation.blind.lists import SCATTERS, WIDE, five_slips, full
 from flatplank_validation.blind.menu import KIN, MENU, PAIRS
 from flatplank_validation.blind.noise import NOISES, covariance, noise, shown
 from flatplank_validation.blind.page import page
@@ -70,6 +70,13 @@ def test_the_kit_is_as_large_as_asked():
     assert {c.noise for c in cases if c.group == "none"} == set(NOISES)
     wide = [c for c in cases if c.group == "combined" and c.world == "third"]
     assert {c.design for c in wide} == {"combined", "wide_loads"} and len(wide) >= 50
+
+
+def test_the_quick_list_has_all_kinds_of_plain_campaigns_with_fifteen_runs():
+    cases = five_slips(1)
+    assert len({c.key for c in cases}) == len(cases) > 300
+    assert {c.group for c in cases} == {"none", "single", "pair", "outside"}
+    assert {len(runs_of(c.design, np.random.default_rng(0))) for c in cases} == {15}
 
 
 def test_combined_slip_is_true_of_a_tire_with_a_circle_and_not_a_false_name():

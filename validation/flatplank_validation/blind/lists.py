@@ -8,6 +8,7 @@ another order. So a list can be held out, like a tire.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -43,6 +44,12 @@ def full(seed: int, small: bool = False) -> list[Case]:
     places = [(i + 0.5) / len(cases) for cases in lists for i in range(len(cases))]
     everything = [c for cases in lists for c in cases]
     return [everything[i] for i in np.argsort(places, kind="stable")]
+
+
+def five_slips(seed: int) -> list[Case]:
+    """The straight-ahead campaigns of the list at one load, each with the runs of five slips:
+    half of the time."""
+    return [replace(case, design="small") for case in full(seed) if case.design == "plain"]
 
 
 def _small() -> Iterator[Case]:

@@ -18,7 +18,7 @@ from flatplank_analysis.contact_patch.session import SEARCHES, STEPS
 from flatplank_data.arguments import Parser
 from flatplank_validation.blind import journal
 from flatplank_validation.blind.detectable import cache
-from flatplank_validation.blind.lists import full
+from flatplank_validation.blind.lists import five_slips, full
 from flatplank_validation.blind.page import page, summary
 from flatplank_validation.blind.plain_size import with_plain_sizes
 from flatplank_validation.evaluation.paired import paired
@@ -30,6 +30,9 @@ SEED = 20262
 def parser() -> argparse.ArgumentParser:
     p = Parser(prog="flatplank bench-blind", description=__doc__)
     p.add_argument("--small", action="store_true", help="five campaigns of five slips")
+    p.add_argument(
+        "--five-slips", action="store_true", help="the list, each campaign with few runs"
+    )
     p.add_argument("--seed", type=int, default=SEED)
     p.add_argument("--jobs", type=int, default=1, help="processes")
     p.add_argument("--limit", type=int, help="only so many of the list, which is mixed")
@@ -76,7 +79,8 @@ def main(argv: list[str]) -> int:
     """Exit code 0: all campaigns of the list are scored; 2: nothing to do."""
     o = parser().parse_args(argv)
     path = o.journal or cache() / f"{_prefix(o.search)}seed{o.seed}.jsonl"
-    cases = [c for c in full(o.seed, o.small) if fnmatch.fnmatch(c.key, o.only)][: o.limit]
+    listed = five_slips(o.seed) if o.five_slips else full(o.seed, o.small)
+    cases = [c for c in listed if fnmatch.fnmatch(c.key, o.only)][: o.limit]
     if not cases:
         print(
             f"bench-blind: --only '{o.only}' with --limit {o.limit} leaves no campaign; "
