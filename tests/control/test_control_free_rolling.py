@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import random
 import time
 from dataclasses import replace
 
@@ -13,7 +14,7 @@ import control
 from flatplank_control.free_rolling import FreeRollingController, FreeRollingParameters
 from flatplank_control.free_rolling.design import design_gains
 from flatplank_control.free_rolling.loop import margins
-from flatplank_control.free_rolling.start import Start
+from flatplank_control.free_rolling.start import CATCH_UP, OVER, Start, StiffnessEstimator
 from flatplank_hw.samples import EncoderSample, HubSample, Wrench
 
 P = FreeRollingParameters(automatic=False)
@@ -201,3 +202,82 @@ def test_the_travel_goes_on_when_the_trigger_sets_the_position_to_zero():
 
 def test_the_delay_of_the_loop_has_the_hold_of_half_a_cycle():
     assert P.loop_delay == pytest.approx((2.0 + 0.5) / 250.0)
+
+
+def test_a_wheel_without_a_tire_on_the_road_starts_after_4_mm():
+    """No force tells its stiffness; the servo makes up the travel that was lost."""
+    start, step = Start(P), 0.03092 / P.rate_hz
+    torques = [start.step(*held_tire(n, step * n, stiffness=1000.0)) for n in range(60)]
+    waiting = torques.index(next(t for t in torques if t != 0.0))
+    assert waiting == math.ceil(0.004 / step + 1e-9)
+    assert math.isnan(start.stiffness)
+    assert all(0.0 < t <= P.torque_max for t in torques[waiting:])
+
+
+def test_the_servo_gives_up_after_5_cm_of_road():
+    start, step = Start(P), 0.03092 / P.rate_hz
+    n = 0
+    while start.phase != OVER:
+        start.step(*held_tire(n, step * n))
+        n += 1
+    assert start.travel == pytest.approx(0.05, abs=step)
+
+
+def test_the_servo_ends_a_quarter_of_a_second_after_it_has_caught_up():
+    start, step = Start(P), 0.03092 / P.rate_hz
+    n = 0
+    while start.phase != CATCH_UP:
+        start.step(*held_tire(n, step * n))
+        n += 1
+    begun, turned = n, 0.0
+    while start.phase != OVER:
+        # the wheel is where it would be without loss, and stretches the tire to the reference
+        force, encoders = held_tire(n, step * n)
+        turned = (step * n + P.reference / start.stiffness) / P.effective_radius
+        start.step(force, encoders._replace(wheel_angle=encoders.wheel_angle + turned))
+        n += 1
+    assert (n - begun + 1) / P.rate_hz == pytest.approx(0.25, abs=2.0 / P.rate_hz)
+
+
+def transient(stiffness: float, sigma: float, radius: float, count: int = 400):
+    """Travel, angle and force of a rolling tire: dF/dx = C_x (r dtheta/dx - 1) - F / sigma."""
+    x, dx, force, out = 0.0, 1e-4, 0.0, []
+    for k in range(count):
+        angle = (x + 0.002 * math.sin(0.05 * k)) / 0.3
+        out.append((x, angle, force))
+        more = (x + dx + 0.002 * math.sin(0.05 * (k + 1))) / 0.3 - angle
+        # the trapezoid of the estimator, solved for the new force
+        grown = force + stiffness * (radius * more - dx) - 0.5 * dx * force / sigma
+        force, x = grown / (1.0 + 0.5 * dx / sigma), x + dx
+    return out
+
+
+@pytest.mark.parametrize(
+    ("sigma", "known"), [(0.3, True), (1.5, True), (0.03, False), (3.0, False)]
+)
+def test_the_estimate_is_the_tire_that_made_the_forces(sigma, known):
+    estimator = StiffnessEstimator(0.3085)
+    for sample in transient(3e5, sigma, 0.305):
+        estimator.add(*sample)
+    tire = estimator.solve()
+    assert tire.stiffness == pytest.approx(3e5, rel=1e-4)
+    assert tire.effective_radius == pytest.approx(0.305, rel=1e-5)
+    if known:
+        assert tire.relaxation == pytest.approx(sigma, rel=1e-3)
+    else:
+        assert math.isnan(tire.relaxation), "no tire has it"
+
+
+@pytest.mark.parametrize("count", [0, 1, 8])
+def test_few_samples_are_no_estimate(count):
+    estimator = StiffnessEstimator(0.3085)
+    for sample in transient(3e5, 0.3, 0.305)[:count]:
+        estimator.add(*sample)
+    assert all(math.isnan(value) for value in estimator.solve())
+
+
+def test_forces_of_noise_are_no_estimate():
+    estimator, draw = StiffnessEstimator(0.3085), random.Random(1)
+    for x, angle, _ in transient(3e5, 0.3, 0.305):
+        estimator.add(x, angle, draw.gauss(0.0, 100.0))
+    assert all(math.isnan(value) for value in estimator.solve())
