@@ -112,3 +112,68 @@ def test_an_encoder_has_counts(name):
     with pytest.raises(ValueError, match=f"{name} is 0"):
         HubParameters(**{name: 0})
     assert getattr(HubParameters(**{name: 1}), name) == 1
+
+
+def test_what_the_hub_cannot_do_now_is_said():
+    hub = MeasurementHub(P)
+    assert hub.tare().reason == "no inputs yet: start the bus"
+    for n in range(100):
+        hub.step(bus(n, bridge_volts=LOADED))
+    assert hub.tare().accepted
+    hub.step(bus(100, bridge_volts=LOADED))
+    assert hub.tare_status.running
+    assert hub.tare().reason == "a tare is running"
+    assert "no parasitic fit is loaded" in hub.set_filter(True).reason
+    assert hub.set_filter(False).accepted
+
+
+@pytest.mark.parametrize(("fz", "accepted"), [(1001.0, False), (-1001.0, False), (-999.0, True)])
+def test_a_tare_wants_an_unloaded_tire_whichever_way_the_force_points(fz, accepted):
+    hub = MeasurementHub(P)
+    volts = volts_from_wheel(Wrench(0.0, 0.0, fz, 0.0, 0.0, 0.0), gains(P))
+    for n in range(100):
+        hub.step(bus(n, bridge_volts=volts))
+    assert hub.tare().accepted is accepted
+
+
+def test_the_plank_rests_when_it_has_stood_for_a_fifth_of_a_second():
+    hub = MeasurementHub(P)
+    for n in range(10):
+        hub.step(bus(n, plank_counts=8 * n))
+    answers = []
+    for n in range(10, 100):
+        hub.step(bus(n, plank_counts=72))
+        answers.append(hub.tare().accepted)
+        if answers[-1]:
+            break
+    # the last motion is in cycle 9, a cycle is 4 ms
+    assert 9 + 50 == 10 + len(answers) - 1
+
+
+def test_a_clock_that_goes_back_leaves_the_filtered_load():
+    hub = MeasurementHub(P)
+    first = hub.step(bus(100, bridge_volts=LOADED)).fz_filtered
+    assert first == pytest.approx(300.0)
+    twice = tuple(2.0 * v for v in LOADED)
+    assert hub.step(bus(50, bridge_volts=twice)).fz_filtered == first
+    assert first < hub.step(bus(51, bridge_volts=twice)).fz_filtered < 600.0
+
+
+@pytest.mark.parametrize(
+    ("values", "reason"),
+    [
+        ({"friction_speed": (0.0, 1.0, 2.0), "friction_torque": (1.0, 1.0)}, "differ in length"),
+        ({"friction_speed": (0.0, 1.0, 1.0), "friction_torque": (1.0,) * 3}, "does not increase"),
+        ({"friction_speed": (0.0, 2.0, 1.0), "friction_torque": (1.0,) * 3}, "does not increase"),
+        ({"lvdt_gain": 0.0}, "calibrate the LVDT"),
+    ],
+)
+def test_tables_and_gains_that_cannot_be_used_are_refused(values, reason):
+    with pytest.raises(ValueError, match=reason):
+        HubParameters(**values)
+    assert HubParameters(lvdt_gain=-0.02).lvdt_gain == -0.02
+
+
+def test_the_axle_height_is_that_of_the_lvdt():
+    hub = MeasurementHub(HubParameters(lvdt_gain=-0.03, lvdt_offset=0.25))
+    assert hub.step(bus(0, lvdt_volts=-2.0)).loaded_radius == pytest.approx(0.31)

@@ -155,3 +155,34 @@ def test_the_signal_is_the_sine_of_each_channel():
     for x in (-2.0, 0.0, 1.3, 7.0):
         by_hand = [a * math.sin(b * x + c) for a, b, c, *_ in sines]
         assert signal(x) == pytest.approx(by_hand, abs=1e-12)
+
+
+def test_a_channel_without_a_sine_has_its_offset():
+    angle, volts = three_turns(noise=0.0)
+    volts[500:-500, INDEX[0]] = 0.25
+    found = identify_fit(angle, volts, "m", "d").sines[0]
+    assert found.amplitude == pytest.approx(0.0, abs=1e-9)
+    assert found.offset == pytest.approx(0.25)
+
+
+@pytest.mark.parametrize("frequency", [0.9, 1.1])
+def test_a_wave_that_is_no_whole_turn_is_found(frequency):
+    angle, volts = three_turns(noise=0.0)
+    volts[:, INDEX[1]] = 0.1 * np.sin(frequency * angle + 0.5) + 0.02
+    found = identify_fit(angle, volts, "m", "d").sines[1]
+    assert found.frequency == pytest.approx(frequency, rel=1e-6)
+    assert (found.amplitude, found.phase) == pytest.approx((0.1, 0.5), rel=1e-5)
+
+
+def test_two_turns_are_needed_and_enough():
+    angle, volts = three_turns(noise=0.0, n=6001)
+    assert identify_fit(angle[:4002], volts[:4002], "m", "d").sines
+    with pytest.raises(ValueError, match="720 deg are needed"):
+        identify_fit(angle[:3990], volts[:3990], "m", "d")
+    with pytest.raises(ValueError, match=r"shape \(4000, 6\), wanted \(4001, 6\)"):
+        identify_fit(angle[:4001], volts[:4000], "m", "d")
+    with pytest.raises(ValueError, match="the wheel turned 0 deg"):
+        identify_fit([], np.zeros((0, 6)), "m", "d")
+    few = slice(None, None, 61)
+    with pytest.raises(ValueError, match="are needed"):
+        identify_fit(angle[few], volts[few], "m", "d")

@@ -56,7 +56,9 @@ def _fit(x: NDArray[np.float64], y: NDArray[np.float64]) -> Sine:
     def residual(p: NDArray[np.float64]) -> NDArray[np.float64]:
         return p[0] * np.sin(p[2] * x) + p[1] * np.cos(p[2] * x) + p[3] - y / scale
 
-    result = least_squares(residual, start, bounds=([-1e3, -1e3, 0.8, -1e6], [1e3, 1e3, 1.2, 1e6]))
+    free = math.inf
+    bounds = [-free, -free, 0.8, -free], [free, free, 1.2, free]
+    result = least_squares(residual, start, bounds=bounds)
     s, c, b, d = result.x
     rms = float(np.sqrt(np.mean(result.fun**2))) * scale
     return Sine(scale * math.hypot(s, c), float(b), math.atan2(c, s), scale * float(d), rms)
