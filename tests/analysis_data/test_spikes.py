@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from flatplank_data.campaign import Campaign
-from flatplank_data.spikes import LONGEST, bad_samples, spikes, stuck
+from flatplank_data.run_record import RunRecord
+from flatplank_data.spikes import LONGEST, SIDE, bad_samples, spikes, stuck
 from flatplank_data.table import MeasurementTable
 
 RATE = 250.0
@@ -156,3 +157,10 @@ def test_a_run_with_too_many_is_refused(write_campaign, make_step):
     assert len(list(campaign.tables())) == 1
     (problem,) = campaign.problems
     assert problem.fatal and "stuck" in problem.what and "1001 to 1080" in problem.what
+
+
+@pytest.mark.parametrize("count", [0, 1, SIDE, 4 * LONGEST - 1, 4 * LONGEST])
+def test_a_record_of_any_length_is_looked_at(count):
+    road, force = _road()[:count], _slip_step()[:count]
+    columns = {"plank_position": road, "fx": force}
+    assert list(bad_samples(MeasurementTable(columns, RunRecord(file="a.csv")))) == []

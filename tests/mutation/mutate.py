@@ -130,8 +130,8 @@ AREAS = (
     ),
     Area(
         "sweeps", "slip_sweeps",
-        _files("slip_sweeps/test_sweeps", "files variants verdict")
-        + ("tests/slip_sweeps/test_sweeps.py",),
+        ("tests/slip_sweeps/test_sweeps.py",
+         *_files("slip_sweeps/test_sweeps", "parts files variants")),
     ),
     Area(
         "units", "",

@@ -48,9 +48,11 @@ class BadSamples:
 
 def bad_samples(table: MeasurementTable) -> Iterator[BadSamples]:
     """Spikes and stuck stretches of every tested column."""
+    if len(table) < 4 * LONGEST:
+        return
     longest, moving = _longest(table), _moving(table)
     for name in TESTED:
-        if name not in table or not np.isfinite(table[name]).all() or len(table) < 4 * LONGEST:
+        if name not in table or not np.isfinite(table[name]).all():
             continue
         values, unit = table[name], COLUMN_UNITS[name]
         rows = np.flatnonzero(spikes(values, longest))
