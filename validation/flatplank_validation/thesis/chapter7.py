@@ -13,8 +13,8 @@ from flatplank_analysis.figures import pieces
 from flatplank_analysis.models.magic_formula.structure import effective_radius
 from flatplank_analysis.report.results import CampaignResult, PointResult
 from flatplank_validation.thesis import chapter7_figures as draw
-from flatplank_validation.thesis.chapter6 import STEER
-from flatplank_validation.thesis.errors import rmse, rmse_rows
+from flatplank_validation.thesis.chapter6 import SHARED_GRIP, STEER
+from flatplank_validation.thesis.errors import MAGIC, rmse, rmse_rows
 from flatplank_validation.thesis.lab import Lab
 from flatplank_validation.thesis.points import (
     ANGLES,
@@ -42,6 +42,9 @@ BENT = (
     "curve, as in figure G.5"
 )
 LEFT_OPEN = "the thesis gives no reason for it and draws no conclusion"
+ONE_CARCASS = (
+    "the plant's carcass depends on neither angle: the fit follows what the angles do to the force"
+)
 DIAGRAM = "a diagram, no result"
 SIGMA, STIFFNESS = "sigma", "slip_stiffness"
 FIGURE = Same("read from the figure and its text")
@@ -178,7 +181,7 @@ def modelled_radius(gamma: float, lab: Lab) -> str:
 
 def free_mismatch(lab: Lab) -> float:
     """Largest difference of measured and modelled force at kappa = 0 after the step [N]."""
-    curves = point(lab.matrix).models.get("mf")
+    curves = point(lab.matrix).models.get(MAGIC)
     if curves is None:
         return math.nan
     c = at(lab.matrix, 0.0)
@@ -408,13 +411,13 @@ CHAPTER = Chapter(
             Row("C′_Fκ with camber at α = 5°, κ = +2 %", "", "falls", SECTION_1,
                 lambda lab: trend([
                     value(lab.matrix, STIFFNESS, 0.02, alpha=5.0, gamma=g) for g in (0.0, 5.0)
-                ]), FIGURE, LEFT_OPEN),
+                ]), FIGURE, SHARED_GRIP),
         )),
         Entry("7.20", "Steady force, side slip and camber",
               partial(draw.crossed, "steady_fx_crossed"), (
             *(Row(f"steady force at α = {a:g}°, κ = +5 %, without and with camber", "",
                   "approximately equal", SECTION_1,
-                  partial(_camber_at, a), FIGURE, LEFT_OPEN)
+                  partial(_camber_at, a), FIGURE, SHARED_GRIP)
               for a in (1.0, 10.0)),
         )),
         Entry("7.21", "Nonlinear contact patch model", absent=DIAGRAM),
@@ -437,8 +440,8 @@ CHAPTER = Chapter(
                 partial(carcass_trend, "c_cx", "fz", LOADS), FIGURE,
                 "the plant's carcass becomes stiffer with load (exponent 0.12); " + LEFT_OPEN),
             Row("c_cx with rising side slip", "", "falls, then rises", SECTION_2,
-                partial(carcass_trend, "c_cx", "alpha", ANGLES), FIGURE, LEFT_OPEN),
-            Row("c_cx with camber", "", "falls", SECTION_2, camber_carcass, FIGURE, LEFT_OPEN),
+                partial(carcass_trend, "c_cx", "alpha", ANGLES), FIGURE, ONE_CARCASS),
+            Row("c_cx with camber", "", "falls", SECTION_2, camber_carcass, FIGURE, ONE_CARCASS),
         )),
         Entry("7.25", "Relaxation length by (7.27)", partial(draw.carcass, "sigma_x"), (
             Row("σ_x with rising load", "", "rises", SECTION_2,
@@ -458,7 +461,7 @@ CHAPTER = Chapter(
             Row("relative error (7.28) of Fy", "%", 10.0, SECTION_3,
                 partial(relative_error, "fy"), AtMost()),
         )),
-        Entry("7.28", "MF-Tyre, nominal point", draw.overlay("mf"),
+        Entry("7.28", "MF-Tyre, nominal point", draw.overlay(MAGIC),
               note="Its numbers are those of Table 7.4."),
         Entry("7.29", "MF-Tyre around the step", draw.around_the_step, (
             Row("measured and modelled free rolling, difference", "N", 52.0,
@@ -466,7 +469,7 @@ CHAPTER = Chapter(
                 AtMost("RMSE of Table 7.4 at 0 %")),
         )),
         Entry("Table 7.4", "RMSE of MF-Tyre", None,
-              tuple(rmse_rows("mf", MAGIC_RMSE["nominal"], "Table 7.4"))),
+              tuple(rmse_rows(MAGIC, MAGIC_RMSE["nominal"], "Table 7.4"))),
         *(Entry(number, f"r_e measured and modelled, γ = {g:g}°",
                 partial(draw.modelled_radius, g), (
             Row("the model's r_e over side slip", "", "does not depend on it", SECTION_3,

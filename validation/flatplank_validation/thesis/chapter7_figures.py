@@ -14,6 +14,7 @@ from flatplank_analysis.figures import chapter7, magic, pieces
 from flatplank_analysis.figures.spec import INK, PALETTE, Figure, Panel, Series
 from flatplank_analysis.models.magic_formula import steady
 from flatplank_analysis.report.results import CampaignResult, ConditionResult
+from flatplank_validation.thesis.errors import MAGIC
 from flatplank_validation.thesis.lab import Lab
 from flatplank_validation.thesis.points import point
 
@@ -119,7 +120,7 @@ def _fits(points, factor: str):
 def around_the_step(lab: Lab) -> Iterator[Figure]:
     """Figure 7.29: measured and modelled force around the step."""
     nominal = point(lab.matrix)
-    magic_fit, curves = lab.matrix.magic, nominal.models.get("mf")
+    magic_fit, curves = lab.matrix.magic, nominal.models.get(MAGIC)
     if magic_fit is None or curves is None:
         return
     conditions = pieces.slips(nominal)

@@ -20,7 +20,7 @@ from flatplank_analysis.report.results import (
     PointResult,
 )
 
-OVERLAYS = {"linear": "7.2, 7.5, 7.15", "nonlinear": "7.22, 7.23", "mf": "7.28"}
+OVERLAYS = {"linear": "7.2, 7.5, 7.15", "nonlinear": "7.22, 7.23", "mf_contact_point": "7.28"}
 LINEAR = (
     ("relaxation length σx [m]", "sigma", 1.0),
     ("local slip stiffness C′Fκ [kN]", "slip_stiffness", 1e-3),
