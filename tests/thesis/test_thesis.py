@@ -8,6 +8,8 @@ import csv
 import json
 import math
 from collections import Counter
+from types import SimpleNamespace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -21,7 +23,7 @@ from flatplank_validation.thesis import rolling
 from flatplank_validation.thesis.chapters import CHAPTERS
 from flatplank_validation.thesis.lab import CAMPAIGNS, PLANS, Lab
 from flatplank_validation.thesis.page import counts
-from flatplank_validation.thesis.points import trend
+from flatplank_validation.thesis.points import SLIPS, trend
 from flatplank_validation.thesis.published import MAGIC_RMSE, NONLINEAR_RMSE, WHERE
 from flatplank_validation.thesis.registry import (
     AGREES,
@@ -135,6 +137,28 @@ def test_the_slip_is_gone_when_it_stays_gone(monkeypatch):
     kappa = np.where(x < 0.004, -1.0, 1.4 * np.exp(-(x - 0.004) / 0.004))
     monkeypatch.setattr(rolling, "slip", lambda _: (x, kappa))
     assert rolling.slip_gone(None) == pytest.approx(0.004 + 0.004 * math.log(14.0), abs=2e-4)
+
+
+class Slip(NamedTuple):
+    kappa: float
+
+
+@pytest.mark.parametrize("table", ["Table 7.4", "Table H.2"])
+def test_the_magic_formula_is_the_one_whose_lag_shrinks_with_slip(table, lab):
+    """Section 7.3: ‘set to nonlinear dynamics with relaxation behavior’."""
+    at = [SimpleNamespace(fz=fz, pressure=bar, alpha_deg=a, gamma_deg=g)
+          for fz in (1850.0, 3700.0, 5550.0) for bar in (2.0, 2.5)
+          for a in (0.0, 1.0, 5.0, 10.0) for g in (0.0, 5.0)]  # fmt: skip
+    errors = [(Slip(k), 7.0) for k in SLIPS]
+    models = {
+        name: SimpleNamespace(rmse=dict(value))
+        for name, value in (("mf", ()), ("mf_contact_point", errors))
+    }
+    points = [SimpleNamespace(point=p, models=models) for p in at]
+    names = ("longitudinal", "angles", "standing", "footprints")
+    lab._results[names] = SimpleNamespace(points=points, path="runs")
+    (entry,) = (e for e in ENTRIES if e.number == table)
+    assert [row.ours(lab) for row in entry.rows] == [7.0] * len(entry.rows)
 
 
 def test_words_for_a_trend():
