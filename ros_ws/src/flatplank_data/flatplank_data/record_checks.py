@@ -76,9 +76,9 @@ def check_values(values: Mapping[str, Any], known: Mapping[str, Field]) -> None:
             raise RecordingError(f"{key} is {value!r}; it must be {span}")
     if values.get("tire") == "":
         raise RecordingError("tire is empty; name the tire, for example TOY")
-    status = values.get("status", STATUSES[0])
-    if status not in STATUSES:
-        raise RecordingError(f"status {status!r} is unknown; use {', '.join(STATUSES)}")
+    if "status" in values and values["status"] not in STATUSES:
+        known_words = ", ".join(STATUSES)
+        raise RecordingError(f"status {values['status']!r} is unknown; use {known_words}")
     if "uuid" in values:
         _check_uuid(values["uuid"])
 

@@ -12,7 +12,7 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 from uuid import uuid4
 
@@ -194,7 +194,7 @@ UNITS: Mapping[str, str] = {
 
 def stem_of(file: str) -> str:
     """Name of a file or bag without folder and suffix."""
-    stem = file.rstrip("/").rsplit("/", 1)[-1]
+    stem = PurePosixPath(file).name
     for suffix in KNOWN_SUFFIXES:
         if stem.lower().endswith(suffix):
             stem = stem[: -len(suffix)]
