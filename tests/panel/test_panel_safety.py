@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from panel_rig import PATIENT, wait_for
+from playwright.sync_api import Error
 
 from flatplank_panel.views.shell import NOBODY
 
@@ -36,14 +37,25 @@ def pause_beats(who, observer) -> None:
     who.page.evaluate("fp.charge(true)")
 
 
-def test_wheel_stops_when_the_page_is_gone(visitor, operator, observer):
+def close(page) -> None:
+    page.close()
+
+
+def crash(page) -> None:
+    """The process of the page dies, nothing says goodbye."""
+    with pytest.raises(Error, match="crash"):
+        page.goto("chrome://crash")
+
+
+@pytest.mark.parametrize("end", [close, crash])
+def test_wheel_stops_when_the_page_is_gone(visitor, operator, observer, end):
     operator.click("Hand back")
     operator.button("Take charge").wait_for()
     other = visitor()
     other.take()
     pause_beats(other, observer)
     turn(other, observer)
-    other.page.close()
+    end(other.page)
     observer.fresh()
     seen = [observer.inputs.stamp_ns]
 
