@@ -74,6 +74,13 @@ def test_what_the_samples_do_not_say_is_left_open():
     wave = controlled(0.02, slip_reference=asked)
     assert measured_facts(wave)["waveform"] == {"name": "varying"}
     assert "kappa" not in measured_facts(wave)
+    sine = {"amplitude": 0.02, "wavelength": 6.283, "offset": 0.0}
+    was_set = [
+        {"name": "sine", "start_position": 1.5, "parameters": sine},
+        {"name": "triangle", "start_position": 0.9, "parameters": {}},
+    ]
+    assert measured_facts(wave, waveforms=was_set)["waveform"] == {"name": "sine", **sine}
+    assert measured_facts(wave, waveforms=was_set[1:])["waveform"] == {"name": "varying"}
     short = {k: v[:400] for k, v in controlled(0.05).items()}  # ended before the step
     assert not {"kappa", "waveform"} & measured_facts(short).keys()
     standing = dict(run.columns) | {"plank_position": np.zeros(len(run))}
@@ -152,6 +159,7 @@ def test_free_rolling_is_no_slip_run_and_a_wave_is_no_step(tmp_path):
     for measured, words in (
         ({"measurement": "free_rolling"}, "slip stated, but free_rolling was on"),
         ({"measurement": "slip", "waveform": {"name": "varying"}}, "was not constant"),
+        ({"measurement": "slip", "waveform": {"name": "sine"}}, "was not constant"),
     ):
         (problem,) = with_values_in_use(info, measured)[1]
         assert problem.fatal and words in str(problem)

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 import random
 import struct
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -119,6 +120,10 @@ def test_joint_states_have_their_names_and_arrays() -> None:
     assert list(message.position) == [0.0, 2.0, 4.0, 5.0]
     assert list(message.velocity) == [1.0, 3.0, 0.0, 0.0]
     assert not message.effort
+    radius = exchanges.HUB_JOINTS
+    sample = SimpleNamespace(stamp_ns=STAMP, loaded_radius=0.305)
+    message = deserialize_message(radius.packing("")(sample), radius.msg_type)
+    assert (message.name, list(message.position)) == (["loaded_radius"], [0.305])
 
 
 def test_a_number_out_of_range_is_refused() -> None:

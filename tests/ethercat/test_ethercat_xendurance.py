@@ -26,7 +26,7 @@ def check(seen: dict[str, Any], rate: int, seconds: float) -> None:
     print(
         f"{seconds:g} s at {rate} Hz: sent {report['sent']}, received {report['received']}, lost"
         f" {report['lost']}, stalls made up for {report['missed']}, round trip p50"
-        f" {times['p50_us']} us, p99 {times['p99_us']} us, max {times['max_us']} us, cycle p99"
+        f" {times['p50_us']} us, p99 {times['p99_us']} us, max {times['worst_us']} us, cycle p99"
         f" {report['cycle_time']['p99_us']} us ({report['scheduling']})"
     )
     assert seen["trips"] == 0 and seen["states"] == ["OP"]

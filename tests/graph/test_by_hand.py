@@ -6,6 +6,8 @@ from pathlib import Path
 import pytest
 import yaml
 from bench_graph import graph
+from diagnostic_msgs.msg import DiagnosticArray
+from mcap.reader import make_reader
 from std_srvs.srv import SetBool, Trigger
 
 from flatplank_analysis.report.analysis import analyse
@@ -19,12 +21,18 @@ from flatplank_msgs.srv import (
     SetPace,
     SetSlipStep,
     SetValue,
+    SetWaveform,
     StartRecording,
     StopRecording,
 )
 
 pytestmark = pytest.mark.graph
 STEP = {"kappa": 0.05, "start_position": 0.12, "effective_rolling_radius": 0.3108}
+
+SINE = {
+    "name": "sine", "parameters": ["amplitude", "wavelength"], "values": [0.03, 0.4],
+    "start_position": 0.12, "effective_rolling_radius": 0.3108,
+}  # fmt: skip
 
 
 def offered(bench) -> dict[str, dict[str, object]]:
@@ -55,7 +63,7 @@ def stored(bag: Path) -> dict[str, dict[str, object]]:
     }
 
 
-def roll_by_hand(bench, stop_after: int = 0) -> StopRecording.Response:
+def roll_by_hand(bench, stop_after: int = 0, wave: str = "step") -> StopRecording.Response:
     """What README has people type; four cycles a message make it short.
 
     stop_after: cycles of the rolling wheel after which its drive is stopped; 0: it is not.
@@ -64,7 +72,10 @@ def roll_by_hand(bench, stop_after: int = 0) -> StopRecording.Response:
     bench.advance(100)
     bench.call(SetValue, "/simulated_plant/load_to", value=3700.0)
     bench.advance(4000)
-    bench.call(SetSlipStep, "/slip_sequencer/set_slip_step", **STEP)
+    if wave == "step":
+        bench.call(SetSlipStep, "/slip_sequencer/set_slip_step", **STEP)
+    else:
+        bench.call(SetWaveform, "/slip_sequencer/set_waveform", **SINE)
     bench.call(SetOperationMode, "/wheel_drive/set_operation_mode", mode="slip")
     bench.call(SetBool, "/wheel_drive/enable", data=True)
     path = bench.call(StartRecording, "/recorder/start").path
@@ -117,3 +128,26 @@ def test_a_run_by_services_with_a_stop_in_it_says_so(tmp_path, monkeypatch):
     (table,) = campaign.tables()
     assert 0.3 < table["plank_position"][-1] < 0.4
     assert any("the wheel was stopped" in str(problem) for problem in campaign.problems)
+
+
+def test_a_waveform_set_by_hand_is_recorded_with_its_name_and_parameters(tmp_path, monkeypatch):
+    with graph(tmp_path, monkeypatch) as bench:
+        said = roll_by_hand(bench, wave="sine")
+    assert said.reason.startswith("slip sine, from 0.12 m, r_e 310.8 mm")
+    record = load_record(Path(said.path))
+    assert record.waveform == {"name": "sine", "amplitude": 0.03, "wavelength": 0.4, "offset": 0.0}
+    assert record.kind == "slip sine"
+
+
+def test_a_bag_of_a_bench_in_real_time_has_latency_and_late_cycles(tmp_path, monkeypatch):
+    with graph(tmp_path, monkeypatch, pace="realtime") as bench:
+        bench.call(StartRecording, "/recorder/start", name="rt", record="tire: T", at_once=True)
+        heard = bench.listen(DiagnosticArray, "/diagnostics")
+        while not any(s.name == "/simulated_plant" for m in heard for s in m.status):
+            bench.client.spin(0.2)
+        said = bench.call(StopRecording, "/recorder/stop", status="complete")
+    assert load_record(Path(said.path)).cycles_late is not None
+    (file,) = Path(said.path).glob("*.mcap")
+    with file.open("rb") as stream:
+        found = [m for _, _, m in make_reader(stream).iter_messages(topics=["/bus/inputs"])]
+    assert found and all(m.log_time > m.publish_time for m in found)

@@ -12,6 +12,7 @@ from panel_samples import COLUMN, samples, strict
 
 from flatplank_control.sequencer.waveforms import WAVEFORMS
 from flatplank_hw.bus.image import AXES
+from flatplank_hw.bus.timing import BusTiming, told_times
 from flatplank_panel.analysis.worker import to_strict_json
 from flatplank_panel.bench_state import BEHIND, BenchState, Ring, Slip
 from flatplank_panel.live import LiveData, script
@@ -106,3 +107,22 @@ def test_answers_of_the_analysis_are_strict_json():
         json.dumps(to_strict_json(value), allow_nan=False)
         == '{"a": [1.0, null], "b": [2.5, null], "3": "x"}'
     )
+
+
+def test_the_times_of_the_bus_and_the_troubles_are_words():
+    timing = BusTiming()
+    for cycle in range(200):
+        timing.add_wake_up(60_000)
+        timing.add_frame(cycle, 1, (1 + cycle) * 4_000_000)
+    timing.late = 5
+    state = BenchState()
+    state.times = told_times({key: str(value) for key, value in timing.values().items()})
+    state.troubles = {"/simulated_plant": "too slow (12 batches left out so far)"}
+    state.accept(samples(1), 0.0)
+    words = state.state_texts(0.0)
+    assert words["late"] == "5 of 200 (2.5 %)"
+    assert words["troubles"] == "/simulated_plant: too slow (12 batches left out so far)"
+    rows = {row["name"]: row for row in state.duration_rows()}
+    assert rows.keys() == {"wake-up", "frame to frame"}
+    assert rows["wake-up"]["worst"] == "60" and rows["frame to frame"]["p99.9"] == "4000"
+    assert told_times({"cycle": "7"}) is None

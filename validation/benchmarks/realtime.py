@@ -19,8 +19,8 @@ from flatplank_control.bench.fast_dds import loopback_environment
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.nodes.client import BenchClient
-from flatplank_hw.bus.histogram import Histogram
-from flatplank_hw.bus.timing import LATE, MADE, SHARES
+from flatplank_hw.bus.histogram import SHARES, Histogram
+from flatplank_hw.bus.timing import LATE, MADE
 from flatplank_msgs.srv import (
     PlankSwitch,
     SetOperationMode,

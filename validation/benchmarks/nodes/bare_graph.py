@@ -39,6 +39,7 @@ TOPICS = {
     "/measurement_hub/state": HubState,
     "/encoders/state": EncoderState,
     "/encoders/joint_states": JointState,
+    "/measurement_hub/joint_states": JointState,
     "/wheel_drive/status": DriveStatus,
     "/wheel_drive/joint_states": JointState,
     "/wheel_drive/reference": Reference,
@@ -121,6 +122,7 @@ ROLES = {
             "/measurement_hub/wrench_contact",
             "/measurement_hub/state",
             "/measurement_hub/wrench_wheel",
+            "/measurement_hub/joint_states",
         ],
     ),
     "encoders": lambda: Role(

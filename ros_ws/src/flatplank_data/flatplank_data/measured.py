@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from flatplank_data.naming import STEPS
 from flatplank_data.problem import Problem
 from flatplank_data.record_checks import default_of
 from flatplank_data.run_record import RunRecord
@@ -53,10 +54,15 @@ Columns = Mapping[str, np.ndarray]
 Facts = dict[str, Any]
 
 
-def measured_facts(columns: Columns, stop_texts: Mapping[int, str] = NO_TEXTS) -> Facts:
+def measured_facts(
+    columns: Columns,
+    stop_texts: Mapping[int, str] = NO_TEXTS,
+    waveforms: Sequence[Mapping[str, Any]] = (),
+) -> Facts:
     """Values for keys of the run record, as far as the samples determine them.
 
-    stop_texts: reason of a stop of the wheel -> its text. `notes` says what was not constant.
+    stop_texts: reason of a stop of the wheel -> its text. waveforms: those that were set, in
+    order: name, start_position [m], parameters. `notes` says what was not constant.
     """
     if "plank_position" not in columns or "time" not in columns:
         return {}
@@ -73,7 +79,7 @@ def measured_facts(columns: Columns, stop_texts: Mapping[int, str] = NO_TEXTS) -
     speed = float(np.median(speed_of(time, position)[moving]))
     facts["direction"] = "forward" if speed >= 0.0 else "reverse"
     facts["speed"] = round(abs(speed), 4)
-    facts |= _control(columns, moving)
+    facts |= _control(columns, moving, waveforms)
     before = moving & (position < facts.get("step_position", math.inf))
     rolled = before if before.sum() >= 10 else moving
     facts |= _load_and_angles(columns, rolled)
@@ -86,7 +92,9 @@ def stop_text(stop: WheelStop, texts: Mapping[int, str] = NO_TEXTS) -> str:
     return f"the wheel was stopped at {stop.position:.2f} m" + (f": {why}" if why else "")
 
 
-def _control(columns: Columns, moving: np.ndarray) -> Facts:
+def _control(
+    columns: Columns, moving: np.ndarray, waveforms: Sequence[Mapping[str, Any]]
+) -> Facts:
     """Which control was active while the plank moved, and its set-points."""
     if _was_active(columns, "controller_error", moving):
         return {"measurement": FREE_ROLLING}
@@ -106,8 +114,19 @@ def _control(columns: Columns, moving: np.ndarray) -> Facts:
         kappa = round(float(np.median(asked)), 6)
         facts |= {"kappa": kappa, "waveform": {"name": "step", "kappa": kappa}}
     elif asked.size:
-        facts["waveform"] = {"name": VARYING}
+        facts |= _waveform(waveforms, start)
     return facts
+
+
+def _waveform(waveforms: Sequence[Mapping[str, Any]], start: float) -> Facts:
+    """The last of the waveforms that were set to start there [m]."""
+    there = [w for w in waveforms if abs(w.get("start_position", math.nan) - start) <= SAME_PLACE]
+    if not there:
+        return {"waveform": {"name": VARYING}}
+    last = there[-1]
+    values = dict(last.get("parameters") or {})
+    slip = {"kappa": values["kappa"]} if "kappa" in values else {}
+    return {"waveform": {"name": last.get("name", VARYING), **values}, **slip}
 
 
 def _was_active(columns: Columns, name: str, moving: np.ndarray) -> bool:
@@ -229,7 +248,7 @@ def _contradictions(info: RunRecord, measured: Mapping[str, Any]) -> list[tuple[
         return []
     waveform = info.waveform or {}
     name = measured.get("waveform", {}).get("name")
-    if name == VARYING and "length" not in waveform:
+    if name and name not in STEPS and "length" not in waveform:
         return [("waveform", "a step stated, but the slip asked for was not constant")]
     kappa = measured.get("kappa", math.nan)
     if abs(kappa - info.kappa) > SAME_KAPPA:

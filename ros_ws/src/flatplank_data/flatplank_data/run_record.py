@@ -100,6 +100,8 @@ class RunRecord:
     cycles_received: int = 0
     cycles_lost: int = 0
     """cycles missing by their numbers or stamps, over the whole recording"""
+    cycles_late: int | None = None
+    """cycles that the bus made later than the next ones were due; None: not in real time"""
     filled_in: list[str] = field(default_factory=list)
     """keys that the recorder filled in from messages and samples"""
     stop_reason: str = ""
@@ -182,6 +184,7 @@ _BENCH = {"status": STATUSES[0], "waveform": {}}
 OF_THE_RECORDING = frozenset({
     "name", "serial", "calibration", "parameters", "plant", "started", "ended", "stop_reason",
     "filled_in", "road_camber_offset_deg", "slip_angle_offset_deg", "cycle_first", "cycle_last",
+    "cycles_late",
 })  # fmt: skip
 """keys that only the recorder of this bench writes"""
 UNITS: Mapping[str, str] = {

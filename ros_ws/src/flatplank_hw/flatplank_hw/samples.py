@@ -82,6 +82,8 @@ class EncoderSample(NamedTuple):
 
 JOINTS = ("plank", "wheel", "steer", "road_camber")
 """joints that the encoders measure"""
+RADIUS_JOINT = "loaded_radius"
+"""joint that the measurement hub measures: wheel centre over contact point [m]"""
 
 
 class Reference(NamedTuple):

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flatplank_hw.bus.image import AXES, BusInputs, Digital, Health
+from flatplank_hw.bus.timing import ToldTimes
 from flatplank_hw.cia402 import State, decode
 from flatplank_hw.drive.modes import MODES
 from flatplank_hw.drive.safety import REASONS
@@ -123,6 +124,10 @@ class BenchState:
         self.log: deque[tuple[str, str]] = deque(maxlen=50)
         """(time of day, text), the latest first"""
         self.rate_hz = 0.0
+        self.troubles: dict[str, str] = {}
+        """node -> what is wrong and what to do, of nodes with a trouble"""
+        self.times: ToldTimes | None = None
+        """times of the bus in real time"""
         self._t0_ns = 0
         self._cycle = -1
         self._seen_at = -math.inf
@@ -175,6 +180,8 @@ class BenchState:
             "trigger": "on" if digital & Digital.TRIGGER else "off",
             "estop": "released" if digital & Digital.EMERGENCY_STOP_OK else "PRESSED",
             "run": self.run_words(),
+            "troubles": " | ".join(f"{n}: {text}" for n, text in self.troubles.items()),
+            "late": self.times.in_words if self.times else "",
         }
         if s.drive is not None:
             words |= {
@@ -189,6 +196,14 @@ class BenchState:
             words["filter"] = "on" if s.hub.filter_on else "off"
             words["saturated"] = ", ".join(flagged(s.hub.saturated))
         return words
+
+    def duration_rows(self) -> list[dict[str, str]]:
+        """One line per duration of the bus, in microseconds."""
+        durations = self.times.durations if self.times else {}
+        return [
+            {"name": name, **{label: f"{us:.0f}" for label, us in found.items()}}
+            for name, found in durations.items()
+        ]
 
     def run_words(self) -> str:
         return f"{self.run.name}: {self.run.status}" if self.run.name else "none"

@@ -15,11 +15,15 @@ from flatplank_analysis.contact_patch.tire_runs import coordinates_of
 from flatplank_analysis.discovery.effect import Effect, call_hook, variants_of
 from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_analysis.discovery.runs import Coordinate, RunSet
+from flatplank_analysis.effects.base import TireEffect
 from flatplank_analysis.effects.registry import library
 from flatplank_data.errors import FlatplankError
+from flatplank_data.names import similar_names
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 
+HOOKS = ("motion", "tire", "node", "signal")
+"""what an effect may change"""
 KINDS = ("machine", "sensor", "tire")
 TEXTS = ("identifier", "title", "coordinate", "source", "what", "check", "removes")
 
@@ -116,6 +120,8 @@ def _texts(effect: type[Effect]) -> Iterator[str]:
         yield "no parameter has a screening step: param(..., screen=...)"
         return
     for p in effect.parameters():
+        if hasattr(TireEffect, p.name):
+            yield f"{p.name}: a hook has this name: choose another one for the parameter"
         if not p.unit:
             yield f"{p.name}: no unit"
         if not p.lower <= p.null <= p.upper:
@@ -155,7 +161,15 @@ def _behaviour(effect: type[Effect]) -> Iterator[str]:
     yield from _other_hooks(effect, model.runs)
     for p, out in zip(effect.linear(), together, strict=False):
         if not np.abs(out - plain).max() > 1e-6:
-            yield f"{p.name}: nothing changes at the screening step"
+            yield f"{p.name}: nothing changes at the screening step{_misspelt(effect)}"
+
+
+def _misspelt(effect: type[Effect]) -> str:
+    """Methods that look like a misspelt hook, with all hooks."""
+    own = [n for n in vars(effect) if not n.startswith("_") and callable(getattr(effect, n))]
+    unknown = [n for n in own if not hasattr(TireEffect, n)]
+    near = [f"'{n}' is no hook" for n in unknown if similar_names(n, HOOKS)]
+    return f"; {', '.join(near)}; the hooks are {', '.join(HOOKS)}" if near else ""
 
 
 def _other_hooks(effect: type[Effect], runs: RunSet) -> Iterator[str]:

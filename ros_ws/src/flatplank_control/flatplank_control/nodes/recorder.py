@@ -12,6 +12,7 @@ from importlib import import_module
 from pathlib import Path
 
 from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.serialization import deserialize_message
 from rclpy.task import Future
 from std_msgs.msg import String
@@ -28,6 +29,7 @@ from flatplank_control.recording.topics import ROSOUT, TopicSpec, at_every_cycle
 from flatplank_control.runner.provenance import InForce, complete_record, software_version
 from flatplank_data.errors import RecordingError
 from flatplank_data.params import Params, param
+from flatplank_hw.bus.timing import told_times
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import LATCHED, STREAM
 from flatplank_hw.nodes.responses import fill_response
@@ -39,6 +41,7 @@ from flatplank_msgs.srv import StartRecording, StopRecording
 CLOSE_TIMEOUT_S = 5.0
 """time-out for messages in transit when a bag is closed [s]; a lost one is sent again after 3 s"""
 MODE = "/wheel_drive/mode"
+DIAGNOSTICS = "/diagnostics"
 WITHOUT_HEADER = ("std_msgs/msg/String", ROSOUT.type)
 """types whose messages get the bench time of their arrival"""
 INTRODUCTION = 8.0
@@ -86,6 +89,8 @@ class RecorderNode(BenchNode):
         self.topics = recorded_topics(parse_axes(parameters.axes, "axes"))
         self.session = RecordingSession(folder, self.topics, pre_trigger=parameters.pre_trigger)
         self.arrivals = Arrivals()
+        self.late: int | None = None
+        """late cycles that the bus has told of last"""
         self.requested = requested_record("")
         self.mode = ""
         software_version()  # git runs here: samples must not wait for it when a bag is opened
@@ -114,17 +119,27 @@ class RecorderNode(BenchNode):
             return
         self.add_serialised_subscription(
             kind, relative(spec.name), receive, LATCHED if spec.qos.latched else STREAM,
-            needed=spec.name != "/diagnostics",
+            needed=spec.name != DIAGNOSTICS,
         )  # fmt: skip
 
     def on_message(self, topic: str, with_header: bool, cdr: bytes) -> None:
         if topic == MODE:
             self.mode = deserialize_message(cdr, String).data
+        elif topic == DIAGNOSTICS:
+            self.note_times(deserialize_message(cdr, DiagnosticArray))
         stamp_ns = self.arrivals.bus_ns
         if with_header:
             stamp_ns = self.arrivals.add(topic, convert.raw_stamp_ns(cdr))
-        self.reporting_failure(lambda: self.session.write(topic, cdr, stamp_ns))
+        received_ns = time.time_ns() if self.arrivals.of_the_wall else None
+        self.reporting_failure(lambda: self.session.write(topic, cdr, stamp_ns, received_ns))
         self.wake_waiting_calls()
+
+    def note_times(self, message: DiagnosticArray) -> None:
+        """Note what the bus tells of its late cycles."""
+        for status in message.status:
+            if times := told_times({v.key: v.value for v in status.values}):
+                self.late = times.late
+                self.session.cycles.tell_late(times.late)
 
     def wake_waiting_calls(self) -> None:
         """Let the service calls that wait for a message look again."""
@@ -204,6 +219,8 @@ class RecorderNode(BenchNode):
                 folder=request.folder or None,
                 at_once=request.at_once,
             )
+            if self.late is not None:
+                self.session.cycles.tell_late(self.late)
         except ValueError as error:
             return fill_response(response, False, str(error))
         self.requested = requested

@@ -6,8 +6,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from std_msgs.msg import String
+
 from flatplank_control.nodes.source import SourceNode, named_values
 from flatplank_control.sequencer import SequencerParameters, SlipSequencer
+from flatplank_data.yaml_text import dump_yaml
+from flatplank_hw.answers import Answer
+from flatplank_hw.nodes.qos import LATCHED
 from flatplank_hw.nodes.responses import fill_response
 from flatplank_hw.nodes.running import run_node
 from flatplank_hw.samples import EncoderSample, Reference
@@ -33,6 +38,7 @@ class SlipSequencerNode(SourceNode):
 
     def connect(self) -> None:
         super().connect()
+        self.publish_waveform = self.add_publisher(String, "~/waveform", LATCHED)
         self.add_service(SetSlipStep, "~/set_slip_step", self.on_step)
         self.add_service(SetWaveform, "~/set_waveform", self.on_waveform)
         self.listen_to_mode()
@@ -51,7 +57,7 @@ class SlipSequencerNode(SourceNode):
         done = self.core.set_slip_step(
             request.kappa, request.start_position, request.effective_rolling_radius
         )
-        return fill_response(response, *done)
+        return self.answer(response, done)
 
     def on_waveform(
         self, request: SetWaveform.Request, response: SetWaveform.Response
@@ -61,7 +67,13 @@ class SlipSequencerNode(SourceNode):
         except ValueError as error:
             return fill_response(response, False, str(error))
         at, radius = request.start_position, request.effective_rolling_radius
-        return fill_response(response, *self.core.set_waveform(request.name, values, at, radius))
+        return self.answer(response, self.core.set_waveform(request.name, values, at, radius))
+
+    def answer(self, response: Any, done: Answer) -> Any:
+        """Answer a request, and publish the waveform that was set."""
+        if done.accepted:
+            self.publish_waveform(String(data=dump_yaml(self.core.waveform)))
+        return fill_response(response, *done)
 
 
 NODE = SlipSequencerNode

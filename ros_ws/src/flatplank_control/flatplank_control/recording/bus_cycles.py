@@ -97,6 +97,18 @@ class CycleCount:
     lost: int = 0
     restarts: int = 0
     """number of times that the cycle numbers went back, because the bus was restarted"""
+    late: int | None = None
+    """late cycles; None: the bus has not told of any, as without real time"""
+    _told: int | None = None
+
+    def tell_late(self, told: int) -> None:
+        """Register what the bus tells of its late cycles: a count that begins anew with its
+        pace."""
+        if self._told is None:
+            self.late = 0
+        else:
+            self.late = (self.late or 0) + (told - self._told if told >= self._told else told)
+        self._told = told
 
     def add_many(
         self, first: np.ndarray, last: np.ndarray, stamps_ns: np.ndarray, period_ns: int
@@ -139,10 +151,13 @@ class CycleCount:
             cycle_last=self.last,
             cycles_received=self.received,
             cycles_lost=self.lost,
+            cycles_late=self.late,
             notes=notes,
         )
 
 
+TIME_OF_DAY_NS = 10**18
+"""a stamp beyond this, the year 2001, is a time of day [ns]"""
 BEHIND_NS = 500_000_000
 """largest lag of a topic that is published at every cycle [ns]"""
 
@@ -154,6 +169,11 @@ class Arrivals:
         self.bus_ns = 0
         """stamp of the last bus cycle [ns]"""
         self._last: dict[str, int] = {}
+
+    @property
+    def of_the_wall(self) -> bool:
+        """True when bench time is the time of day; without real time it begins at zero."""
+        return self.bus_ns > TIME_OF_DAY_NS
 
     def add(self, topic: str, stamp_ns: int) -> int:
         """Register a message; returns its bench time [ns].

@@ -101,7 +101,8 @@ def in_words(record: RunRecord) -> str:
     words += [f"Fz {record.fz:g} N"] if record.fz > 0.0 else []
     words.append(f"tire {record.tire}" + ("" if record.pressure > 0.0 else ", pressure not given"))
     cycles = record.cycles_received + record.cycles_lost
-    return ", ".join([*words, f"{record.cycles_lost} of {cycles} cycles lost"])
+    late = f", {record.cycles_late} late" if record.cycles_late else ""
+    return ", ".join([*words, f"{record.cycles_lost} of {cycles} cycles lost{late}"])
 
 
 def _noted(record: RunRecord, text: str) -> RunRecord:

@@ -93,6 +93,8 @@ TABLE = (
          "the same at the contact point, ISO W"),
     _row("/measurement_hub/state", "flatplank_msgs/msg/HubState", "cycle",
          "loaded radius [m], total camber [rad], filter, saturation"),
+    _row("/measurement_hub/joint_states", "sensor_msgs/msg/JointState", "cycle",
+         "loaded radius [m] for standard tools"),
     _row("/encoders/state", "flatplank_msgs/msg/EncoderState", "cycle",
          "plank [m, m/s], wheel, motor [rad, rad/s], trigger, moving"),
     _row("/encoders/joint_states", "sensor_msgs/msg/JointState", "cycle",
@@ -111,6 +113,8 @@ TABLE = (
          "cycle, in free rolling", "error [N], p, i, lead, output [N m], settled",
          modes=("free_rolling",)),
     _row("/wheel_drive/mode", "std_msgs/msg/String", "when it changes", "operation mode", LATCHED),
+    _row("/slip_sequencer/waveform", "std_msgs/msg/String", "when it is set",
+         "waveform with its parameters, where it starts, rolling radius (YAML)", LATCHED),
     _row("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", "1 Hz",
          "health of the nodes", HEALTH),
 )  # fmt: skip

@@ -8,9 +8,10 @@ too; the quantization of the encoder averages out."""
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from flatplank_control.sequencer.params import FASTEST, JUMP, SETUP_CONSTANTS, SequencerParameters
 from flatplank_control.sequencer.waveforms import WAVEFORMS, Waveform, in_words
@@ -119,6 +120,8 @@ class SlipSequencer:
         self._agenda = ActionQueue()
         self._wave: Waveform | None = None
         self._start = self._radius = _NAN
+        self.waveform: dict[str, Any] = {}
+        """the waveform that was set last: name, start [m], rolling radius [m], all parameters"""
         self._position: float | None = None
         self._steer, self._cos = 0.0, 1.0
         self._slip, self._omega, self._distance, self._active = 0.0, 0.0, _NAN, False
@@ -174,6 +177,12 @@ class SlipSequencer:
             self._wave, self._start = wave, float(start_position)
             self._radius = float(effective_rolling_radius)
 
+        self.waveform = {
+            "name": name,
+            "start_position": float(start_position),
+            "effective_rolling_radius": float(effective_rolling_radius),
+            "parameters": dataclasses.asdict(wave),
+        }
         place = f"at {start_position:g} m, r_e {1e3 * effective_rolling_radius:.1f} mm"
         return self._agenda.accept(act, f"{name} of {in_words(wave, values)} {place}")
 

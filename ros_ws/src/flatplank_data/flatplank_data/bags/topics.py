@@ -24,6 +24,8 @@ from flatplank_data.table import COLUMN_UNITS
 from flatplank_data.units import factor_offset
 
 RUN_TOPIC = "/run"
+WAVEFORM_TOPIC = "/slip_sequencer/waveform"
+"""the waveform that was set, as YAML: its name and parameters, where it starts, rolling radius"""
 DRIVE_TOPIC = "/wheel_drive/status"
 STAMP = "header.stamp"
 """usual path of a stamp"""

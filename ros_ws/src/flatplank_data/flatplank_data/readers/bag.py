@@ -20,7 +20,14 @@ from flatplank_data.bags.mcap import COPY, McapFile
 from flatplank_data.bags.ros1 import Ros1File
 from flatplank_data.bags.series import Series
 from flatplank_data.bags.sqlite import SqliteFile
-from flatplank_data.bags.topics import DRIVE_TOPIC, OWN, RUN_TOPIC, TopicMap, topic_map
+from flatplank_data.bags.topics import (
+    DRIVE_TOPIC,
+    OWN,
+    RUN_TOPIC,
+    WAVEFORM_TOPIC,
+    TopicMap,
+    topic_map,
+)
 from flatplank_data.errors import FlatplankError, YamlError
 from flatplank_data.guard import DamagedError
 from flatplank_data.measured import measured_facts
@@ -84,10 +91,13 @@ def import_bag(path: Path, topics: TopicMap) -> Loaded:
     }
     facts: dict[str, Any] = {}
     texts: dict[int, str] = {}
+    waveforms: list[dict[str, Any]] = []
     remarks: list[str] = []
     for file in _files(path):
-        for block in _blocks(file, {*topics.sources, RUN_TOPIC}):
-            if block.channel.topic in series:
+        for block in _blocks(file, {*topics.sources, RUN_TOPIC, WAVEFORM_TOPIC}):
+            if block.channel.topic == WAVEFORM_TOPIC:
+                waveforms += _waveforms(block)
+            elif block.channel.topic in series:
                 series[block.channel.topic].add(block)
                 texts |= _stop_texts(block) if block.channel.topic == DRIVE_TOPIC else {}
             else:
@@ -95,7 +105,7 @@ def import_bag(path: Path, topics: TopicMap) -> Loaded:
         remarks += file.remarks
     columns, more = joined(path.name, topics, series, remarks)
     if topics is OWN:
-        facts[MEASURED] = measured_facts(columns, texts)
+        facts[MEASURED] = measured_facts(columns, texts, waveforms)
     return Loaded(columns, facts, [*remarks, *_not_recorded(path, series), *more])
 
 
@@ -196,6 +206,15 @@ def _stop_texts(block: Block) -> dict[int, str]:
         first |= {int(codes[i]): int(group.rows[i]) for i in held}
     found = {code: decode_one(kind, block.payloads[row].tobytes()) for code, row in first.items()}
     return {code: str(message.get("stop_text", "")) for code, message in found.items()}
+
+
+def _waveforms(block: Block) -> Iterator[dict[str, Any]]:
+    """The waveforms that were set, by the messages of a block."""
+    kind = message_type(block.channel)
+    for payload in block.payloads:
+        text = str(decode_one(kind, payload.tobytes()).get("data", ""))
+        found = load_yaml(text, f"waveform on {WAVEFORM_TOPIC}")
+        yield from [found] if isinstance(found, dict) else []
 
 
 def _record(message: dict[str, Any]) -> dict[str, Any]:

@@ -25,6 +25,10 @@ GROWTH = 1.1
 """upper edge of a bin over that of the bin before [-]"""
 BINS = 160
 _LOG = math.log(GROWTH)
+SHARES = {"p50": 0.5, "p99": 0.99, "p99.9": 0.999, "p99.99": 0.9999, "worst": 1.0}
+"""percentiles for people"""
+KEYS = {label: f"{label.replace('.', '_')}_us" for label in SHARES}
+"""label -> key in a report"""
 
 
 class Histogram:
@@ -53,9 +57,6 @@ class Histogram:
         used = {f"{FIRST_US * GROWTH**place:.0f}": n for place, n in enumerate(self.counts) if n}
         return {
             "count": self.total,
-            "p50_us": round(self.percentile_us(0.5), 1),
-            "p99_us": round(self.percentile_us(0.99), 1),
-            "p99_9_us": round(self.percentile_us(0.999), 1),
-            "max_us": round(self.largest_ns / 1e3, 1),
+            **{key: round(self.percentile_us(SHARES[k]), 1) for k, key in KEYS.items()},
             "bins_us": used,
         }

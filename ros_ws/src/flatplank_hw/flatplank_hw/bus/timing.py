@@ -4,10 +4,11 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
-from flatplank_hw.bus.histogram import Histogram
+from flatplank_hw.bus.histogram import KEYS, Histogram
 
-SHARES = {"p50": 0.5, "p99": 0.99, "p99.9": 0.999, "p99.99": 0.9999, "worst": 1.0}
 REMEMBERED = 64
 """batches whose time is remembered; a command to an older one is not timed"""
 MADE, LATE = "cycles made", "cycles late"
@@ -51,8 +52,42 @@ class BusTiming:
         """Numbers for /diagnostics: counts, and percentiles [us]; none of what never happened."""
         counts: dict[str, float] = {MADE: self.made, LATE: self.late}
         return counts | {
-            f"{name} {label} [us]": round(histogram.percentile_us(share), 1)
+            key: value
             for name, histogram in self.durations.items()
-            for label, share in SHARES.items()
             if histogram.total
+            for key, value in labelled(name, histogram.report()).items()
         }
+
+
+def labelled(name: str, report: Mapping[str, Any]) -> dict[str, float]:
+    """Percentiles of a `Histogram.report` [us] with their keys in /diagnostics."""
+    return {f"{name} {label} [us]": report[key] for label, key in KEYS.items()}
+
+
+class ToldTimes(NamedTuple):
+    """What a bus tells of its times in /diagnostics."""
+
+    made: int
+    """cycles"""
+    late: int
+    """cycles"""
+    durations: dict[str, dict[str, float]]
+    """name -> label -> [us]"""
+
+    @property
+    def in_words(self) -> str:
+        share = self.late / self.made if self.made else 0.0
+        return f"{self.late} of {self.made} ({100 * share:.2g} %)"
+
+
+def told_times(values: Mapping[str, str]) -> ToldTimes | None:
+    """The times among the values of a node in /diagnostics; None where it tells none."""
+    if MADE not in values or LATE not in values:
+        return None
+    durations: dict[str, dict[str, float]] = {}
+    for label in KEYS:
+        for key, value in values.items():
+            name, found, _ = key.rpartition(f" {label} [us]")
+            if found:
+                durations.setdefault(name, {})[label] = float(value)
+    return ToldTimes(int(values[MADE]), int(values[LATE]), durations)

@@ -19,6 +19,7 @@ from flatplank_data.params import Params, param
 from flatplank_hw.bus.commanders import CommandGate
 from flatplank_hw.bus.image import BusInputs as Image
 from flatplank_hw.bus.image import Health
+from flatplank_hw.bus.timing import LATE, MADE, labelled
 from flatplank_hw.cia402 import error_words
 from flatplank_hw.ethercat.master import BusClient
 from flatplank_hw.nodes import convert, exchanges
@@ -156,7 +157,12 @@ class EthercatBus(BenchNode):
         return self.gate.sent_ns
 
     def diagnostic_values(self) -> dict[str, Any]:
-        return {"bus file": self.parameters.bus_file, **self.found}
+        found, times = dict(self.found), dict[str, float]()
+        if "sent" in found:
+            times = {MADE: found["sent"], LATE: found["missed"]}
+            times |= labelled("frame to frame", found.pop("cycle_time"))
+            times |= labelled("round trip", found.pop("round_trip"))
+        return {"bus file": self.parameters.bus_file, **found, **times}
 
     def in_thread(self, work: Callable[..., Any], *arguments: Any) -> Future:
         """Do work that waits for the bus process in a separate thread."""

@@ -24,7 +24,7 @@ from flatplank_hw.nodes.convert import (
     wrench_from_msg,
 )
 from flatplank_hw.nodes.packing import pack_like
-from flatplank_hw.samples import JOINTS, SOURCES, EncoderSample, Reference
+from flatplank_hw.samples import JOINTS, RADIUS_JOINT, SOURCES, EncoderSample, Reference
 from flatplank_msgs.msg import BusInputs, BusOutputs, DriveStatus, EncoderState, HubState
 from flatplank_msgs.msg import Reference as ReferenceMsg
 
@@ -165,6 +165,9 @@ HUB = Exchange(HubState, _numbers_of(HubState), hub_from_msg)
 WRENCH = Exchange(WrenchStamped, wrench_numbers, wrench_from_msg)
 ENCODERS = Exchange(EncoderState, _numbers_of(EncoderState), encoders_from_msg)
 ENCODER_JOINTS = _joints(JOINTS, joint_numbers, "position", "velocity")
+HUB_JOINTS = _joints(
+    (RADIUS_JOINT,), lambda s: (*_seconds(s.stamp_ns), s.loaded_radius), "position"
+)
 REFERENCE = Exchange(ReferenceMsg, reference_numbers, reference_from_msg)
 DRIVE = Exchange(
     DriveStatus, _numbers_of(DriveStatus, without="stop_text"), drive_from_msg,

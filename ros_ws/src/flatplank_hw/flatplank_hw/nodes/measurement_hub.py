@@ -15,7 +15,7 @@ from flatplank_msgs.srv import LoadParasiticFit
 
 
 class MeasurementHubNode(BenchNode):
-    """Converts /bus/inputs to ~/wrench_wheel, ~/wrench_contact and ~/state."""
+    """Converts /bus/inputs to ~/wrench_wheel, ~/wrench_contact, ~/state and ~/joint_states."""
 
     PARAMETERS = HubParameters
     MEASURES = True
@@ -41,6 +41,9 @@ class MeasurementHubNode(BenchNode):
         self.publish_state = self.add_sample_publisher(
             exchanges.HUB, "~/state", STREAM, frame="contact_point", needed=True
         )
+        self.publish_joints = self.add_sample_publisher(
+            exchanges.HUB_JOINTS, "~/joint_states", STREAM
+        )
         self.add_sample_subscription(exchanges.INPUTS, "bus/inputs", self.on_inputs, STREAM)
         hub = self.hub
         self.add_request(Trigger, "~/tare", lambda _: hub.tare())
@@ -54,6 +57,7 @@ class MeasurementHubNode(BenchNode):
             saturated |= sample.saturated
         self.publish_contact(convert.StampedWrench(sample.stamp_ns, sample.contact))
         self.publish_state(sample)
+        self.publish_joints(sample)
         self.publish_wheel(convert.StampedWrench(sample.stamp_ns, sample.wheel))
         if saturated != self.reported:
             self.reported = saturated

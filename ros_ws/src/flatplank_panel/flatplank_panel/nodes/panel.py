@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
 from rcl_interfaces.srv import GetParameters, SetParametersAtomically
 from rclpy.action import ActionClient
@@ -24,6 +25,7 @@ from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
+from flatplank_hw.bus.timing import told_times
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import LATCHED, LATEST
 from flatplank_msgs import srv
@@ -105,6 +107,7 @@ class PanelNode:
         self._services: dict[str, Any] = {}
         self._heartbeat = self.node.create_publisher(String, "operator/heartbeat", 10)
         self.node.create_subscription(Run, "run", self._on_run, LATCHED)
+        self.node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
         self._runner = ActionClient(self.node, RunMeasurement, "run_measurement")
         self._goal: Any = None
         self._executor = SingleThreadedExecutor()
@@ -168,6 +171,18 @@ class PanelNode:
 
     def _on_run(self, msg: Run) -> None:
         self.state.run = RunStatus(msg.name, msg.status)
+
+    def _on_diagnostics(self, msg: DiagnosticArray) -> None:
+        """Note the troubles of this bench, and the times of its bus."""
+        ours = f"{self.node.get_namespace().rstrip('/')}/"
+        own = [s for s in msg.status if s.name.rpartition("/")[0] + "/" == ours]
+        if not own:
+            return
+        self.state.troubles = {
+            s.name: s.message for s in own if int.from_bytes(s.level, "little") > 0
+        }
+        times = (told_times({v.key: v.value for v in s.values}) for s in own)
+        self.state.times = next(filter(None, times), None)
 
     # requests
     async def ask(self, request: str, **fields: Any) -> Reply:

@@ -4,11 +4,13 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 
 from nicegui import ui
 
 from flatplank_data.limits import LIMITS
 from flatplank_data.machine import FAST
+from flatplank_hw.bus.histogram import KEYS
 from flatplank_panel.host import KINDS, PRESETS, TIRES, interfaces
 from flatplank_panel.operator import HANDS
 from flatplank_panel.views.page import Page
@@ -17,11 +19,14 @@ START_VALUES = {"load_to": 3700.0, "pressure": 2.5}
 """start values of the manual settings; 0 for all others"""
 FACTS = {
     "bench": "Bench", "health": "Health", "cycle": "Cycle", "estop": "Emergency stop",
-    "plank": "Plank", "saturated": "Saturated channels",
+    "plank": "Plank", "saturated": "Saturated channels", "late": "Late cycles",
+    "troubles": "Troubles",
 }  # fmt: skip
 DRIVE_COLUMNS = {
     "axis": "Axis", "state": "State", "word": "Status", "mode": "Mode", "error": "Error",
 }  # fmt: skip
+
+DURATION_COLUMNS = {"name": "Duration [µs]", **{label: label for label in KEYS}}
 
 
 def build(page: Page) -> None:
@@ -78,19 +83,26 @@ def build_bus(page: Page) -> None:
     with page.card("Bus"):
         page.facts(FACTS)
     with page.card("Drives on the bus"):
-        columns = [
-            {"name": key, "label": title, "field": key, "align": "left"}
-            for key, title in DRIVE_COLUMNS.items()
-        ]
-        table = ui.table(columns=columns, rows=[], row_key="axis").props(
-            "flat dense hide-pagination"
-        )
-        table.classes("fp-table w-full")
+        drives = _table(DRIVE_COLUMNS)
+    with page.card("Times of the bus in real time"):
+        durations = _table(DURATION_COLUMNS)
     with page.card("Nodes"):
         nodes = ui.label("–").classes("fp-quiet")
 
     def refresh() -> None:
-        table.rows = page.operator.link.state.axes(time.monotonic())
+        state = page.operator.link.state
+        drives.rows = state.axes(time.monotonic())
+        durations.rows = state.duration_rows()
         nodes.set_text(", ".join(page.operator.link.nodes()) or "none")
 
     ui.timer(1.0, refresh)
+
+
+def _table(titles: Mapping[str, str]) -> ui.table:
+    """A table with these columns, the first of which identifies a row."""
+    columns = [
+        {"name": key, "label": title, "field": key, "align": "left"}
+        for key, title in titles.items()
+    ]
+    table = ui.table(columns=columns, rows=[], row_key=next(iter(titles)))
+    return table.props("flat dense hide-pagination").classes("fp-table w-full")

@@ -10,7 +10,14 @@ import numpy as np
 
 from flatplank_hw.bus.image import AXES, CHANNELS, PER_CYCLE, AxisInputs
 from flatplank_hw.drive import REASONS
-from flatplank_hw.samples import JOINTS, SOURCES, DriveSample, EncoderSample, HubSample
+from flatplank_hw.samples import (
+    JOINTS,
+    RADIUS_JOINT,
+    SOURCES,
+    DriveSample,
+    EncoderSample,
+    HubSample,
+)
 from flatplank_sim.twin.twin import Cycle
 
 
@@ -131,6 +138,11 @@ TOPICS: dict[str, TopicColumns] = {
         _frame("contact_point"),
         lambda c: c.hub,
         _fields(HubSample, ("stamp_ns", "wheel", "contact")),
+    ),
+    "/measurement_hub/joint_states": TopicColumns(
+        _frame("", name=[RADIUS_JOINT], position=1),
+        lambda c: c.hub,
+        lambda samples: {"position": _array([(s.loaded_radius,) for s in samples])},
     ),
     "/encoders/state": TopicColumns(_frame("bus"), lambda c: c.encoders, _fields(EncoderSample)),
     "/encoders/joint_states": TopicColumns(
