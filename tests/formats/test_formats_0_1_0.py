@@ -48,10 +48,9 @@ def test_bag_and_campaign(old) -> None:
 def test_run_record_and_tire_record(old) -> None:
     record = load_record(old / "campaign" / RUN)
     assert (record.name, record.kappa, record.effective_rolling_radius) == (RUN, 0.05, 0.3108)
-    assert yaml.safe_load(record.to_yaml()) == yaml.safe_load(
-        (old / "campaign" / RUN / "run.yaml").read_text()
-    )
     text = (old / "campaign" / RUN / "run.yaml").read_text()
+    of_a_later_version = {"cycles_late": None}
+    assert yaml.safe_load(record.to_yaml()) == yaml.safe_load(text) | of_a_later_version
     assert read_run(yaml.safe_load(text), "run.yaml") == (record, [])  # the analysis has it, too
     tire = read_record(old / "campaign" / "tire.yaml")
     assert (tire.name, tire.nominal_load) == ("TOY", 3700.0)

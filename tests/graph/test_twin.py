@@ -42,7 +42,8 @@ ITS_OWN = {"uuid", "started", "ended"}
 EVERY_CYCLE = {
     spec.name
     for spec in RECORDED
-    if spec.name not in ("/wheel_drive/mode", "/diagnostics")
+    if not spec.qos.latched
+    and spec.name != "/diagnostics"
     and not any(spec.name in topics for topics in SOURCE_TOPICS.values())
 }
 
