@@ -379,3 +379,8 @@ def test_a_constant_part_after_the_step_is_found(result, length):
     made = replace(condition, measured={**condition.measured, "fx": force})
     # the ripple hides the first and last millimetres
     assert plateau.lost_travel(made) == pytest.approx(length, abs=0.008)
+    # a second play, which the force takes up later, makes a longer rest
+    again = np.where(moved < 0.1, moved, np.maximum(moved - 0.1, 0.1))
+    force = 800.0 * (1.0 - np.exp(-np.maximum(again, 0.0) / 0.4)) + 3.0 * np.sin(x / 0.002)
+    made = replace(condition, measured={**condition.measured, "fx": force})
+    assert plateau.lost_travel(made) == pytest.approx(length, abs=0.008)

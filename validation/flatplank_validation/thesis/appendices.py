@@ -51,8 +51,9 @@ RADIUS_LAW = (
     "starts scatter by 0.03 mm: the runs of one pressure alone determine it"
 )
 WHY = {
-    "PFZ1": "Tables I.1 and 7.2 contradict each other: 0.8451 of Table 7.2, ours, gives the "
-    "1.77·10⁵ N/m of 2 bar in Appendix G; 0.5243 gives 1.91·10⁵ N/m",
+    "PFZ1": "Tables I.1 and 7.2 contradict each other: 0.8451 of Table 7.2 gives the 1.77·10⁵ N/m "
+    "of 2 bar in Appendix G, 0.5243 gives 1.91·10⁵ N/m. Ours is that of Table 7.2, bent by the "
+    "play of the rotation support",
     **dict.fromkeys(("BREFF", "DREFF", "FREFF"), RADIUS_LAW),
 }
 """reasons of single coefficients"""
