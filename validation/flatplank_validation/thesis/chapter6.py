@@ -452,7 +452,9 @@ CHAPTER = Chapter(
                   partial(lateral_size, -0.05, a), FIGURE,
                   CAMBER_FORCE) for a in (1.0, 5.0, 10.0)),
         )),
-        Entry("6.22", "Repeatability", draw.repeatability, tuple(_scatter_rows())),
+        Entry("6.22", "Repeatability", draw.repeatability, tuple(_scatter_rows()),
+              note="The lines are means over 0.1 m of road, the rows largest values without that "
+                   "mean: a narrow peak is lower in the figure."),
         Entry("6.23", "Road speed of condition 4", draw.speeds, (
             Row("place of the speed spike", "m", 1.84, "section 6.3", weld_spike,
                 Near(0.05, "the place is printed to 0.01 m; the spikes of ten runs lie apart"),
