@@ -186,3 +186,21 @@ def test_two_turns_are_needed_and_enough():
     few = slice(None, None, 61)
     with pytest.raises(ValueError, match="are needed"):
         identify_fit(angle[few], volts[few], "m", "d")
+
+
+def test_turns_are_counted_from_the_first_sample():
+    """The recording misses half a radian after it."""
+    angle = np.concatenate([[0.0], np.linspace(0.5, 4.0 * math.pi + 1e-6, 3000)])
+    assert identify_fit(angle, np.zeros((3001, 6)), "m", "d").sines
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [("phase_rad", "phaze_rad", "unknown key 'phaze_rad'; the nearest is 'phase_rad'"),
+     ("    phase_rad: 0.4\n", "", "missing phase_rad")],
+)  # fmt: skip
+def test_every_number_of_a_sine_is_needed_and_no_other(old, new, message):
+    text = fit_to_text(FIT)
+    assert old in text
+    with pytest.raises(ValueError, match=f"^fit.yaml: C1: {message}"):
+        parasitic.fit_from_text(text.replace(old, new, 1), "fit.yaml")
