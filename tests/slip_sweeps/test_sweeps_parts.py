@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -27,6 +28,7 @@ from flatplank_analysis.slip_sweeps.conditions import (
     split_into_conditions,
 )
 from flatplank_analysis.slip_sweeps.curves import bin_means, curve_of, failures, fit_formula
+from flatplank_analysis.slip_sweeps.study import Study
 from flatplank_analysis.slip_sweeps.verdict import RISK, chance_of, degrees_of_freedom, fails
 from flatplank_data.errors import FlatplankError
 
@@ -259,3 +261,25 @@ def test_independent_bins_are_degrees_of_freedom():
     assert math.isnan(degrees_of_freedom(alone, np.full(40, 9)))
     uneven = np.where(np.arange(40) < 20, 1, 10_000)
     assert degrees_of_freedom(draw.normal(size=40) / np.sqrt(uneven), uneven) < 25.0
+
+
+def conditions_of(*held: tuple[str, dict[str, float]]) -> Study:
+    conditions = tuple(SweepCondition(swept, at, np.arange(9), 1) for swept, at in held)
+    return Study(**{f.name: () for f in fields(Study)} | {"conditions": conditions, "columns": {}})
+
+
+@pytest.mark.parametrize(
+    ("held", "lacks"),
+    [
+        ([("alpha", {})], ["for Fx", "for combined slip"]),
+        ([("kappa", {"alpha": 0.0})], ["for Fy and Mz", "for combined slip"]),
+        ([("alpha", {}), ("kappa", {"alpha": 0.0})], ["for combined slip"]),
+        ([("alpha", {}), ("kappa", {"alpha": 0.0}), ("kappa", {"alpha": 0.05})], []),
+    ],
+)
+def test_what_a_whole_tire_model_still_needs_is_said(held, lacks):
+    said = conditions_of(*held).lacking()
+    assert len(said) == len(lacks)
+    assert all(
+        line.startswith(f"{words} you still need") for line, words in zip(said, lacks, strict=True)
+    )
