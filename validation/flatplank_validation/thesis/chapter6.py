@@ -55,11 +55,11 @@ ANGLE_R_E = (
     "(5.22)"
 )
 SHARED_GRIP = (
-    "in the plant camber acts on Fx through the friction only: 9 N at 0°, but 100 N at 5° and 10° "
+    "in the plant camber acts on Fx through the friction only: 9 N at 0°, 60 to 95 N at 5° and 10° "
     "of side slip, where its side force and its spin take grip"
 )
 CAMBER_FORCE = (
-    "the camber of the plant shifts Fy by −300 N at 0° and 1°, by half of it at 5°; at 10° the "
+    "the camber of the plant shifts Fy by −320 N at 0° and 1°, by −200 N at 5°; at 10° the "
     "whole patch slides, and the spin of the camber only turns the direction of sliding"
 )
 SMALL = 0.05
