@@ -55,7 +55,7 @@ ANGLE_R_E = (
     "(5.22)"
 )
 SHARED_GRIP = (
-    "in the plant camber acts on Fx through the friction only: 9 N at 0°, 60 to 95 N at 5° and 10° "
+    "in the plant camber acts on Fx through friction only: 9 N at 0°, 60 to 95 N at 5° and 10° "
     "of side slip, where its side force and its spin take grip"
 )
 CAMBER_FORCE = (
