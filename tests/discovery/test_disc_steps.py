@@ -341,9 +341,9 @@ def test_the_best_of_other_starts_is_fitted_to_its_end(left, last, wanted, monke
         return SimpleNamespace(base=base, terms=terms, chi2=chi2[base], error=last)
 
     searcher = SimpleNamespace(
-        model=SimpleNamespace(starts=starts), say=lambda *_: None, starts=1,
+        model=(model := SimpleNamespace(starts=starts)), say=lambda *_: None, starts=1,
         options=SimpleNamespace(start={"a": 1.0, "c": 5.0}, terms="terms"),
-        fitter=SimpleNamespace(fit=fit, error=lambda fit: fit.error),
+        fitter=SimpleNamespace(model=model, fit=fit, error=lambda fit: fit.error),
         step_of=lambda fit, found: (fit.base, found),
     )  # fmt: skip
     floors = [SimpleNamespace(unexplained=value) for value in left]

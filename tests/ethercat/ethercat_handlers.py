@@ -105,7 +105,7 @@ MUTATIONS = (
     Mutation(
         "slaves in SAFEOP are not brought back",
         "master/soem.py",
-        'if slave.state & 0x0F == STATES["SAFEOP"]:',
+        'if slave.state & 0x0F == STATES["SAFEOP"] and self._set_watchdog(slave, spec):',
         "if False:",
         "fault and maker",
     ),

@@ -50,5 +50,5 @@ def test_a_second_drive_node_is_refused_and_named(separate, tmp_path, monkeypatc
             said = found["/simulated_plant"].message
             assert "another node commands an axis of this bench (wheel: " in said
             assert "/other_drive" in said and "/wheel_drive" in said
-            bench.advance(25)
+            bench.advance(250)  # the wheel comes to rest
             assert bench.wheel_turns() == (not separate)

@@ -122,7 +122,6 @@ def test_the_times_of_the_bus_and_the_troubles_are_words():
     words = state.state_texts(0.0)
     assert words["late"] == "5 of 200 (2.5 %)"
     assert words["troubles"] == "/simulated_plant: too slow (12 batches left out so far)"
-    rows = {row["name"]: row for row in state.duration_rows()}
-    assert rows.keys() == {"wake-up", "frame to frame"}
-    assert rows["wake-up"]["worst"] == "60" and rows["frame to frame"]["p99.9"] == "4000"
+    assert words["wake_up"] == "p50 60, p99 60, p99.9 60, p99.99 60, worst 60 µs"
+    assert words["frame_to_frame"].endswith("p99.99 4000, worst 4000 µs")
     assert told_times({"cycle": "7"}) is None

@@ -182,6 +182,7 @@ class BenchState:
             "run": self.run_words(),
             "troubles": " | ".join(f"{n}: {text}" for n, text in self.troubles.items()),
             "late": self.times.in_words if self.times else "",
+            **(self.times.durations_in_words if self.times else {}),
         }
         if s.drive is not None:
             words |= {
@@ -196,14 +197,6 @@ class BenchState:
             words["filter"] = "on" if s.hub.filter_on else "off"
             words["saturated"] = ", ".join(flagged(s.hub.saturated))
         return words
-
-    def duration_rows(self) -> list[dict[str, str]]:
-        """One line per duration of the bus, in microseconds."""
-        durations = self.times.durations if self.times else {}
-        return [
-            {"name": name, **{label: f"{us:.0f}" for label, us in found.items()}}
-            for name, found in durations.items()
-        ]
 
     def run_words(self) -> str:
         return f"{self.run.name}: {self.run.status}" if self.run.name else "none"

@@ -125,8 +125,7 @@ def _parameters(load: float, turned: bool, along: float = 0.0) -> list[tuple[str
         Parameter("patch_order", "1", order, 0.02, 1.5, 0.2, prior=0.7),
         Parameter("slip_offset", "1", 0.0, -0.02, 0.02, 1e-3),
         Parameter("fx_offset", "N", -30.0 * force, -300.0 * force, 300.0 * force, 20.0 * force),
-        # as far as the largest crosstalk of the load reaches
-        Parameter("fx_zero", "N", 0.0, -0.3 * load, 0.3 * load, 10.0 * force),
+        Parameter("fx_zero", "N", 0.0, -300.0 * force, 300.0 * force, 10.0 * force),
     ]
     # the friction follows all of the load
     load_share = Parameter("load_share", "1", 0.8, 0.0, 1.5, 0.3, prior=0.3)

@@ -130,8 +130,7 @@ class RecorderNode(BenchNode):
         stamp_ns = self.arrivals.bus_ns
         if with_header:
             stamp_ns = self.arrivals.add(topic, convert.raw_stamp_ns(cdr))
-        received_ns = time.time_ns() if self.arrivals.of_the_wall else None
-        self.reporting_failure(lambda: self.session.write(topic, cdr, stamp_ns, received_ns))
+        self.reporting_failure(lambda: self.session.write(topic, cdr, stamp_ns))
         self.wake_waiting_calls()
 
     def note_times(self, message: DiagnosticArray) -> None:

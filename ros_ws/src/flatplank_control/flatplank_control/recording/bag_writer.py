@@ -77,9 +77,8 @@ class BagWriter:
         """Number of messages written to disk."""
         return self._file.index.messages
 
-    def write(self, topic: str, cdr: bytes, stamp_ns: int, received_ns: int | None = None) -> None:
-        """Write a serialised message; its stamp and its reception are bench time [ns]. Without
-        `received_ns` no time has passed between them."""
+    def write(self, topic: str, cdr: bytes, stamp_ns: int) -> None:
+        """Write a serialised message; the stamp is bench time [ns]."""
         if self.error or self._closed:
             raise RecordingError(self.error or f"{self.path}: the bag is closed")
         try:
@@ -87,7 +86,7 @@ class BagWriter:
         except KeyError:
             raise self._unknown(topic) from None
         file = self._file
-        file.add(channel, stamp_ns, cdr, received_ns)
+        file.add(channel, stamp_ns, cdr)
         if file.pending >= self._chunk_size or self._clock() >= self._next_flush:
             self.flush()
 

@@ -156,8 +156,6 @@ class CycleCount:
         )
 
 
-TIME_OF_DAY_NS = 10**18
-"""a stamp beyond this, the year 2001, is a time of day [ns]"""
 BEHIND_NS = 500_000_000
 """largest lag of a topic that is published at every cycle [ns]"""
 
@@ -169,11 +167,6 @@ class Arrivals:
         self.bus_ns = 0
         """stamp of the last bus cycle [ns]"""
         self._last: dict[str, int] = {}
-
-    @property
-    def of_the_wall(self) -> bool:
-        """True when bench time is the time of day; without real time it begins at zero."""
-        return self.bus_ns > TIME_OF_DAY_NS
 
     def add(self, topic: str, stamp_ns: int) -> int:
         """Register a message; returns its bench time [ns].

@@ -140,18 +140,15 @@ class McapFile:
         self.index.channels[number] = channel
         return number
 
-    def add(
-        self, channel: int, stamp_ns: int, data: bytes, received_ns: int | None = None
-    ) -> None:
-        """Add a message; the next `flush` writes it to disk. Without `received_ns` it was received
-        at its stamp."""
-        size, logged_ns = len(data), stamp_ns if received_ns is None else received_ns
-        self._parts.append(MESSAGE.pack(5, 22 + size, channel, 0, logged_ns, stamp_ns))
+    def add(self, channel: int, stamp_ns: int, data: bytes) -> None:
+        """Add a message; the next `flush` writes it to disk."""
+        size = len(data)
+        self._parts.append(MESSAGE.pack(5, 22 + size, channel, 0, stamp_ns, stamp_ns))
         self._parts.append(data)
         entries = self._entries.get(channel)
         if entries is None:
             entries = self._entries[channel] = []
-        entries.append(logged_ns)
+        entries.append(stamp_ns)
         entries.append(self._offset)
         self._offset += 31 + size
 

@@ -30,7 +30,6 @@ class ScannedMessage(NamedTuple):
     channel: int
     stamp_ns: int
     data: bytes
-    received_ns: int
 
 
 @dataclass
@@ -54,11 +53,11 @@ def messages_of(data: bytes) -> Iterator[ScannedMessage]:
     """Complete messages in the records of a chunk."""
     at, size = 0, len(data)
     while at + MESSAGE.size <= size:
-        opcode, length, channel, _, received_ns, stamp_ns = MESSAGE.unpack_from(data, at)
+        opcode, length, channel, _, stamp_ns, _ = MESSAGE.unpack_from(data, at)
         end = at + 9 + length
         if opcode != Opcode.MESSAGE or length < 22 or end > size:
             return
-        yield ScannedMessage(channel, stamp_ns, data[at + MESSAGE.size : end], received_ns)
+        yield ScannedMessage(channel, stamp_ns, data[at + MESSAGE.size : end])
         at = end
 
 

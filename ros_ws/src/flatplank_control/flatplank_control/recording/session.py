@@ -42,7 +42,6 @@ class _Waiting(NamedTuple):
     topic: str
     cdr: bytes
     stamp_ns: int
-    received_ns: int | None
 
 
 class State(Enum):
@@ -121,9 +120,8 @@ class RecordingSession:
             self._begin()
         return bag.path
 
-    def write(self, topic: str, cdr: bytes, stamp_ns: int, received_ns: int | None = None) -> None:
-        """Process a message; when idle only latched messages are kept, for the next bag. Its stamp
-        and its reception are bench time [ns]; None: it was received at its stamp.
+    def write(self, topic: str, cdr: bytes, stamp_ns: int) -> None:
+        """Process a message; when idle only latched messages are kept, for the next bag.
 
         When the disk is full, the run is closed as failed and RecordingError is raised, once.
         """
@@ -138,11 +136,10 @@ class RecordingSession:
                 self._clear_ring()  # the bus was restarted
             self._bus_ns = stamp_ns
         if self.state is State.RECORDING:
-            self._put(topic, cdr, stamp_ns, image, received_ns)
+            self._put(topic, cdr, stamp_ns, image)
             return
         ahead = stamp_ns > self._bus_ns + SAME_CLOCK_NS
-        since_ns = self._bus_ns if ahead else stamp_ns
-        self._ring.append(_Waiting(since_ns, topic, cdr, stamp_ns, received_ns))
+        self._ring.append(_Waiting(self._bus_ns if ahead else stamp_ns, topic, cdr, stamp_ns))
         if image is not None:
             while self._too_old(self._ring[0]):
                 self._drop_oldest()
@@ -244,22 +241,15 @@ class RecordingSession:
             if cdr and self.state is State.RECORDING:
                 self._put(topic, cdr, begin_ns, None)
         while self._ring and self.state is State.RECORDING:
-            _, topic, cdr, stamp_ns, received_ns = self._ring.popleft()
+            _, topic, cdr, stamp_ns = self._ring.popleft()
             image = read_bus_image(cdr) if topic == BUS_TOPIC else None
-            self._put(topic, cdr, stamp_ns, image, received_ns)
+            self._put(topic, cdr, stamp_ns, image)
 
-    def _put(
-        self,
-        topic: str,
-        cdr: bytes,
-        stamp_ns: int,
-        image: BusImage | None,
-        received_ns: int | None = None,
-    ) -> None:
+    def _put(self, topic: str, cdr: bytes, stamp_ns: int, image: BusImage | None) -> None:
         bag = self._bag
         assert bag is not None
         try:
-            bag.write(topic, cdr, stamp_ns, received_ns)
+            bag.write(topic, cdr, stamp_ns)
         except RecordingError as error:
             self._finish("failed", str(error), "")
             raise

@@ -49,7 +49,10 @@ class Histogram:
         self.counts[place] += 1
 
     def percentile_us(self, share: float) -> float:
-        """Percentile as the upper edge of its bin, at most the largest duration counted [us]."""
+        """Percentile as the upper edge of its bin, at most the largest duration counted [us]; of
+        all durations the largest."""
+        if share >= 1.0:
+            return self.largest_ns / 1e3
         return min(FIRST_US * GROWTH ** percentile(self.counts, share), self.largest_ns / 1e3)
 
     def report(self) -> dict[str, Any]:

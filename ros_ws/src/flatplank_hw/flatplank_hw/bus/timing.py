@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -78,6 +79,15 @@ class ToldTimes(NamedTuple):
     def in_words(self) -> str:
         share = self.late / self.made if self.made else 0.0
         return f"{self.late} of {self.made} ({100 * share:.2g} %)"
+
+    @property
+    def durations_in_words(self) -> dict[str, str]:
+        """Name with underscores -> its percentiles."""
+        return {
+            re.sub(r"\W", "_", name): ", ".join(f"{label} {us:.0f}" for label, us in found.items())
+            + " µs"
+            for name, found in self.durations.items()
+        }
 
 
 def told_times(values: Mapping[str, str]) -> ToldTimes | None:

@@ -4,13 +4,11 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
 
 from nicegui import ui
 
 from flatplank_data.limits import LIMITS
 from flatplank_data.machine import FAST
-from flatplank_hw.bus.histogram import KEYS
 from flatplank_panel.host import KINDS, PRESETS, TIRES, interfaces
 from flatplank_panel.operator import HANDS
 from flatplank_panel.views.page import Page
@@ -26,7 +24,10 @@ DRIVE_COLUMNS = {
     "axis": "Axis", "state": "State", "word": "Status", "mode": "Mode", "error": "Error",
 }  # fmt: skip
 
-DURATION_COLUMNS = {"name": "Duration [µs]", **{label: label for label in KEYS}}
+TIMES = {
+    "wake_up": "Wake-up", "frame_to_frame": "Frame to frame",
+    "stamp_to_command": "Stamp to command", "round_trip": "Round trip of a frame",
+}  # fmt: skip
 
 
 def build(page: Page) -> None:
@@ -83,26 +84,21 @@ def build_bus(page: Page) -> None:
     with page.card("Bus"):
         page.facts(FACTS)
     with page.card("Drives on the bus"):
-        drives = _table(DRIVE_COLUMNS)
+        columns = [
+            {"name": key, "label": title, "field": key, "align": "left"}
+            for key, title in DRIVE_COLUMNS.items()
+        ]
+        table = ui.table(columns=columns, rows=[], row_key="axis").props(
+            "flat dense hide-pagination"
+        )
+        table.classes("fp-table w-full")
     with page.card("Times of the bus in real time"):
-        durations = _table(DURATION_COLUMNS)
+        page.facts(TIMES)
     with page.card("Nodes"):
         nodes = ui.label("–").classes("fp-quiet")
 
     def refresh() -> None:
-        state = page.operator.link.state
-        drives.rows = state.axes(time.monotonic())
-        durations.rows = state.duration_rows()
+        table.rows = page.operator.link.state.axes(time.monotonic())
         nodes.set_text(", ".join(page.operator.link.nodes()) or "none")
 
     ui.timer(1.0, refresh)
-
-
-def _table(titles: Mapping[str, str]) -> ui.table:
-    """A table with these columns, the first of which identifies a row."""
-    columns = [
-        {"name": key, "label": title, "field": key, "align": "left"}
-        for key, title in titles.items()
-    ]
-    table = ui.table(columns=columns, rows=[], row_key=next(iter(titles)))
-    return table.props("flat dense hide-pagination").classes("fp-table w-full")
