@@ -24,7 +24,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "what", nargs="*",
         help="nothing: all; NAME: one; check FILE: test a file; new NAME: begin a file; "
-                        "try FILE DIR: what it would remove",
+        "try FILE DIR: what it would remove",
     )  # fmt: skip
     common.effect_arguments(parser)
     parser.add_argument("--write", metavar="DIR", help="a page with a picture for every effect")

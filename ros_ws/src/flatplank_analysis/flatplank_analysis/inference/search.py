@@ -152,12 +152,12 @@ class _Inference:
         while True:
             if [t.effect for t in answer.terms] != [t.effect for t in state.fit.terms]:
                 state = self.state_of(base, best, answer.terms)
-            flat = [f for f in answer.named if not self._lowers_error(state, f)]
-            if not flat:
+            least_gain_first = reversed(answer.named)
+            flat = next((f for f in least_gain_first if not self._lowers_error(state, f)), None)
+            if flat is None:
                 return answer, state
-            flat = flat[-1:]
-            named = tuple(f for f in answer.named if f not in flat)
-            answer = replace(answer, named=named, flat=(*answer.flat, *flat))
+            named = tuple(f for f in answer.named if f is not flat)
+            answer = replace(answer, named=named, flat=(*answer.flat, flat))
 
     def _lowers_error(self, state: State, found: AcceptedEffect) -> bool:
         """False when the plain error is the same without a named effect."""

@@ -20,6 +20,7 @@ from rclpy.task import Future
 from std_srvs.srv import Trigger
 
 from flatplank_control.bench.processes import STALL_TIMEOUT_S, BenchProcesses, StartProgress
+from flatplank_control.runner.steps import BUSY
 from flatplank_data.errors import FlatplankError
 from flatplank_data.yaml_text import dump_yaml
 from flatplank_msgs.action import RunMeasurement
@@ -269,7 +270,7 @@ class BenchClient:
         self._await(sent, client)
         handle = sent.result()
         if not handle.accepted:
-            raise BenchError("the runner is busy with another measurement")
+            raise BenchError(BUSY)
         result = handle.get_result_async()
         try:
             self._await(result, client, idle)

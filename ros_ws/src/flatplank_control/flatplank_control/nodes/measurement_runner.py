@@ -19,7 +19,7 @@ from flatplank_control.nodes.ros_bench import RosBench, Seen
 from flatplank_control.runner.campaign import is_campaign
 from flatplank_control.runner.dry_run import Progress, dry_run_progress
 from flatplank_control.runner.plans import axes_of, mapping_of, measurement_of, plan_of
-from flatplank_control.runner.steps import PlanFailed
+from flatplank_control.runner.steps import BUSY, PlanFailed
 from flatplank_data.params import Params, param
 from flatplank_hw.nodes.late_clients import until_heard
 from flatplank_hw.nodes.responses import fill_response
@@ -143,7 +143,7 @@ class MeasurementRunnerNode(BenchNode):
     async def execute(self, goal: ServerGoalHandle) -> RunMeasurement.Result:
         if self.busy:  # two goals were accepted at the same moment
             goal.abort()
-            return RunMeasurement.Result(message="the runner is busy with another measurement")
+            return RunMeasurement.Result(message=BUSY)
         self.busy = True
         feedback = Feedback(goal)
 

@@ -21,7 +21,7 @@ from std_srvs.srv import Trigger
 from flatplank_control.bench.setup import parse_axes
 from flatplank_control.calibration.book import CalibrationBook
 from flatplank_control.nodes.asking import NodeParameters, parameter_clients
-from flatplank_control.recording.bus_cycles import Arrivals
+from flatplank_control.recording.bus_cycles import DIAGNOSTICS, Arrivals
 from flatplank_control.recording.filled import in_words, requested_record
 from flatplank_control.recording.recovery import repair
 from flatplank_control.recording.session import RecordingSession, State
@@ -41,7 +41,6 @@ from flatplank_msgs.srv import StartRecording, StopRecording
 CLOSE_TIMEOUT_S = 5.0
 """time-out for messages in transit when a bag is closed [s]; a lost one is sent again after 3 s"""
 MODE = "/wheel_drive/mode"
-DIAGNOSTICS = "/diagnostics"
 WITHOUT_HEADER = ("std_msgs/msg/String", ROSOUT.type)
 """types whose messages get the bench time of their arrival"""
 INTRODUCTION = 8.0

@@ -18,6 +18,7 @@ from flatplank_data.errors import FlatplankError, RecordingError
 from flatplank_data.run_record import RunRecord
 
 TOPIC = "/bus/inputs"
+DIAGNOSTICS = "/diagnostics"
 TRIGGER_BIT = 1
 _TYPE = "flatplank_msgs/msg/BusInputs"
 _NUMBERS = ("header.stamp.sec", "header.stamp.nanosec", "cycle", "period_ns", "count")
@@ -176,7 +177,7 @@ class Arrivals:
         """
         if topic == TOPIC:
             self.bus_ns = stamp_ns
-        elif topic == "/diagnostics":
+        elif topic == DIAGNOSTICS:
             return self.bus_ns
         self._last[topic] = stamp_ns
         return stamp_ns

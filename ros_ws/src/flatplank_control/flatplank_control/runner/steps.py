@@ -15,6 +15,8 @@ from flatplank_hw.drive.safety import REASONS, STOPS, is_latched
 from flatplank_hw.samples import DriveSample, EncoderSample, HubSample
 from flatplank_hw.troubles import TROUBLES
 
+BUSY = "the runner is busy with another measurement"
+"""reason for a refused measurement"""
 LONGEST_BATCH_S = 0.04
 """longest batch; a drive trips after 42 ms without inputs [s]"""
 

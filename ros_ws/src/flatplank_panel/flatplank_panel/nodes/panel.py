@@ -25,6 +25,7 @@ from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
+from flatplank_control.runner.steps import BUSY
 from flatplank_hw.bus.timing import told_times
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import LATCHED, LATEST
@@ -255,8 +256,7 @@ class PanelNode:
             handle = await self._answer(send)
         except asyncio.TimeoutError:
             return Reply(False, f"the measurement runner: {LATE}")
-        busy = "the runner is busy with another measurement"
-        return Reply(True) if handle.accepted else Reply(False, busy)
+        return Reply(True) if handle.accepted else Reply(False, BUSY)
 
     async def cancel(self) -> Reply:
         if self._goal is None or not self.state.progress.active:
