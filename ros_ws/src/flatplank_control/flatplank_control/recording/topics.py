@@ -69,7 +69,7 @@ def qos_text(qos: Qos) -> str:
 
 
 class BenchTopic(NamedTuple):
-    """A row of the table in ARCHITECTURE.md."""
+    """A row of the table of topics, docs/reference/graph.md."""
 
     spec: TopicSpec
     rate: str
@@ -116,7 +116,8 @@ TABLE = (
     _row("/slip_sequencer/waveform", "std_msgs/msg/String", "when it is set",
          "waveform with its parameters, where it starts, rolling radius (YAML)", LATCHED),
     _row("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", "1 Hz",
-         "health of the nodes", HEALTH),
+         "every node with its troubles; published by the owner of the bus, with its times "
+         "[us] and late cycles", HEALTH),
 )  # fmt: skip
 """topics of every bench; the recorder adds those of `recorded_topics` and `/run`
 (flatplank_msgs/Run), latched: the run record"""
