@@ -3,12 +3,17 @@
 
 from __future__ import annotations
 
+import gzip
+import json
+from pathlib import Path
+
 import pytest
 
 from flatplank_validation.blind import plain_size, tables
 from flatplank_validation.blind.page import page, summary
 from flatplank_validation.blind.points import Share, points_of
 from flatplank_validation.blind.rival_scores import rival_scores
+from flatplank_validation.evaluation.version import of_which_search
 
 HEADER = {"command": "the command", "seed": 1, "whole": 3, "rivals": []}
 
@@ -182,3 +187,13 @@ def test_rivals_are_scored_by_the_same_rule():
     (row,) = [line for line in text.splitlines() if line.startswith("| one effect: right")]
     assert [c.strip()[:3] for c in row.strip("|").split("|")][1:] == ["1/1", "1/1", "0/1"]
     assert text in page([one | {"diagnosis": one["ways"]["ours"]}], HEADER | {"rivals": [one]})
+
+
+@pytest.mark.parametrize(
+    "name", ["reference/discovery-blind", "guide/propose", "guide/investigate"]
+)
+def test_a_published_page_says_which_search_its_numbers_are_of(name):
+    file = Path(__file__).resolve().parents[2] / "docs" / f"{name}.md"
+    with gzip.open(file.with_suffix(".jsonl.gz"), "rt", encoding="utf-8") as journal:
+        commits = {json.loads(line).get("commit") for line in journal} - {None}
+    assert of_which_search(commits) in file.read_text(encoding="utf-8")

@@ -8,10 +8,12 @@ from pathlib import Path
 
 import pytest
 
+from flatplank_analysis.cli.effect_pages import stage
 from flatplank_analysis.cli.main import main
 from flatplank_analysis.contact_patch.parameters import NAMES, _parameters
 from flatplank_analysis.discovery import verdict
-from flatplank_analysis.words import BASE, OUTPUTS
+from flatplank_analysis.effects.registry import library
+from flatplank_analysis.words import ALL, BASE, COORDINATES, OUTPUTS
 from flatplank_validation.pages.glossary import page
 
 PAGE = Path(__file__).resolve().parents[2] / "docs/reference/glossary.md"
@@ -27,6 +29,12 @@ def test_every_parameter_of_the_base_has_its_word_and_unit():
 def test_every_verdict_has_its_word():
     assert len(VERDICTS) >= 6
     assert set(OUTPUTS) >= VERDICTS
+
+
+def test_every_coordinate_of_an_effect_has_its_word():
+    assert {effect.coordinate for effect in library().values()} <= set(COORDINATES)
+    assert set(stage().runs.coordinates) == set(COORDINATES)
+    assert len(ALL) == len(BASE) + len(COORDINATES) + len(OUTPUTS)
 
 
 @pytest.mark.parametrize(
@@ -45,7 +53,7 @@ def test_a_word_is_explained(word, told, capsys):
 
 def test_the_glossary_is_json_too(capsys):
     assert main(["explain", "--json"]) == 0
-    assert set(json.loads(capsys.readouterr().out)) == {*BASE, *OUTPUTS}
+    assert set(json.loads(capsys.readouterr().out)) == set(ALL)
 
 
 def test_another_word_is_one_line_with_the_nearest(capsys):

@@ -31,7 +31,8 @@ HEAD = """# Faults of the EtherCAT bus, one by one
 Written by `python tests/ethercat/ethercat_mutations.py --docs docs/reference/ethercat-faults.md`;
 what the tests assert is explained in [ethercat.md](../guide/ethercat.md#faults). *At rest*: from
 the fault to the last motion of the wheel's shaft, in bench time, at most {bound:g} ms; *turns*:
-the wheel may turn on, and does. *Noticed*: the fault's test fails when this handler is taken out.
+the wheel may turn on, and does. *Noticed*: changes of the code with which the fault's test
+fails.
 After each fault on a running bus nothing is enabled by itself, and the wheel turns again after an
 explicit reset.
 

@@ -63,7 +63,7 @@ def stored(bag: Path) -> dict[str, dict[str, object]]:
 
 
 def roll_by_hand(bench, stop_after: int = 0, wave: str = "step") -> StopRecording.Response:
-    """What README has people type; four cycles a message make it short.
+    """What docs/guide/lab.md has people type; four cycles a message make it short.
 
     stop_after: cycles of the rolling wheel after which its drive is stopped; 0: it is not.
     """

@@ -10,6 +10,7 @@ from typing import Any
 
 from flatplank_sim.sealed.menu import MENU
 from flatplank_validation.blind.points import share
+from flatplank_validation.evaluation.version import of_which_search
 from flatplank_validation.investigate.cases import NULL, POLICIES, alarm, right
 
 Entry = Mapping[str, Any]
@@ -106,6 +107,7 @@ def page(entries: Sequence[Entry], header: Mapping[str, Any]) -> str:
         f"Written by `{header['command']}` from {len(entries)} investigations of seed "
         f"{header['seed']}: {made}; {len(nulls)} loops with nothing hidden. "
         f"{', '.join(versions)}. Nothing from here on is typed by hand.",
+        of_which_search(e["commit"] for e in entries),
         "The fast generator (`validation/flatplank_validation/investigate/fast.py`) draws a tire "
         "and hides an effect of the menu of sealed challenges, of a size that is usual there; "
         "every way of choosing meets the same tires, its runs have noise of their own. Right: "

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
-from flatplank_analysis.words import BASE, OUTPUTS, Word
+from flatplank_analysis.words import BASE, COORDINATES, OUTPUTS, Word
 
 HEAD = """\
 # Glossary
@@ -22,6 +22,7 @@ it so. `./flatplank explain WORD` prints a line of the glossary. Words of single
 def page() -> str:
     """The whole file."""
     parts = [HEAD, "## Words of the outputs\n", _table(OUTPUTS)]
+    parts += ["\n## Coordinates of effects and residuals\n", _table(COORDINATES)]
     return "\n".join([*parts, "\n## Parameters of the base of the search\n", _table(BASE)]) + "\n"
 
 

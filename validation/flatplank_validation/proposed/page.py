@@ -10,6 +10,7 @@ from typing import Any
 
 from flatplank_analysis.discovery.steps import LARGEST_CLASS
 from flatplank_validation.blind.points import share
+from flatplank_validation.evaluation.version import of_which_search
 from flatplank_validation.proposed.left_out import PLAIN
 
 Entry = Mapping[str, Any]
@@ -108,6 +109,7 @@ def page(entries: Sequence[Entry], header: Mapping[str, Any]) -> str:
         f"Written by `{header['command']}` from {len(entries)} of the {header['whole']} campaigns "
         f"of seed {header['seed']}; {', '.join(versions)}. Nothing from here on is typed by hand; "
         "the journal that it is written from is [beside it](propose.jsonl.gz).",
+        of_which_search(e["commit"] for e in entries),
         "The list is mixed, so that its beginning is a fair sample; read the intervals (Wilson, "
         "95 %). Designs have 15 runs of five slips (27 runs of nine slips for "
         f"{', '.join(f'`{n}`' for n in PLAIN)}, 45 runs where several loads are asked for). Sizes "

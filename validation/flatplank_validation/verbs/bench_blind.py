@@ -104,6 +104,7 @@ def main(argv: list[str]) -> int:
     command = " ".join(["./flatplank bench-blind", *argv])
     header = {
         "command": command, "seed": o.seed, "whole": len(cases), "rivals": beside,
+        "search": o.search,
     }  # fmt: skip
     text = page(entries, header)
     if o.write:

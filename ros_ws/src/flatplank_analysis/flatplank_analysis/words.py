@@ -92,6 +92,25 @@ BASE: Mapping[str, Word] = {
 }
 """parameters of the base of the search, by their names in model files and outputs"""
 
+COORDINATES: Mapping[str, Word] = {
+    "plank position": Word("plank position", "Travel of the plank from the motion trigger.", "m"),
+    "distance since the step": Word(
+        "distance since the step", "Travel of the plank from the begin of the slip step.", "m"
+    ),
+    "slip travel": Word(
+        "slip travel", "Way by which the wheel's circumference has left the plank.", "m"
+    ),
+    "slip level": Word("slip level", "Commanded slip of a run.", "1"),
+    "wheel angle": Word("wheel angle", "Angle of the wheel, modulo a turn.", "rad"),
+    "pinion angle": Word(
+        "pinion angle", "Angle of the pinion that drives the plank, modulo a turn.", "rad"
+    ),
+    "time": Word("time", "Time from the begin of a run.", "s"),
+    "load": Word("load", "Vertical load on the tire.", "N"),
+    "run order": Word("run order", "Number of a run in the campaign, from 0.", "1"),
+}
+"""coordinates over which effects and residuals show"""
+
 OUTPUTS: Mapping[str, Word] = {
     "base": Word("base", "The tire model without effects."),
     "error": Word("error", "Root mean square of measurement minus model.", "N", "RMSE"),
@@ -109,6 +128,18 @@ OUTPUTS: Mapping[str, Word] = {
         "Error in conditions that were left out of the fit: it falls only for what is real.",
         "N",
     ),
+    "waterfall": Word("waterfall", "The error after each effect that was added, one by one.", "N"),
+    "collapse": Word(
+        "collapse", "Picture of an effect over its coordinate: all runs lie on one curve."
+    ),
+    "event": Word(
+        "event",
+        "Stretch of a coordinate in which some conditions keep a residual beyond the floor.",
+    ),
+    "next run": Word(
+        "next run", "The run that separates names which these runs cannot tell apart."
+    ),
+    "doubt": Word("doubt", "A reason why a fitted number may be wrong, beside its interval."),
     "condition": Word("condition", "All runs with the same slip, angles, load and pressure."),
     "start": Word("start", "Wheel angle at the begin of a run: 1, 2, 3 for 0, 120, 240 deg."),
     "class": Word("class", "Effects that the runs cannot tell apart."),
@@ -129,6 +160,25 @@ OUTPUTS: Mapping[str, Word] = {
         "none of these", "Verdict: something is missing that no effect of the library explains."
     ),
     "not decidable": Word("not decidable", "Verdict: these runs do not suffice for an answer."),
+    "P": Word(
+        "probability of an effect",
+        "Search by posterior: that the effect is there, at a size of consequence.",
+        "1",
+        "P",
+    ),
+    "bet": Word(
+        "bet", "Prediction of new runs by an investigation, fixed before they are measured."
+    ),
+    "e-value": Word(
+        "e-value",
+        "Likelihood of the new runs by the bet over that by the tire alone, product of all "
+        "batches. Above 20 in at most one of 20 investigations where nothing is missing.",
+        "1",
+        "e",
+    ),
+    "decoy": Word(
+        "decoy", "An effect that is tried in wrong conditions; an accepted one is a false alarm."
+    ),
     "twin": Word("twin", "The simulated bench in one process, without ROS."),
     "simulated plant": Word("simulated plant", "The machine and tire that the twin measures."),
     "r_e": Word("rolling radius", "Road per angle of the freely rolling wheel.", "mm", "r_e"),
@@ -138,16 +188,18 @@ OUTPUTS: Mapping[str, Word] = {
 """words of the verbs' outputs"""
 
 
+ALL: Mapping[str, Word] = {**BASE, **COORDINATES, **OUTPUTS}
+
+
 def explain(name: str) -> Word:
     """The word of that name; FlatplankError names the nearest."""
-    known = {**BASE, **OUTPUTS}
-    if name not in known:
-        near = ", ".join(similar_names(name, known, 0.5, most=3))
+    if name not in ALL:
+        near = ", ".join(similar_names(name, ALL, 0.5, most=3))
         raise FlatplankError(
             f"'{name}' is no word of the glossary",
             remedy=f"the nearest: {near}" if near else "`flatplank explain` lists them",
         )
-    return known[name]
+    return ALL[name]
 
 
 def line(name: str, word: Word) -> str:

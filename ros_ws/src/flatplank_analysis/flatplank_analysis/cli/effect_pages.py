@@ -20,6 +20,7 @@ from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_data.files import write_atomic
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
+from flatplank_data.wording import quantity
 
 SLIPS = (-0.10, -0.02, 0.0, 0.02, 0.10)
 STARTS = (1, 2)
@@ -172,7 +173,7 @@ def text_of(effect: type[Effect]) -> str:
             f"| {p.note or '-'} |"
         )
     table, name = "\n".join(rows), effect.identifier
-    shown = ", ".join(f"{p.name} {p.null + p.screen:g} {p.unit}" for p in effect.linear())
+    shown = ", ".join(f"{p.name} {quantity(p.null + p.screen, p.unit)}" for p in effect.linear())
     return f"""# {effect.title}
 
 `{name}`: {KINDS[effect.kind]}; shows over **{effect.coordinate}**.

@@ -23,8 +23,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     name = " ".join(options.word)
     if name in library():
         return effects.main([name, *["--json"] * options.json])
-    known = {**words.BASE, **words.OUTPUTS}
-    chosen = {name: words.explain(name)} if name else known
+    chosen = {name: words.explain(name)} if name else words.ALL
     if options.json:
         common.print_json({key: word._asdict() for key, word in chosen.items()})
     else:

@@ -81,7 +81,9 @@ class Node:
     lateral: np.ndarray
     """increment of lateral slip travel [m]"""
     load: np.ndarray
+    """vertical load on the tire [N]"""
     friction: np.ndarray
+    """factor on the friction"""
 
     def __init__(self, data: TireRuns) -> None:
         self.data = data
