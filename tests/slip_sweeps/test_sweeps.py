@@ -8,6 +8,7 @@ from importlib.resources import files
 from pathlib import Path
 
 import bench_of_sweeps as bench
+import formula_of_sweeps as tire
 import numpy as np
 import pytest
 
@@ -121,11 +122,14 @@ def test_a_right_tire_file_is_at_the_floor_and_a_wrong_one_fails_where_it_is_wro
 
 
 def test_in_python_the_same_numbers_as_the_verb(tmp_path, capsys):
-    path, tir = bench.write_mat(tmp_path / "a.mat", bench.recording()), tmp_path / "t.tir"
+    path, tir = tmp_path / "a.mat", tmp_path / "t.tir"
+    bench.write_mat(path, bench.recording(cambers=(0.0,), pressures=(83.0,)))
     tir.write_text(SHIPPED.read_text(encoding="utf-8"))
     assert main(["sweeps", str(path), "--tir", str(tir), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)["conditions"]
+    whole = json.loads(capsys.readouterr().out)
+    told = whole["conditions"]
     found = fp.sweeps(path)
+    assert json.loads(json.dumps(study(path).to_json(read_tir(str(tir))))) == whole
     table = found.compare(tir)
     assert sorted(table["error"]) == pytest.approx(sorted(c["error"] for c in told))
     assert list(found.conditions["D"]) == pytest.approx(
@@ -133,6 +137,43 @@ def test_in_python_the_same_numbers_as_the_verb(tmp_path, capsys):
     )
     assert found.table.attrs["units"]["alpha"] == "rad" and "TSTC" in found.table
     assert len(found.plot(tir).axes) == len(told)
+
+
+def test_the_figure_has_the_curves_of_each_condition_the_worst_first(tmp_path):
+    columns = tire.sweep(tire.wave(240), (0.0, 4.0))
+    columns["FY"] = np.where(columns["FZ"] == tire.LOADS[1], 0.9, 1.0) * columns["FY"]
+    path, tir = tire.files(tmp_path, tire.text_of(columns))
+    found = study(path)
+    errors = found.failures(read_tir(str(tir)))
+    shares = [e.share for e in errors]
+    worst_first = sorted(range(6), key=lambda k: -shares[k])
+    assert {round(found.conditions[k].held["fz"]) for k in worst_first[:2]} == {tire.LOADS[1]}
+    for file, order in ((read_tir(str(tir)), worst_first), (None, range(6))):
+        panels = found.plot(file).axes
+        shown = [p for p in panels if p.get_visible()]
+        assert len(panels) == 8 and len(shown) == 6
+        for panel, k in zip(shown, order, strict=True):
+            curve, condition = found.curves[k], found.conditions[k]
+            wanted = [curve.force, found.formulas[k](curve.slip)]
+            wanted += [errors[k].modelled] if file else []
+            for line, values in zip(panel.get_lines(), wanted, strict=True):
+                np.testing.assert_allclose(line.get_xdata(), np.degrees(curve.slip))
+                np.testing.assert_allclose(line.get_ydata(), values)
+            (band,) = panel.collections
+            edge = band.get_paths()[0].vertices[:, 1]
+            ways = np.array([curve.up, curve.down])[:, np.isfinite(curve.up + curve.down)]
+            assert set(ways.ravel()) <= set(edge)
+            load, camber = condition.held["fz"], np.degrees(condition.held["gamma"])
+            assert panel.get_title() == f"{load:.0f} N, {camber:.0f} deg"
+            assert (panel.get_xlabel(), panel.get_ylabel()) == ("slip angle [deg]", "Fy [N]")
+        (legend,) = shown[0].figure.legends
+        assert len(legend.get_texts()) == (4 if file else 3)
+
+
+def test_a_wrong_name_of_an_axis_system_is_told_with_the_known(tmp_path):
+    path = bench.write_mat(tmp_path / "a.mat", bench.recording())
+    with pytest.raises(FlatplankError, match="no axis system 'sea'.*iso, sae, adapted"):
+        study(path, "sea")
 
 
 def test_signs_that_belong_to_no_system_are_refused_and_nothing_is_turned(tmp_path, capsys):

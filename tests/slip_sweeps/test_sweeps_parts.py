@@ -27,9 +27,21 @@ from flatplank_analysis.slip_sweeps.conditions import (
     not_held,
     split_into_conditions,
 )
-from flatplank_analysis.slip_sweeps.curves import bin_means, curve_of, failures, fit_formula
-from flatplank_analysis.slip_sweeps.study import Study
-from flatplank_analysis.slip_sweeps.verdict import RISK, chance_of, degrees_of_freedom, fails
+from flatplank_analysis.slip_sweeps.curves import (
+    Failure,
+    bin_means,
+    curve_of,
+    failures,
+    fit_formula,
+)
+from flatplank_analysis.slip_sweeps.study import Study, by_level
+from flatplank_analysis.slip_sweeps.verdict import (
+    LONGEST,
+    RISK,
+    chance_of,
+    degrees_of_freedom,
+    fails,
+)
 from flatplank_data.errors import FlatplankError
 
 
@@ -106,6 +118,48 @@ def test_the_floor_is_half_of_what_up_and_down_differ_by():
     assert curve.force == pytest.approx(-1e4 * curve.slip, abs=8.0)
 
 
+def test_bins_divide_the_range_of_the_slip_evenly():
+    _, curve = the_curve(a_sweep(lambda a, _up: -1e4 * a))
+    assert curve.bins.min() == 0 and curve.bins.max() == BINS - 1
+    middles = math.radians(12.0) * ((np.arange(BINS) + 0.5) / BINS - 0.5)
+    assert curve.slip == pytest.approx(middles, abs=math.radians(12.0) / BINS / 20.0)
+
+
+def test_a_held_slip_belongs_to_the_way_that_led_to_it():
+    """Stairs up and down; the force of each step differs by 30 N between the ways."""
+    stairs = np.radians(np.repeat(np.arange(-6.0, 6.5, 0.5), 50))
+    alpha = np.concatenate([stairs, stairs[::-1]])
+    way = np.repeat([15.0, -15.0], len(stairs))
+    columns = {"alpha": alpha, "fz": np.full(len(alpha), 1000.0), "fy": -1e4 * alpha + way}
+    _, curve = the_curve(columns)
+    filled = np.flatnonzero(np.isfinite(curve.up - curve.down))[1:-1]
+    assert len(filled) > 15
+    assert (curve.up - curve.down)[filled] == pytest.approx(30.0, abs=2.0)
+
+
+@pytest.mark.parametrize("moved", [30.0, -50.0])
+def test_the_floor_is_half_of_what_a_condition_measured_twice_differs_by(moved):
+    """However much rising and falling slip differ."""
+    twice = [
+        a_sweep(lambda a, up, o=o: -1e4 * a + np.where(up, 100.0, -100.0) + o, passes=1)
+        for o in (0.0, moved)
+    ]
+    between = a_sweep(lambda a, _up: -1e4 * a, passes=1, load=2000.0)
+    columns = {k: np.concatenate([twice[0][k], between[k], twice[1][k]]) for k in between}
+    condition, other = split_into_conditions(columns)
+    curve = curve_of(columns, condition)
+    assert condition.visits == 2 and other.visits == 1
+    assert curve.floor == pytest.approx(0.5 * abs(moved), rel=1e-6)
+    assert curve.floor_from == "repeats of a condition"
+    assert curve_of(columns, other).floor_from == "up and down through the same values"
+
+
+def test_a_slip_that_was_passed_once_has_no_floor():
+    columns = {k: v[:400] for k, v in a_sweep(lambda a, _up: -1e4 * a).items()}
+    _, curve = the_curve(columns)
+    assert math.isnan(curve.floor) and math.isnan(curve.freedom)
+
+
 def test_a_bin_with_fewer_than_three_samples_is_empty():
     bins = np.array([0, 0, 1, 1, 1, 3, 3, 3, 3])
     values = np.array([1.0, 3.0, 1.0, 2.0, 6.0, 1.0, 1.0, 1.0, 5.0])
@@ -136,6 +190,25 @@ def test_the_formula_is_that_which_made_the_curve(sign):
     assert formula.stiffness == pytest.approx(sign * b * c * d, rel=0.02)
     assert formula.rms < 0.5 and all(formula.known(name) for name in "BCD")
     assert formula(curve.slip) == pytest.approx(curve.force, abs=3.0)
+
+
+def test_the_intervals_and_the_rms_are_those_of_the_scatter():
+    """Fits of the same curve with other noise: 90 % of them lie within 1.64 standard deviations;
+    the mean of n samples scatters by the noise over the root of n."""
+    noise = 40.0
+    alpha = np.radians(np.tile(np.linspace(-15.0, 15.0, 300), 4))
+    exact = -900.0 * np.sin(1.5 * np.arctan(12.0 * alpha))
+    draw, found = np.random.default_rng(4), []
+    for _ in range(40):
+        fy = exact + draw.normal(0.0, noise, len(alpha))
+        _, curve = the_curve({"alpha": alpha, "fz": np.full(len(alpha), 1000.0), "fy": fy})
+        found.append(fit_formula(curve))
+    rms = np.sqrt(np.mean([f.rms**2 for f in found]))
+    assert rms == pytest.approx(noise * np.sqrt(BINS / len(alpha) * (1.0 - 6.0 / BINS)), rel=0.15)
+    for name in ("D", "Sh", "Sv"):
+        scatter = np.std([f.values[name] for f in found])
+        width = np.median([f.spread[name] for f in found])
+        assert width == pytest.approx(1.645 * scatter, rel=0.35), name
 
 
 def test_few_bins_are_no_formula():
@@ -175,6 +248,60 @@ def test_an_error_is_that_of_the_mean_curve(monkeypatch):
     assert failure.worst == pytest.approx(40.0, rel=1e-6)
     assert failure.worst_slip > math.radians(3.0)
     assert failure.share == pytest.approx(failure.error / np.nanmax(np.abs(curve.force)))
+
+
+@pytest.mark.parametrize(("swept", "force"), [("alpha", "fy"), ("kappa", "fx")])
+@pytest.mark.parametrize("more", [{}, {"pressure": 2e5, "speed": -16.0, "gamma": 0.1}])
+def test_a_tire_file_is_asked_for_the_samples_of_the_condition(swept, force, more, monkeypatch):
+    """What a bench does not measure is zero; the tire rolls forwards, at 1 m/s without a speed."""
+    columns = a_sweep(lambda a, _up: -1e4 * a, lead=90)
+    columns = {swept: columns["alpha"], "fz": columns["fz"], force: columns["fy"]}
+    columns |= {name: np.full(len(columns["fz"]), value) for name, value in more.items()}
+    columns["fz"][:90] = 20.0
+    condition, curve = the_curve(columns)
+    asked = {}
+
+    def forces(coefficients, fz, **given):
+        asked.update(given, coefficients=coefficients, fz=fz)
+        return {"fx": (columns[force][90:], None, None), "fy": (None, columns[force][90:], None)}[
+            force
+        ]
+
+    monkeypatch.setattr("flatplank_analysis.slip_sweeps.curves.steady_forces", forces)
+    tir = type("Tir", (), {"coefficients": {"a": 1.0}})
+    (failure,) = failures(columns, [condition], [curve], tir)
+    assert failure.error < 1e-9
+    assert asked.pop("coefficients") == {"a": 1.0}
+    wanted = {"alpha": 0.0, "kappa": 0.0, "gamma": more.get("gamma", 0.0), "fz": columns["fz"][90:]}
+    wanted |= {swept: columns[swept][90:], "vx": abs(more.get("speed", 1.0))}
+    pressure = asked.pop("pressure")
+    assert (pressure is None) if not more else (pressure == 2e5).all()
+    for name, value in wanted.items():
+        assert asked.pop(name) == pytest.approx(value), name
+    assert not asked
+
+
+def test_sweeps_of_both_slips_in_one_file_are_conditions_of_their_own():
+    side = a_sweep(lambda a, _up: -1e4 * a)
+    zero = np.zeros(len(side["fy"]))
+    one = {**side, "kappa": zero, "fx": zero}
+    two = {"alpha": zero, "kappa": side["alpha"], "fx": -side["fy"], "fy": zero, "fz": side["fz"]}
+    columns = {k: np.concatenate([one[k], two[k]]) for k in one}
+    first, second = split_into_conditions(columns)
+    assert (first.swept, second.swept) == ("alpha", "kappa")
+    assert first.samples.max() < len(zero) <= second.samples.min()
+    assert len(first.samples) > 0.9 * len(zero) and len(second.samples) > 0.9 * len(zero)
+
+
+def test_what_the_error_depends_on_is_its_mean_at_each_level():
+    held = [{"fz": f, "gamma": 0.0} for f in (1000.0, 2000.0, 1000.0)]
+    conditions = [SweepCondition("alpha", at, np.arange(9), 1) for at in held]
+    found = [
+        Failure(1.0, share, np.zeros(1), 0.0, 0.0, 0.5) for share in (0.02, 0.3, 0.04)
+    ]
+    assert list(by_level(conditions, found)) == ["by load: 3 % at 1000 N, 30 % at 2000 N"]
+    backwards = list(by_level(conditions[1:], found[1:]))
+    assert backwards == ["by load: 4 % at 1000 N, 30 % at 2000 N"]
 
 
 @pytest.mark.parametrize(
@@ -261,6 +388,45 @@ def test_independent_bins_are_degrees_of_freedom():
     assert math.isnan(degrees_of_freedom(alone, np.full(40, 9)))
     uneven = np.where(np.arange(40) < 20, 1, 10_000)
     assert degrees_of_freedom(draw.normal(size=40) / np.sqrt(uneven), uneven) < 25.0
+
+
+def test_degrees_of_freedom_are_satterthwaites():
+    """Differences whose memory is known by counting: signs that alternate have none, of those
+    that change at every third bin 20 of 29 pairs of neighbours are alike."""
+    counts = np.resize([4, 25, 9], 30)
+    alternating = np.resize([1.0, -1.0], 30) / np.sqrt(counts)
+    independent = (1.0 / counts).sum() ** 2 / (1.0 / counts**2).sum()
+    assert degrees_of_freedom(alternating, counts) == pytest.approx(independent)
+    assert degrees_of_freedom(5.0 * alternating, counts) == pytest.approx(independent)
+    assert degrees_of_freedom(np.zeros(30), counts) == pytest.approx(independent)
+    gaps = np.where(np.arange(30) % 5 == 1, np.nan, 1.0)
+    kept = 1.0 / counts[np.isfinite(gaps)]
+    random = np.random.default_rng(5).permutation(np.resize([1.0, -1.0], 30))
+    assert degrees_of_freedom(gaps * random / np.sqrt(counts), counts) <= (
+        kept.sum() ** 2 / (kept**2).sum() + 1e-9
+    )
+    even = np.full(30, 16)
+    apart = np.abs(np.subtract.outer(np.arange(30), np.arange(30)))
+    for difference, memory in (
+        (np.resize([1.0, 1.0, 1.0, -1.0, -1.0, -1.0], 30), (20 - 9) / 30),
+        (np.ones(30), LONGEST),
+    ):
+        wanted = 30**2 / (memory ** (2 * apart)).sum()
+        assert degrees_of_freedom(difference, even) == pytest.approx(wanted)
+
+
+def test_a_polynomial_that_the_ways_differ_by_is_no_scatter():
+    """A cubic is left out whole, and costs its share of the freedom."""
+    even, bins = np.full(30, 16), np.arange(30.0)
+    scatter = np.resize([1.0, -1.0], 30)
+    cubic = 1e-3 * bins**3 - 0.4 * bins**2 + 7.0
+    for difference in (scatter, scatter + cubic):
+        found = degrees_of_freedom(difference, even, 4)
+        assert found == pytest.approx(30.0 * (1.0 - 4.0 / 30.0), rel=0.02)
+    assert degrees_of_freedom(cubic, even) < 5.0
+    few = np.where(bins < 7, scatter, np.nan)
+    assert degrees_of_freedom(few, even, 4) >= 1.0
+    assert math.isnan(degrees_of_freedom(np.where(bins < 6, scatter, np.nan), even, 4))
 
 
 def conditions_of(*held: tuple[str, dict[str, float]]) -> Study:
