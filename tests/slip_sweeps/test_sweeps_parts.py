@@ -272,7 +272,12 @@ def test_a_tire_file_is_asked_for_the_samples_of_the_condition(swept, force, mor
     (failure,) = failures(columns, [condition], [curve], tir)
     assert failure.error < 1e-9
     assert asked.pop("coefficients") == {"a": 1.0}
-    wanted = {"alpha": 0.0, "kappa": 0.0, "gamma": more.get("gamma", 0.0), "fz": columns["fz"][90:]}
+    wanted = {
+        "alpha": 0.0,
+        "kappa": 0.0,
+        "gamma": more.get("gamma", 0.0),
+        "fz": columns["fz"][90:],
+    }
     wanted |= {swept: columns[swept][90:], "vx": abs(more.get("speed", 1.0))}
     pressure = asked.pop("pressure")
     assert (pressure is None) if not more else (pressure == 2e5).all()
@@ -296,9 +301,7 @@ def test_sweeps_of_both_slips_in_one_file_are_conditions_of_their_own():
 def test_what_the_error_depends_on_is_its_mean_at_each_level():
     held = [{"fz": f, "gamma": 0.0} for f in (1000.0, 2000.0, 1000.0)]
     conditions = [SweepCondition("alpha", at, np.arange(9), 1) for at in held]
-    found = [
-        Failure(1.0, share, np.zeros(1), 0.0, 0.0, 0.5) for share in (0.02, 0.3, 0.04)
-    ]
+    found = [Failure(1.0, share, np.zeros(1), 0.0, 0.0, 0.5) for share in (0.02, 0.3, 0.04)]
     assert list(by_level(conditions, found)) == ["by load: 3 % at 1000 N, 30 % at 2000 N"]
     backwards = list(by_level(conditions[1:], found[1:]))
     assert backwards == ["by load: 4 % at 1000 N, 30 % at 2000 N"]
