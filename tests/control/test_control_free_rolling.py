@@ -239,6 +239,50 @@ def test_the_servo_ends_a_quarter_of_a_second_after_it_has_caught_up():
     assert (n - begun + 1) / P.rate_hz == pytest.approx(0.25, abs=2.0 / P.rate_hz)
 
 
+@pytest.mark.parametrize(
+    ("ahead", "velocity", "motor"),
+    [
+        (0.0002, 0.03, 100.0),  # behind by 0.2 mm
+        (-0.0005, 0.03, 100.0),  # ahead of the road
+        (-0.05, 0.03, 1.0),  # so far ahead that the wheel waits
+        (0.05, 0.03, 200.0),  # so far behind that the fastest wheel is asked for
+        (0.05, 0.0, 1.0),  # before the velocity of the plank is known
+    ],
+)
+def test_the_servo_asks_for_the_road_and_the_lost_travel(ahead, velocity, motor):
+    """Motor speed and torque by hand; the wheel also stretches the tire to the reference. The
+    torque that the force loop takes over follows within 50 ms."""
+    p = replace(P, torque_min=-100.0, torque_max=100.0, catch_gain=0.01)
+    start, stiffness = Start(p), 4e5
+    torques, x = [start.step(*held_tire(0, 0.0, stiffness))], 0.0
+    while start.phase != CATCH_UP:
+        x += 0.03092 / p.rate_hz
+        torques.append(start.step(*held_tire(0, x, stiffness)))
+    force, encoders = held_tire(0, x, stiffness)
+    turned = (x + p.reference / stiffness - ahead) / p.effective_radius
+    encoders = encoders._replace(wheel_angle=turned, motor_velocity=motor, plank_velocity=velocity)
+    gear = p.gear_ratio / p.effective_radius
+    wanted = min(max(gear * (velocity + 8.0 * ahead), 0.0), 1.5 * gear * max(velocity, 0.01))
+    for _ in range(5):
+        torques.append(start.step(force, encoders))
+        assert torques[-1] == pytest.approx(p.start_torque + 0.01 * (wanted - motor), rel=1e-4)
+    smooth = 0.0
+    for torque in filter(None, torques):
+        smooth += -math.expm1(-1.0 / (0.05 * p.rate_hz)) * (torque - smooth)
+    assert start.torque == pytest.approx(smooth)
+
+
+@pytest.mark.parametrize(("motor", "limit"), [(-1e4, P.torque_max), (1e4, P.torque_min)])
+def test_the_torque_of_the_servo_stays_within_the_limits(motor, limit):
+    start, step = Start(P), 0.03092 / P.rate_hz
+    n = 0
+    while start.phase != CATCH_UP:
+        start.step(*held_tire(n, step * n))
+        n += 1
+    held, encoders = held_tire(n, step * n)
+    assert start.step(held, encoders._replace(motor_velocity=motor)) == limit
+
+
 def transient(stiffness: float, sigma: float, radius: float, count: int = 400):
     """Travel, angle and force of a rolling tire: dF/dx = C_x (r dtheta/dx - 1) - F / sigma."""
     x, dx, force, out = 0.0, 1e-4, 0.0, []

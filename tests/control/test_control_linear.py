@@ -12,6 +12,7 @@ import pytest
 import control
 from flatplank_control.cli.tune import main as tune
 from flatplank_control.free_rolling import FreeRollingController, FreeRollingParameters
+from flatplank_control.free_rolling.loop import draw
 from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA
 from flatplank_hw.samples import EncoderSample, HubSample, Wrench
 from flatplank_validation.free_rolling.linear import (
@@ -67,6 +68,47 @@ def test_tune_without_delay_is_the_loop_of_the_thesis(capsys, tmp_path):
     for part in ("39.92 deg", "3.14 Hz", "bandwidth 5.22 Hz", "settles to 0.5 % in 32.7 s"):
         assert part in line, line
     assert picture.stat().st_size > 10_000
+
+
+def test_the_picture_of_a_loop_has_its_curves(monkeypatch, tmp_path):
+    """Of a loop that is known in closed form, and of one that is unstable and has no step."""
+    drawn = []
+    monkeypatch.setattr(
+        "matplotlib.figure.Figure.savefig", lambda f, path: drawn.append((f, path))
+    )
+    s = control.tf("s")
+    draw(tmp_path / "a.svg", {"good": 2.0 / (s + 1.0) ** 2, "bad": 50.0 / (s + 1.0) ** 3})
+    ((figure, path),) = drawn
+    assert path == tmp_path / "a.svg"
+    size, phase, step, poles = figure.axes
+    for panel, order, gain in ((size, 2, 2.0), (size, 3, 50.0)):
+        line = next(x for x in panel.get_lines() if x.get_label() == {2: "good", 3: "bad"}[order])
+        f = line.get_xdata()
+        assert f[0] < 0.1 and f[-1] > 10.0
+        known = gain / (1.0 + (2.0 * np.pi * f) ** 2) ** (order / 2.0)
+        np.testing.assert_allclose(line.get_ydata(), known, rtol=1e-6)
+    for line, order in zip(phase.get_lines(), (2, 3), strict=False):
+        known = -order * np.degrees(np.arctan(2.0 * np.pi * line.get_xdata()))
+        np.testing.assert_allclose(line.get_ydata(), known, atol=1e-6)
+    (curve, settled) = step.get_lines()
+    t, y = curve.get_data()
+    # s^2 + 2 s + 3: natural frequency sqrt(3), decay 1
+    w = np.sqrt(2.0)
+    known = (2.0 / 3.0) * (1.0 - np.exp(-t) * (np.cos(w * t) + np.sin(w * t) / w))
+    np.testing.assert_allclose(y, known, atol=1e-4)
+    end = settled.get_xdata()[0]
+    outside = np.abs(known / (2.0 / 3.0) - 1.0) > 0.005
+    assert end == pytest.approx(t[outside][-1], abs=0.02) and t[-1] == pytest.approx(
+        1.1 * end, 1e-2
+    )
+    points = {x.get_label(): x for x in poles.get_lines()}
+    at = np.sort_complex(points["good x"].get_xdata() + 1j * points["good x"].get_ydata())
+    np.testing.assert_allclose(at, [-1.0 - 1j * w, -1.0 + 1j * w], atol=1e-6)
+    assert len(points["bad x"].get_xdata()) == 3 and "good o" in points
+    for panel, level in ((size, 1.0), (phase, -180.0)):
+        assert [x.get_ydata()[0] for x in panel.get_lines()[2:]] == [level]
+    assert {"good", "bad"} <= {t.get_text() for t in size.get_legend().get_texts()}
+    assert all(panel.get_xlabel() and panel.get_ylabel() for panel in figure.axes)
 
 
 def test_the_printed_inertia_is_that_of_half_the_efficiency():

@@ -262,6 +262,19 @@ def test_mismatch_shows_a_gear_that_slips():
     assert sample.mismatch == pytest.approx(0.0396, rel=1e-4)
 
 
+def test_the_shortest_window_is_the_step_from_one_sample_to_the_next():
+    p = EncoderParameters(wheel_velocity_window=0.005, motor_velocity_window=0.005)
+    core = Encoders(p)
+    for n, wheel in enumerate((0, 100, 300, 600)):
+        sample = core.step(image(n, wheel=wheel, motor=wheel))
+    assert sample.wheel_velocity == pytest.approx(
+        2.0 * math.pi * 300 / p.wheel_counts_per_turn * p.rate_hz
+    )
+    assert sample.motor_velocity == pytest.approx(
+        2.0 * math.pi * 300 / p.motor_counts_per_turn * p.rate_hz
+    )
+
+
 def test_a_cycle_is_cheap():
     e = Encoders(P)
     inputs = [image(n, plank=8 * n, wheel=n, motor=50_000 * n) for n in range(20000)]

@@ -5,15 +5,17 @@ socket."""
 from __future__ import annotations
 
 import pytest
-from ethercat_rig import BUS_FILES
+from ethercat_rig import BUS_FILES, TURNING
 from ethercat_stub_plant import StubPlant
 
 from flatplank_hw.bus.image import AxisInputs
+from flatplank_hw.cia402 import QUICK_STOP
 from flatplank_hw.ethercat.reader import read_bus_file
 from flatplank_sim.emulator import registers as reg
 from flatplank_sim.emulator.al import AlStatusCode, State, StateMachine
-from flatplank_sim.emulator.bench import EmulatedBench
+from flatplank_sim.emulator.bench import EmulatedBench, make_plant
 from flatplank_sim.emulator.drive_firmware import DriveFirmware
+from flatplank_sim.emulator.motion_monitor import WHEEL_MOVING
 from flatplank_sim.emulator.sii import build_sii
 from flatplank_sim.emulator.slave import EmulatedSlave
 
@@ -195,6 +197,43 @@ def test_loss_of_communication_is_a_fault_while_enabled(drive: DriveFirmware) ->
     drive.slave.drop(State.SAFEOP, 0x1B)
     assert drive.command(RUN, 1, 0).control_word == 0x02
     assert drive.report(STANDING, RUN, 0)[0::5] == (0x0218, 0x7500)
+
+
+def cycles_until_rest(drive: DriveFirmware, lost_after: int | None) -> int:
+    """Cycles from a quick stop until the wheel rests, which hangs free and has turned at 0.1
+    rad/s; the drive loses the bus so many cycles after the quick stop."""
+    plant = make_plant("simulated", 250, 1, {}, ["wheel"])
+    plant.operator.unload()
+    inputs, now, moved = None, 0, 0
+
+    def cycle(word: int) -> None:
+        nonlocal inputs, now
+        now += 4_000_000
+        command = drive.command((word, 9, 0, TURNING, 0), now // 4_000_000 - 1, now)
+        inputs = plant.step([command])
+        drive.report(inputs.axes[0], (word, 9, 0, TURNING, 0), now)
+
+    for word in (0x06, 0x07, *[0x0F] * 500):
+        cycle(word)
+    assert plant.truth.wheel_velocity > 0.09
+    for n in range(100):
+        if n == lost_after:
+            drive.slave.drop(State.SAFEOP, 0x1B)
+        cycle(QUICK_STOP)
+        moved = n if abs(plant.truth.wheel_velocity) > WHEEL_MOVING else moved
+    return moved + 1
+
+
+@pytest.mark.parametrize("lost_after", range(9))
+def test_a_drive_that_loses_the_bus_while_it_brakes_brakes_on(
+    drive: DriveFirmware, lost_after: int
+) -> None:
+    made = slave("wheel_drive")
+    to_op(made)
+    undisturbed = cycles_until_rest(DriveFirmware(0, made), None)
+    assert undisturbed > 5
+    assert cycles_until_rest(drive, lost_after) <= undisturbed
+    assert drive.fault == 0x7500
 
 
 def test_no_fault_when_it_was_not_enabled(drive: DriveFirmware) -> None:

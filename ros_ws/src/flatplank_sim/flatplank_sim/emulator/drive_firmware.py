@@ -11,16 +11,14 @@ from __future__ import annotations
 from flatplank_hw.bus.image import AxisCommand, AxisInputs
 from flatplank_hw.cia402 import (
     DISABLE_VOLTAGE,
+    ENERGISED,
     FAULT_RESET,
     FAULT_STATUS,
     QUICK_STOP,
     STATE_BITS,
-    STATUS,
-    State,
 )
 from flatplank_sim.emulator.slave import EmulatedSlave
 
-ENABLED = STATUS[State.OPERATION_ENABLED]
 COMMUNICATION = 0x7500
 FOLLOWING_ERROR = 0x8611
 STOP_NS = 200_000_000
@@ -44,7 +42,7 @@ class DriveFirmware:
         self.stuck = False
         self.safe_stop = False
         """true when the emergency stop circuit is open"""
-        self._enabled = False
+        self._energised = False
         self._reset_bit = True
         self._braking_since: int | None = None
         self._stuck_since: int | None = None
@@ -67,7 +65,7 @@ class DriveFirmware:
     def command(self, asked: DriveWords, cycle: int, now: int) -> AxisCommand:
         """Command to the motor for what the bus has `asked`."""
         if not self.slave.operational:
-            if self._enabled and not self.fault:
+            if self._energised and not self.fault:
                 self.trip(COMMUNICATION)
             asked = IDLE
         word = asked[0]
@@ -83,7 +81,7 @@ class DriveFirmware:
 
     def report(self, motor: AxisInputs, asked: DriveWords, now: int) -> AxisInputs:
         """Inputs that the drive reports about its motor."""
-        self._enabled = motor.status_word & STATE_BITS == ENABLED
+        self._energised = motor.status_word & STATE_BITS in ENERGISED
         if self.stuck and not self.fault:
             self._watch_following(asked, now)
             if not self.fault:

@@ -14,6 +14,7 @@ from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs, Dig
 from flatplank_hw.cia402 import (
     DISABLE_VOLTAGE,
     ENABLE_OPERATION,
+    ENERGISED,
     FAULT_RESET,
     FAULT_STATUS,
     QUICK_STOP,
@@ -46,7 +47,6 @@ _UPWARD = {
     STATUS[State.READY_TO_SWITCH_ON]: (SWITCH_ON, ENABLE_OPERATION),
     STATUS[State.SWITCHED_ON]: (ENABLE_OPERATION,),
 }
-_ENERGISED = (STATUS[State.OPERATION_ENABLED], STATUS[State.QUICK_STOP_ACTIVE])
 _LIMITS = {
     AXES.index("wheel"): Digital.LIMIT_FRONT,
     AXES.index("plank"): Digital.LIMIT_FRONT | Digital.LIMIT_REAR,
@@ -140,7 +140,7 @@ class Guard:
 
 def _wants_motion(status: int, word: int) -> bool:
     """True when the drive is energised or the command brings it closer to that."""
-    return status in _ENERGISED or word & 0x0F in _UPWARD.get(status, ())
+    return status in ENERGISED or word & 0x0F in _UPWARD.get(status, ())
 
 
 def _held(command: AxisCommand, word: int) -> AxisCommand:
