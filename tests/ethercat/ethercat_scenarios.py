@@ -159,7 +159,7 @@ SCENARIOS = (
         "drive falls to SAFEOP with a sync error", "al_drop",
         {"slave": "wheel_drive", "state": "SAFEOP", "code": 0x001A},
         health=("SLAVE_FAULT",), reason="wheel_drive: SAFEOP with error 0x001A",
-        steps=("ACKNOWLEDGE",), held=None, error_code=0x7500,
+        steps=("ACKNOWLEDGE",), held="BUS", error_code=0x7500,
     ),
     Scenario(
         "terminal falls to SAFEOP with its maker's code", "al_drop",

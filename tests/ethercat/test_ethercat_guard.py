@@ -86,6 +86,21 @@ def test_an_idle_axis_is_not_latched() -> None:
     assert step(guard, 2, SHUTDOWN, inputs=off) == SHUTDOWN
 
 
+@pytest.mark.parametrize("fault", [0x0218, 0x0238, 0x021F], ids=["rests", "quick stop", "brakes"])
+@pytest.mark.parametrize(("facts", "cause"), BAD[:3], ids=lambda v: getattr(v, "name", ""))
+def test_a_drive_that_forgets_its_fault_while_the_bus_is_bad_stays_held(
+    facts: dict, cause: Cause, fault: int
+) -> None:
+    """It restarts, and may be enabled: only a reset by the operator lets it."""
+    guard = prepared()
+    for cycle, word in enumerate((0x00, SHUTDOWN, RUN), 2):
+        assert step(guard, cycle, word, inputs=image(fault), **facts) == 0x02
+    assert guard.latched == {0: cause}
+    assert all(step(guard, c, SHUTDOWN, inputs=image(OFF)) == 0x02 for c in range(5, 20))
+    assert step(guard, 20, 0x80, inputs=image(OFF)) == 0x80
+    assert step(guard, 21, SHUTDOWN, inputs=image(OFF)) == SHUTDOWN
+
+
 def test_an_enable_asked_during_a_fault_is_latched() -> None:
     guard = Guard(250, 44)
     assert step(guard, 1, SHUTDOWN, inputs=image(OFF), health=Health.LOST) == 0x02

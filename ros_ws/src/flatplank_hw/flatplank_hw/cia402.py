@@ -55,8 +55,8 @@ PATTERNS = (
 
 STATUS: dict[State, int] = {state: value for _, value, state in PATTERNS}
 """state -> status word, state bits only"""
-ENERGISED = (STATUS[State.OPERATION_ENABLED], STATUS[State.QUICK_STOP_ACTIVE])
-"""status words, state bits only, of a drive that follows a set-point or brakes"""
+ENERGISED = (State.OPERATION_ENABLED, State.QUICK_STOP_ACTIVE)
+"""states of a drive that follows a set-point or brakes"""
 FAULT_STATUS = 0x0218
 """status word of a stopped drive: fault, voltage enabled, remote"""
 TORQUE_UNIT = 1e-4

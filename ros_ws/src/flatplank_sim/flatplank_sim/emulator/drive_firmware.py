@@ -16,6 +16,7 @@ from flatplank_hw.cia402 import (
     FAULT_STATUS,
     QUICK_STOP,
     STATE_BITS,
+    decode,
 )
 from flatplank_sim.emulator.slave import EmulatedSlave
 
@@ -81,7 +82,7 @@ class DriveFirmware:
 
     def report(self, motor: AxisInputs, asked: DriveWords, now: int) -> AxisInputs:
         """Inputs that the drive reports about its motor."""
-        self._energised = motor.status_word & STATE_BITS in ENERGISED
+        self._energised = decode(motor.status_word) in ENERGISED
         if self.stuck and not self.fault:
             self._watch_following(asked, now)
             if not self.fault:

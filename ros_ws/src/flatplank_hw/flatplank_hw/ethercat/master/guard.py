@@ -23,6 +23,7 @@ from flatplank_hw.cia402 import (
     STATUS,
     SWITCH_ON,
     State,
+    decode,
 )
 
 BRAKING_S = 0.25
@@ -47,6 +48,8 @@ _UPWARD = {
     STATUS[State.READY_TO_SWITCH_ON]: (SWITCH_ON, ENABLE_OPERATION),
     STATUS[State.SWITCHED_ON]: (ENABLE_OPERATION,),
 }
+_STOPPED = (*ENERGISED, State.FAULT_REACTION_ACTIVE, State.FAULT)
+"""states from which only a reset leads back to motion, once the guard has seen a cause"""
 _LIMITS = {
     AXES.index("wheel"): Digital.LIMIT_FRONT,
     AXES.index("plank"): Digital.LIMIT_FRONT | Digital.LIMIT_REAR,
@@ -80,7 +83,7 @@ class Guard:
         for axis, command in commands.items():
             cause = common or self._own(axis, cycle, command, closed)
             status = self._status(axis, inputs)
-            if cause and axis not in self.latched and _wants_motion(status, command.control_word):
+            if cause and axis not in self.latched and _must_be_held(status, command.control_word):
                 self._latch(axis, cause, cycle)
             reset = bool(command.control_word & FAULT_RESET)
             if reset and not self._reset_seen.get(axis, True) and not cause:
@@ -138,9 +141,12 @@ class Guard:
         return inputs.axes[axis].status_word & STATE_BITS
 
 
-def _wants_motion(status: int, word: int) -> bool:
-    """True when the drive is energised or the command brings it closer to that."""
-    return status in ENERGISED or word & 0x0F in _UPWARD.get(status, ())
+def _must_be_held(status: int, word: int) -> bool:
+    """True when the drive is energised or in fault, or the command brings it closer to motion.
+
+    A drive that restarts forgets its fault, so that it may be enabled again without a reset.
+    """
+    return decode(status) in _STOPPED or word & 0x0F in _UPWARD.get(status, ())
 
 
 def _held(command: AxisCommand, word: int) -> AxisCommand:
