@@ -45,6 +45,7 @@ def test_a_search_does_not_end_in_the_corner_that_its_first_effect_left_behind(m
     assert end.whitened.chi2 < 1.01 * anew.chi2
 
 
+@pytest.mark.long
 def test_a_fit_that_ends_in_a_corner_is_no_effect():
     """With 1 N of noise the fit of this tire, in which nothing is hidden, ended where -10 % was
     80 N off and no small step was better."""

@@ -9,6 +9,7 @@ from flatplank_analysis.contact_patch.session import Session
 from flatplank_validation.blind.cases import Case, make
 
 
+@pytest.mark.long
 @pytest.mark.timeout(300)
 @pytest.mark.parametrize(("noise", "scatter"), [("coloured", 0.03), ("usual", 0.0)])
 def test_a_form_that_shows_at_the_end_of_a_refit_only_is_still_a_fault(noise, scatter):
@@ -21,6 +22,7 @@ def test_a_form_that_shows_at_the_end_of_a_refit_only_is_still_a_fault(noise, sc
     assert sum("another form" in note for note in found["notes"]) == 1, found["notes"]
 
 
+@pytest.mark.long
 @pytest.mark.timeout(300)
 @pytest.mark.parametrize("seed", [5, 7])
 def test_what_no_error_of_the_law_can_leave_is_a_fault(seed):

@@ -68,6 +68,7 @@ def test_a_law_of_another_form_is_the_law_only(data):
     assert {e["name"] for e in result["effects"]} <= {"tire_law"}
 
 
+@pytest.mark.long
 @pytest.mark.timeout(300)
 def test_less_friction_when_braking_is_not_another_law():
     """A law with a table for each direction contained it, and so always stood for it."""
@@ -80,6 +81,7 @@ def test_less_friction_when_braking_is_not_another_law():
     assert effect["size"] == pytest.approx(0.03, rel=0.2)
 
 
+@pytest.mark.long
 @pytest.mark.timeout(300)
 def test_a_law_found_first_does_not_make_the_tests_of_an_effect_stricter():
     """A wear that saturates differs a little among conditions: surely there among repeats, it was

@@ -17,6 +17,7 @@ def diagnosed(case: Case, seed: int = SEED):
     return journal.diagnose(tables), answer
 
 
+@pytest.mark.long
 def test_a_number_of_the_effect_itself_does_not_hide_its_size():
     """The load wave of a run-out is thousands of floors; its force is what its size is known
     from, and what the form of the law may feign is a share of that.
@@ -38,6 +39,7 @@ def test_a_fault_of_nearly_the_right_form_is_named_though_something_is_left():
     assert "drive_backlash" in (second["name"], *second["class"])
 
 
+@pytest.mark.long
 def test_a_weak_effect_is_named_beside_a_strong_one_that_shows_in_another_signal():
     """A run-out explains a thousand times as much, nearly all of it in the wheel load."""
     diagnosis, answer = diagnosed(
@@ -50,6 +52,7 @@ def test_a_weak_effect_is_named_beside_a_strong_one_that_shows_in_another_signal
     assert diagnosis["effects"][0]["name"] == "runout_1"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "case",
     [
@@ -66,6 +69,7 @@ def test_what_the_base_gives_way_to_is_refitted_whatever_the_screening_says(case
     assert score(diagnosis, answer)["right"], diagnosis["effects"]
 
 
+@pytest.mark.long
 def test_one_gap_of_another_form_is_not_two():
     """A backlash with an oil film; two gaps together explain a seventh more."""
     case = Case("single", "forms", ("drive_backlash",), 3.0, "measured", 0.02, "plain", 0, "c")
@@ -73,6 +77,7 @@ def test_one_gap_of_another_form_is_not_two():
     assert score(diagnosis, answer)["right"] and len(diagnosis["effects"]) == 1
 
 
+@pytest.mark.long
 def test_of_two_that_share_what_they_explain_one_goes():
     diagnosis, answer = diagnosed(
         Case("single", "plant", ("time_skew",), 3.0, "quiet", 0.02, "plain", 0, "c"), 73190
@@ -83,6 +88,7 @@ def test_of_two_that_share_what_they_explain_one_goes():
     assert low > 0.0 and high < 0.1
 
 
+@pytest.mark.long
 def test_a_load_that_undulates_is_found_beside_a_force_that_all_runs_show():
     """Its period was looked for in the mean over all runs, where driving and braking cancel; so it
     was called a worn patch."""
@@ -93,6 +99,7 @@ def test_a_load_that_undulates_is_found_beside_a_force_that_all_runs_show():
     assert score(diagnosis, answer)["right"], diagnosis["effects"]
 
 
+@pytest.mark.long
 def test_what_leaves_the_first_channel_as_it_is_may_explain_another():
     """Slip in both directions shares the grip of this tire: Fy was 15 N off, and the verdict `none
     of these`. With it the error of Fx ended 0.003 % higher, where fits end."""

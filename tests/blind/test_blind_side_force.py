@@ -17,6 +17,7 @@ def diagnosed(case: Case, seed: int, *names: str) -> dict:
     return session.diagnose().to_dict()
 
 
+@pytest.mark.long
 @pytest.mark.timeout(300)
 def test_a_steering_zero_is_named_with_its_size(monkeypatch):
     """The tire scatters by 3 %, across as along. Where the noise knew it along only, repeats
@@ -40,6 +41,7 @@ def test_what_an_effect_of_no_consequence_explains_has_no_other_name(monkeypatch
     assert {e["name"] for e in found["effects"]} <= {"crosstalk_fy"}, found
 
 
+@pytest.mark.long
 @pytest.mark.timeout(300)
 def test_the_direction_of_both_forces_is_no_difference_between_driving_and_braking():
     """No scatter of the grip hides it, so that a small error of the base's form was named."""

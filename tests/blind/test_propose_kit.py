@@ -37,6 +37,7 @@ def test_answers_speak_the_words_of_the_grammar():
         assert set(truth.modulators) <= set(BY_NAME)
 
 
+@pytest.mark.long
 def test_a_sentence_is_proposed_beside_a_law_of_another_form():
     """A zero that warms up. No difference of stiffness between driving and braking is there, and
     none is named; the sentence takes the error to the floor."""
@@ -51,6 +52,7 @@ def test_a_sentence_is_proposed_beside_a_law_of_another_form():
     assert said["refit"]["rmse"] < 1.05 * said["refit"]["floor"]
 
 
+@pytest.mark.long
 def test_what_is_not_clear_of_zero_is_not_named_and_does_not_hide_a_sentence():
     """That difference of stiffness was named here, too, with a 99 % interval that covers zero."""
     case = Case("force", "second", "warming", "usual", 0.0, "small", 0)
@@ -59,6 +61,7 @@ def test_what_is_not_clear_of_zero_is_not_named_and_does_not_hide_a_sentence():
     assert (said["family"], said["shape"]) == ("signal", "relaxation")
 
 
+@pytest.mark.long
 def test_a_sentence_is_proposed_where_nothing_was_found():
     case = Case("left_out", "forms", "crosstalk_mx", "quiet", 0.0, "small", 1)
     assert case in full(67314)
