@@ -29,7 +29,7 @@ from flatplank_validation.thesis.published import (
 )
 from flatplank_validation.thesis.registry import Chapter, Entry, Near, Row, Same, printed
 
-SCREEN = "a picture of the software, no result; ours is the page of `./flatplank panel`"
+SCREEN = "a picture of the software, no result; ours is the page of the panel"
 FOOTPRINT = "a picture of ink on paper; the twin has no ink, and its contact length stands in G.4"
 CONSTANTS = {
     "k_Fx1": ("k_fx1", 3.5841), "k_Fx2": ("k_fx2", 3.8158), "k_Fy": ("k_fy", 3.8246),

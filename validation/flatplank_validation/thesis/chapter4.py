@@ -9,7 +9,7 @@ from flatplank_validation.thesis import appendix_c
 from flatplank_validation.thesis.appendix_c import ABOUT, LEFT, amplitude
 from flatplank_validation.thesis.registry import AtMost, Chapter, Entry, Row
 
-SCREEN = "a picture of the software, no result; ours is the page of `./flatplank panel`"
+SCREEN = "a picture of the software, no result; ours is the page of the panel"
 PLACE = "section 4.1"
 
 CHAPTER = Chapter(

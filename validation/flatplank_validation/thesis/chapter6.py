@@ -370,8 +370,8 @@ CHAPTER = Chapter(
             *(Row(f"constant part at {100 * k:g} %", "mm", value, "section 6.3",
                   partial(plateau_length, k), Near(10.0, "‘approximately’ 0.080 and 0.035 m: the "
                   "two give 0.80 and 0.70 mm of lost motion, 13 % apart"),
-                  "the preset has the play of the road, 1.15 mm, and of the rack, 0.64 mm, as the "
-                  "thesis gives them: together more than the 0.75 mm of its figure 6.7")
+                  "the play of the road, 1.15 mm, is alone more than the 0.75 mm of the thesis's "
+                  "figure 6.7; the rack crosses its 0.64 mm later, a second constant part")
               for k, value in PLATEAU.items()),
             Row("constant part times slip", "", "the same lost motion", "section 6.3",
                 plateau_constant, Same()),
