@@ -8,6 +8,8 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from flatplank_data.arguments import add_json
+
 Work = Callable[[argparse.Namespace], Mapping[str, Any]]
 
 
@@ -25,7 +27,7 @@ def command(text: str | None, work: Work, **options: Any) -> Callable[..., None]
                 parser.add_argument(name, type=value)
             else:
                 parser.add_argument(f"--{name}", type=type(value), default=value)
-        parser.add_argument("--json", action="store_true", help="print JSON for programs")
+        add_json(parser)
         chosen = parser.parse_args(arguments)
         numbers = work(chosen)
         if chosen.json:

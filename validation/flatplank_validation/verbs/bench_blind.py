@@ -15,7 +15,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from flatplank_analysis.contact_patch.session import SEARCHES, STEPS
-from flatplank_data.arguments import Parser
+from flatplank_data.arguments import Parser, add_json
 from flatplank_validation.blind import journal
 from flatplank_validation.blind.detectable import cache
 from flatplank_validation.blind.lists import five_slips, full
@@ -55,7 +55,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument(
         "--any-code", action="store_true", help="with --no-run: results of older code, too"
     )
-    p.add_argument("--json", action="store_true", help="print JSON for programs")
+    add_json(p)
     return p
 
 

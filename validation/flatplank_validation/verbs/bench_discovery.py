@@ -19,7 +19,7 @@ from flatplank_analysis.discovery.state import start_base
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.parallel import worker_pool
 from flatplank_analysis.proposal.propose import propose
-from flatplank_data.arguments import Parser
+from flatplank_data.arguments import Parser, add_json
 from flatplank_data.campaign import Campaign
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
@@ -141,7 +141,7 @@ def kept(count: int, found: dict[str, Any]) -> bool:
 def main(argv: list[str]) -> int:
     """Exit code 0: all numbers are within their limits; 1: not."""
     p = Parser(prog="flatplank bench-discovery", description=__doc__)
-    p.add_argument("--json", action="store_true", help="print JSON for programs")
+    add_json(p)
     p.add_argument(
         "--nulls",
         type=int,

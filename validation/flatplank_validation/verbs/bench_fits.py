@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from flatplank_analysis.cli import common
-from flatplank_data.arguments import Parser
+from flatplank_data.arguments import Parser, add_json
 from flatplank_validation.fits import (
     bag_import,
     campaign_fit,
@@ -51,7 +51,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--runs", type=int, default=800, help="of campaign_fit (default 800)")
     parser.add_argument("--gigabytes", type=float, default=2.0, help="of large_bag (default 2)")
     parser.add_argument("--bags", type=Path, help="campaign of bags; without it no bag_import")
-    parser.add_argument("--json", action="store_true", help="print JSON for programs")
+    add_json(parser)
     chosen = parser.parse_args(argv)
     unknown = [p for p in chosen.parts if p not in PARTS]
     if unknown:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from flatplank_data.arguments import Parser
+from flatplank_data.arguments import Parser, add_json
 from flatplank_validation.bench.hold_bench import load_over_the_road, load_step, steering
 
 SLIPS = (0.0, -0.1)
@@ -37,7 +37,7 @@ def measure() -> dict[str, Any]:
 def main(argv: list[str]) -> int:
     """Print the table; exit code 0: load and overshoot are within their limits, 1: not."""
     p = Parser(prog="flatplank bench-hold", description=__doc__)
-    p.add_argument("--json", action="store_true", help="for programs")
+    add_json(p)
     found = measure() if (o := p.parse_args(argv)) else {}
     if o.json:
         print(json.dumps(found, indent=1))

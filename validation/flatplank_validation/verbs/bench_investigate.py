@@ -11,7 +11,7 @@ import json
 import sys
 from pathlib import Path
 
-from flatplank_data.arguments import Parser
+from flatplank_data.arguments import Parser, add_json
 from flatplank_data.files import write_atomic
 from flatplank_sim.sealed.menu import MENU
 from flatplank_validation.blind.detectable import cache
@@ -48,7 +48,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument(
         "--any-code", action="store_true", help="with --no-run: results of older code, too"
     )
-    p.add_argument("--json", action="store_true", help="print JSON for programs")
+    add_json(p)
     p.add_argument(
         "--write",
         type=Path,

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from flatplank_data.arguments import Parser
+from flatplank_data.arguments import Parser, add_json
 from flatplank_data.errors import FlatplankError
 from flatplank_validation.blind import journal
 from flatplank_validation.blind.markdown import table
@@ -31,7 +31,7 @@ def main(argv: Sequence[str]) -> int:
     parser = Parser(prog="flatplank bench-oracle", description=__doc__)
     parser.add_argument("journal", type=Path, help="of bench-blind: .jsonl, or .jsonl.gz of docs")
     parser.add_argument("--limit", type=int, help="only so many campaigns with one hidden effect")
-    parser.add_argument("--json", action="store_true", help="print JSON for programs")
+    add_json(parser)
     o = parser.parse_args(argv)
     entries = _read(o.journal)
     rows = []

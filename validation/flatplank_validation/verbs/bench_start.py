@@ -15,7 +15,7 @@ import numpy as np
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.free_rolling.loop import phase_margin
 from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA
-from flatplank_data.arguments import Parser
+from flatplank_data.arguments import Parser, add_json
 from flatplank_hw.hub.identify import identify_fit
 from flatplank_hw.hub.parasitic import ParasiticFit
 from flatplank_sim.plant.truth import truth_row
@@ -169,7 +169,7 @@ def main(argv: list[str]) -> int:
     """Print the table; exit code 0: our method is within all limits, 1: not."""
     p = Parser(prog="flatplank bench-start", description=__doc__)
     p.add_argument("--preset", help="defects of the machine: thesis2023")
-    p.add_argument("--json", action="store_true", help="for programs")
+    add_json(p)
     p.add_argument("--tire", help="only this one", choices=sorted({tire for tire, _ in CASES}))
     o = p.parse_args(argv)
     found = measure(o)

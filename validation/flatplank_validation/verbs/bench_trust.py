@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from flatplank_data.arguments import Parser
+from flatplank_data.arguments import Parser, add_json
 from flatplank_data.files import write_atomic
 from flatplank_data.params import nearest_hint
 from flatplank_validation.trust.page import page, table
@@ -40,7 +40,7 @@ def parser() -> argparse.ArgumentParser:
         "--mutants", nargs="+", type=Path, default=[], metavar="FILE",
         help="journals of tests/mutation/mutate.py, for --write",
     )  # fmt: skip
-    p.add_argument("--json", action="store_true", help="print JSON for programs")
+    add_json(p)
     return p
 
 

@@ -8,7 +8,7 @@ import json
 import os
 from pathlib import Path
 
-from flatplank_data.arguments import Parser
+from flatplank_data.arguments import Parser, add_json
 from flatplank_validation.thesis.chapters import CHAPTERS
 from flatplank_validation.thesis.lab import Lab
 from flatplank_validation.thesis.page import PAGE, TABLE, show, write
@@ -21,7 +21,7 @@ def parser() -> argparse.ArgumentParser:
     )
     p.add_argument("--out", type=Path, default=Path("thesis"), help="folder of page and runs")
     p.add_argument("--jobs", type=int, help="processes; default: all cores")
-    p.add_argument("--json", action="store_true", help="for programs")
+    add_json(p)
     return p
 
 

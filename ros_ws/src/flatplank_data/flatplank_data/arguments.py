@@ -4,8 +4,12 @@
 from __future__ import annotations
 
 import argparse
+import json
 import re
-from typing import NoReturn
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stdout
+from typing import Any, NoReturn
 
 _WORD = r"[A-Za-z_][A-Za-z0-9_]*"
 
@@ -32,6 +36,24 @@ def add_namespace(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--namespace", type=checked, default="", help="ROS namespace of the bench, as in bench2"
     )
+
+
+def add_json(parser: argparse.ArgumentParser) -> None:
+    """Add the option `--json` of a verb."""
+    parser.add_argument("--json", action="store_true", help="print JSON for programs")
+
+
+@contextmanager
+def for_programs(wanted: bool) -> Iterator[dict[str, Any]]:
+    """A dictionary for the result of a verb, printed as JSON at the end where it is wanted; what
+    the verb prints for people goes to stderr then."""
+    found: dict[str, Any] = {}
+    if not wanted:
+        yield found
+        return
+    with redirect_stdout(sys.stderr):
+        yield found
+    print(json.dumps(found, indent=1, allow_nan=False))
 
 
 class Parser(argparse.ArgumentParser):

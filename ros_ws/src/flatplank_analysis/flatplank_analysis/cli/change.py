@@ -9,7 +9,7 @@ from typing import Any
 from flatplank_analysis.cli import common, loop
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.modelfile import ModelFile, load_model, save_unchanged
-from flatplank_data.arguments import Parser
+from flatplank_data.arguments import Parser, add_json
 from flatplank_data.wording import sized
 
 Change = Callable[[Session, ModelFile, str], tuple[ModelFile, Any, dict[str, Any]]]
@@ -74,7 +74,7 @@ def undo(argv: Sequence[str] | None = None) -> int:
     parser = Parser(prog="flatplank undo", description=undo.__doc__)
     parser.add_argument("folder", metavar="DIR", nargs="?", help="campaign folder")
     parser.add_argument("--model", metavar="FILE", help="model file (YAML)")
-    parser.add_argument("--json", action="store_true", help="print JSON for programs")
+    add_json(parser)
     arguments = parser.parse_args(argv)
     path = loop.model_path(arguments)
     model = load_model(path)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from flatplank_analysis.effects import consent
-from flatplank_data.arguments import Parser
+from flatplank_data.arguments import Parser, add_json
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError, NothingUsableError
 from flatplank_data.numbers import number_of
@@ -26,7 +26,7 @@ def campaign_parser(verb: str, text: str, several: bool = False) -> argparse.Arg
     parser = Parser(prog=f"flatplank {verb}", description=text)
     many: dict[str, Any] = {"nargs": "*"} if several else {}
     parser.add_argument("folder", metavar="DIR", help="campaign folder, or an fsspec URL", **many)
-    parser.add_argument("--json", action="store_true", help="print JSON for programs")
+    add_json(parser)
     mapping_argument(parser)
     return parser
 

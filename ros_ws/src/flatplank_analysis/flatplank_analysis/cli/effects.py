@@ -10,7 +10,7 @@ from flatplank_analysis.cli import common
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.effects.registry import find, library, load_file
-from flatplank_data.arguments import Parser
+from flatplank_data.arguments import Parser, add_json
 from flatplank_data.wording import sized, table
 
 
@@ -28,7 +28,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     )  # fmt: skip
     common.effect_arguments(parser)
     parser.add_argument("--write", metavar="DIR", help="a page with a picture for every effect")
-    parser.add_argument("--json", action="store_true", help="print JSON for programs")
+    add_json(parser)
     arguments = parser.parse_args(argv)
     files = common.effect_files(arguments)
     if arguments.write:
@@ -90,7 +90,7 @@ def _check(argv: Sequence[str]) -> int:
     parser = Parser(prog="flatplank effects check", description=_check.__doc__)
     parser.add_argument("file", metavar="FILE", help="effects of your own")
     common.effect_arguments(parser)
-    parser.add_argument("--json", action="store_true", help="print JSON for programs")
+    add_json(parser)
     arguments = parser.parse_args(argv)
     common.effect_files(arguments)
     faults = {e.identifier: check_effect(e) for e in load_file(arguments.file)}
@@ -118,7 +118,7 @@ def _try(argv: Sequence[str]) -> int:
     parser.add_argument("--model", metavar="FILE", help="model file (YAML); default: that of DIR")
     common.effect_arguments(parser)
     common.mapping_argument(parser)
-    parser.add_argument("--json", action="store_true", help="print JSON for programs")
+    add_json(parser)
     arguments = parser.parse_args(argv)
     if not {arguments.file} & {*arguments.effects, *arguments.trust}:
         arguments.effects.append(arguments.file)

@@ -11,14 +11,14 @@ from collections.abc import Sequence
 from flatplank_analysis import words
 from flatplank_analysis.cli import common, effects
 from flatplank_analysis.effects.registry import library
-from flatplank_data.arguments import Parser
+from flatplank_data.arguments import Parser, add_json
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """`flatplank explain [WORD] [--json]`."""
     parser = Parser(prog="flatplank explain", description=__doc__)
     parser.add_argument("word", nargs="*", help="as printed: patch_order, at floor, road_play")
-    parser.add_argument("--json", action="store_true", help="print JSON for programs")
+    add_json(parser)
     options = parser.parse_args(argv)
     name = " ".join(options.word)
     if name in library():

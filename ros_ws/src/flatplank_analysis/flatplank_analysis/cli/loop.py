@@ -10,7 +10,7 @@ from pathlib import Path
 from flatplank_analysis.cli import common
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.modelfile import ModelFile, load_model
-from flatplank_data.arguments import Parser
+from flatplank_data.arguments import Parser, add_json
 from flatplank_data.errors import FlatplankError
 
 MODEL = "model.yaml"
@@ -26,7 +26,7 @@ def loop_parser(verb: str, text: str | None, effect: bool = False) -> argparse.A
         parser.add_argument("folder", metavar="DIR", help="campaign folder")
     parser.add_argument("--model", metavar="FILE", help="model file (YAML)")
     common.effect_arguments(parser)
-    parser.add_argument("--json", action="store_true", help="print JSON for programs")
+    add_json(parser)
     common.mapping_argument(parser)
     return parser
 

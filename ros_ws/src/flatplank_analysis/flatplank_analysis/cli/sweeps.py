@@ -19,7 +19,7 @@ from flatplank_analysis.slip_sweeps.curves import NAMES, Formula
 from flatplank_analysis.slip_sweeps.raw import RAW
 from flatplank_analysis.slip_sweeps.study import Study, by_level, study
 from flatplank_analysis.slip_sweeps.verdict import RISK, fails
-from flatplank_data.arguments import Parser
+from flatplank_data.arguments import Parser, add_json
 from flatplank_data.errors import FlatplankError
 
 
@@ -34,7 +34,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--columns", metavar="CHANNEL=COLUMN", nargs="+", default=(),
                         help="columns with other names, as fy='Side load'")  # fmt: skip
     parser.add_argument("--figure", metavar="FILE", help="picture of the curves (.png)")
-    parser.add_argument("--json", action="store_true", help="print JSON for programs")
+    add_json(parser)
     o = parser.parse_args(argv)
     found = study(o.file, o.axes, o.turn, _names(o.columns))
     tir = read_tir(o.tir) if o.tir else None

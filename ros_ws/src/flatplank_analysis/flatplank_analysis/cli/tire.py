@@ -12,7 +12,7 @@ from flatplank_analysis.models.base import SPEED
 from flatplank_analysis.models.magic_formula import SWITCHES
 from flatplank_analysis.models.tir import read_tir
 from flatplank_analysis.models.tire_state import tire_state
-from flatplank_data.arguments import Parser
+from flatplank_data.arguments import Parser, add_json
 from flatplank_data.errors import FlatplankError
 
 UNITS = {
@@ -47,7 +47,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     for name, text in SWITCHES.items():
         option = f"--{name.lower().replace('_', '-')}"
         parser.add_argument(option, dest=name, type=float, metavar="NUMBER", help=text)
-    parser.add_argument("--json", action="store_true", help="print JSON for programs")
+    add_json(parser)
     arguments = parser.parse_args(argv)
     for name in ("alpha", "gamma"):
         _check_angle(name, getattr(arguments, name))

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+from dataclasses import asdict
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -28,12 +29,14 @@ from flatplank_control.calibration.book import (
 )
 from flatplank_control.calibration.fits import Line, fit_line
 from flatplank_control.calibration.sheet import empty_sheet, starting_values
-from flatplank_data.arguments import Parser
+from flatplank_data.arguments import Parser, add_json, for_programs
 from flatplank_data.params import from_mapping
 from flatplank_data.yaml_text import dump_yaml
 from flatplank_hw.hub.params import HubParameters
 
-Work = Callable[[argparse.Namespace, CalibrationBook], int]
+Result = dict[str, Any]
+"""what a program is told"""
+Work = Callable[[argparse.Namespace, CalibrationBook], Result]
 HUB_AXES = ("fx", "fy", "fz")
 
 
@@ -61,7 +64,7 @@ def scaled(
     return Entry(instrument, o.date, values, line.residual, errors, unit)
 
 
-def hub(o: argparse.Namespace, book: CalibrationBook) -> int:
+def hub(o: argparse.Namespace, book: CalibrationBook) -> Result:
     """Calibrate the bridge constants of one axis by known loads."""
     line = fit_line(pairs_of(o.pairs), o.reading)
     if not 0.5 < line.slope < 2.0:
@@ -69,7 +72,7 @@ def hub(o: argparse.Namespace, book: CalibrationBook) -> int:
     return write_entry(book, scaled(o, book, f"hub_{o.axis}", line, "N"))
 
 
-def lvdt(o: argparse.Namespace, book: CalibrationBook) -> int:
+def lvdt(o: argparse.Namespace, book: CalibrationBook) -> Result:
     """Calibrate gain and offset of the LVDT by axle heights measured with a ruler."""
     line = fit_line([(volts, height) for height, volts in pairs_of(o.pairs)], o.reading)
     values = {"lvdt_gain": line.slope, "lvdt_offset": line.offset}
@@ -77,19 +80,19 @@ def lvdt(o: argparse.Namespace, book: CalibrationBook) -> int:
     return write_entry(book, Entry("lvdt", o.date, values, line.residual, errors, "m"))
 
 
-def plank(o: argparse.Namespace, book: CalibrationBook) -> int:
+def plank(o: argparse.Namespace, book: CalibrationBook) -> Result:
     """Calibrate the pitch radius of the pinion by measured travel against encoder travel."""
     line = fit_line([(read, known) for known, read in pairs_of(o.pairs)], o.reading)
     return write_entry(book, scaled(o, book, "plank_encoder", line, "m"))
 
 
-def motor(o: argparse.Namespace, book: CalibrationBook) -> int:
+def motor(o: argparse.Namespace, book: CalibrationBook) -> Result:
     """Calibrate the gear ratio by wheel angle against motor angle."""
     line = fit_line(pairs_of(o.pairs), o.reading)
     return write_entry(book, scaled(o, book, "motor", line, "rad"))
 
 
-def friction(o: argparse.Namespace, book: CalibrationBook) -> int:
+def friction(o: argparse.Namespace, book: CalibrationBook) -> Result:
     """Measure the friction torque of the wheel drive by turns of the unloaded wheel."""
 
     from flatplank_control.calibration.friction import friction_of, turns_of
@@ -107,7 +110,7 @@ def friction(o: argparse.Namespace, book: CalibrationBook) -> int:
     return write_entry(book, Entry("friction", o.date, values, scatter, unit="N m"))
 
 
-def parasitic(o: argparse.Namespace, book: CalibrationBook) -> int:
+def parasitic(o: argparse.Namespace, book: CalibrationBook) -> Result:
     """Identify the parasitic fit of this mounting by three turns of the unloaded wheel."""
 
     from flatplank_control.calibration.parasitic import identify_turn, turn_of_bag
@@ -129,7 +132,7 @@ def parasitic(o: argparse.Namespace, book: CalibrationBook) -> int:
     return write_entry(book, entry)
 
 
-def filter_effect(o: argparse.Namespace, book: CalibrationBook) -> int:
+def filter_effect(o: argparse.Namespace, book: CalibrationBook) -> Result:
     """Print what the parasitic filter leaves under load and slip, from two equal runs or --sim."""
 
     from flatplank_control.bench.results import read_samples
@@ -138,35 +141,35 @@ def filter_effect(o: argparse.Namespace, book: CalibrationBook) -> int:
     if o.sim:
         setup = BenchSetup(preset=o.preset, tire=o.tire, pace="hold")
         fit = book.fit()
-        for kappa in (0.0, -0.05):
+        found = {k: simulator().filter_on_twin(setup, fit, k) for k in (0.0, -0.05)}
+        for kappa, amplitudes in found.items():
             print(f"slip {100 * kappa:+g} %")
-            print(
-                "  " + "\n  ".join(amplitude_lines(simulator().filter_on_twin(setup, fit, kappa)))
-            )
-        return 0
+            print("  " + "\n  ".join(amplitude_lines(amplitudes)))
+        return {"amplitudes": {f"{k:g}": amplitudes for k, amplitudes in found.items()}}
     if o.plain is None or o.filtered is None:
         raise ValueError("filter: give --plain and --filtered, two equal runs, or --sim")
     runs = [read_samples(path).columns for path in (o.plain, o.filtered)]
-    print("\n".join(amplitude_lines(amplitudes_under_load(runs[0], runs[1], o.first, o.last))))
-    return 0
+    left = amplitudes_under_load(runs[0], runs[1], o.first, o.last)
+    print("\n".join(amplitude_lines(left)))
+    return {"amplitudes": dict(left)}
 
 
-def status(o: argparse.Namespace, book: CalibrationBook) -> int:
-    """Print which calibrations are valid; returns 1 when one is expired or absent."""
+def status(o: argparse.Namespace, book: CalibrationBook) -> Result:
+    """Print which calibrations are valid; exit code 1 when one is expired or absent."""
     found = book.status(date.fromisoformat(o.date))
     for name, text in found.items():
         print(f"{name:14} {text}")
-    return 0 if all(text.startswith("valid") for text in found.values()) else 1
+    return {"valid": all(text.startswith("valid") for text in found.values()), "status": found}
 
 
-def sheet(o: argparse.Namespace, book: CalibrationBook) -> int:
+def sheet(o: argparse.Namespace, book: CalibrationBook) -> Result:
     """Print an empty pre-flight sheet, or the starting values of a filled one."""
     if o.file is None:
         print(empty_sheet(o.date), end="")
-        return 0
+        return {"sheet": empty_sheet(o.date)}
     values = starting_values(o.file.read_text(encoding="utf-8"), str(o.file))
     print(dump_yaml({"effects": values}), end="")
-    return 0
+    return {"effects": values}
 
 
 WORK: dict[str, Work] = {
@@ -177,7 +180,7 @@ WORK: dict[str, Work] = {
 }  # fmt: skip
 
 
-def write_entry(book: CalibrationBook, entry: Entry) -> int:
+def write_entry(book: CalibrationBook, entry: Entry) -> Result:
     """Write an entry to the book and print it."""
     book.add(entry)
     for name, value in entry.parameters.items():
@@ -185,13 +188,14 @@ def write_entry(book: CalibrationBook, entry: Entry) -> int:
         shown = value if error is None else f"{value:.6g}"
         print(f"{name}: {shown}" + (f" +- {error:.2g}" if error else ""))
     print(f"residual {entry.residual:.3g} {entry.unit}; put down in {book.path}")
-    return 0
+    return asdict(entry)
 
 
 def parser() -> argparse.ArgumentParser:
     p = Parser(prog="flatplank calibrate", description=__doc__)
     p.add_argument("--book", type=Path, default=Path(FILE), help="file of the calibrations")
     p.add_argument("--date", default=date.today().isoformat(), help="ISO 8601; default: today")
+    add_json(p)
     what = p.add_subparsers(dest="what", required=True)
     for name, work in WORK.items():
         one = what.add_parser(name, help=work.__doc__)
@@ -222,6 +226,8 @@ def parser() -> argparse.ArgumentParser:
 
 
 def main(argv: list[str]) -> int:
-    """Run the command; 0: done."""
+    """Run the command; 0: done; 1: a calibration is expired or absent."""
     o = parser().parse_args(argv)
-    return WORK[o.what](o, CalibrationBook(o.book.resolve()))
+    with for_programs(o.json) as found:
+        found |= WORK[o.what](o, CalibrationBook(o.book.resolve()))
+    return 0 if found.get("valid", True) else 1

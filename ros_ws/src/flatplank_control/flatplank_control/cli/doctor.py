@@ -16,7 +16,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
-from flatplank_data.arguments import Parser
+from flatplank_data.arguments import Parser, add_json
 
 
 def project_root() -> Path:
@@ -156,7 +156,7 @@ OPTIONAL: dict[str, Callable[[], Finding]] = {
 def main(argv: list[str]) -> int:
     """Print the findings; returns 1 when a needed item is missing."""
     parser = Parser(prog="flatplank doctor", description=__doc__)
-    parser.add_argument("--json", action="store_true", help="for programs: {name: {...}}")
+    add_json(parser)
     options = parser.parse_args(argv)
     found = {name: check() for name, check in (NEEDED | OPTIONAL).items()}
     if options.json:

@@ -27,7 +27,7 @@ from flatplank_control.investigate.opening import (
     save_notebook,
 )
 from flatplank_control.runner.campaign import SUFFIX, CampaignPlan
-from flatplank_data.arguments import Parser, add_namespace
+from flatplank_data.arguments import Parser, add_json, add_namespace
 from flatplank_data.errors import FlatplankError
 
 STOPPED = 130
@@ -46,7 +46,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--plant", default="", help="with --sim: YAML file laid over the plant")
     p.add_argument("--seed", type=int, default=1, help="with --sim: of the plant")
     p.add_argument("--jobs", type=int, help="with --sim: processes; default: all cores")
-    p.add_argument("--json", action="store_true", help="print JSON for programs")
+    add_json(p)
     return p
 
 

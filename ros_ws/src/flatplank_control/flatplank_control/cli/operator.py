@@ -100,6 +100,20 @@ class ProgressPrinter:
         print(f"{done}/{total} {text}{tail}", flush=True)
 
 
+def result_of_plan(plan: CampaignPlan, journal: Journal) -> dict[str, Any]:
+    """What became of every run of a plan, for programs."""
+    runs = []
+    for run in plan.runs:
+        done = journal.done.get(run.key)
+        state = "not made" if done is None or not (done.final or done.skipped) else "good"
+        if done is not None and journal.needs_repeat(run.key):
+            state = "skipped" if done.skipped else "flagged"
+        file = done.valid_file if done is not None else ""
+        verdict = done.facts.get("verdict", "") if done is not None else ""
+        runs.append({"run": run.key, "file": file, "state": state, "verdict": verdict})
+    return {"folder": str(journal.path.parent), "runs": runs}
+
+
 def print_result_of_plan(plan: CampaignPlan, journal: Journal) -> int:
     """Print what became of every run; returns 0 when all exist and are good."""
     known = [(run, journal.done[run.key]) for run in plan.runs if run.key in journal.done]

@@ -6,6 +6,7 @@ The runs are measured with kappa = 0 and --road follow.
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from flatplank_control.bench.results import read_samples
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.calibration.book import ENCODERS, book_for
 from flatplank_control.road_map import Run, check_wheel_followed, identify_road_map
-from flatplank_data.arguments import Parser
+from flatplank_data.arguments import Parser, add_json, for_programs
 from flatplank_data.campaign import Campaign
 
 
@@ -43,6 +44,7 @@ def main(argv: list[str]) -> int:
     p.add_argument("--cx", type=float, required=True, help="C_x of the tire [N/mm]")
     p.add_argument("--sigma", type=float, required=True, help="relaxation length [m]")
     p.add_argument("--out", type=Path, default=Path("road.yaml"), help="file of the map")
+    add_json(p)
     o = p.parse_args(argv)
     nodes = BenchSetup(kind="lab", calibration=str(book_for(o.folder).path)).constants()
     radius = nodes[ENCODERS]["pinion_pitch_radius"]
@@ -50,9 +52,11 @@ def main(argv: list[str]) -> int:
     road.save(o.out)
     turn = float(np.hypot(road.mesh_turn_cos, road.mesh_turn_sin))
     tooth = float(np.hypot(road.mesh_tooth_cos, road.mesh_tooth_sin))
-    print(
-        f"travel {road.road_scale:.5f} of the encoder's, mesh {1e6 * turn:.0f} um once per turn, "
-        f"{1e6 * tooth:.0f} um per tooth; {road.force_left:.1f} N are not explained"
-    )
-    print(f"use it: --road {o.out} of flatplank run --sim and flatplank bench")
+    with for_programs(o.json) as found:
+        print(
+            f"travel {road.road_scale:.5f} of the encoder's, mesh {1e6 * turn:.0f} um once per "
+            f"turn, {1e6 * tooth:.0f} um per tooth; {road.force_left:.1f} N are not explained"
+        )
+        print(f"use it: --road {o.out} of flatplank run --sim and flatplank bench")
+        found |= {"file": str(o.out), **asdict(road)}
     return 0

@@ -17,6 +17,7 @@ from flatplank_control.cli.operator import (
     ProgressPrinter,
     call_service_of_key,
     print_result_of_plan,
+    result_of_plan,
 )
 from flatplank_control.runner.campaign import (
     SUFFIX,
@@ -32,7 +33,7 @@ from flatplank_control.runner.campaign import (
     write_note,
 )
 from flatplank_control.runner.dry_run import DryRun, dry_run
-from flatplank_data.arguments import Parser, add_namespace
+from flatplank_data.arguments import Parser, add_json, add_namespace, for_programs
 
 STOPPED = 130
 KEYS = {
@@ -60,6 +61,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--road", default="", help="slip by the road's travel: follow, or a map's file")
     p.add_argument("--axes", default="", help="with --sim: driven also, plank for instance")
     p.add_argument("--seed", type=int, default=1, help="of the simulated plant")
+    add_json(p)
     return p
 
 
@@ -168,14 +170,23 @@ def main(argv: list[str]) -> int:
     except ValueError as error:
         print(f"flatplank run: refused\n{error}", file=sys.stderr)
         return 2
-    print("\n".join(paper.lines(plan)), flush=True)
-    if o.dry_run:
-        return 0
+    with for_programs(o.json) as found:
+        print("\n".join(paper.lines(plan)), flush=True)
+        if o.dry_run:
+            found |= {"runs": [*paper.durations], "bench_time_s": paper.total}
+            return 0
+        return measure(plan, paper, o, found)
+
+
+def measure(
+    plan: CampaignPlan, paper: DryRun, o: argparse.Namespace, found: dict[str, Any]
+) -> int:
+    """Measure what is left of a plan, and tell programs what became of its runs."""
     folder = (o.data or Path("data") / plan.name).resolve()
     try:
         if o.redo:
             schedule_bad_runs_again(plan, folder)
-        return (
+        code = (
             measure_on_twin(plan, paper, o, folder) if o.sim else measure_on_bench(plan, o, folder)
         )
     except ValueError as error:
@@ -186,3 +197,5 @@ def main(argv: list[str]) -> int:
         print(f"flatplank run: stopped{why}; the same command continues it",
               file=sys.stderr)  # fmt: skip
         return STOPPED
+    found |= result_of_plan(plan, Journal(folder / f"{plan.name}{SUFFIX}", plan.name, plan.digest))
+    return code

@@ -8,7 +8,7 @@ import sys
 
 from flatplank_control.cli.operator import OF_A_RUN, Keys, call_service_of_key
 from flatplank_control.runner.measurement import from_mapping
-from flatplank_data.arguments import Parser, add_namespace
+from flatplank_data.arguments import Parser, add_json, add_namespace, for_programs
 from flatplank_data.machine import USUAL_RADIUS
 
 
@@ -27,6 +27,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--start", type=int, default=1, choices=(1, 2, 3), help="0, 120, 240 deg")
     p.add_argument("--lab", action="store_true", help="manual steps are asked for, not simulated")
     add_namespace(p)
+    add_json(p)
     return p
 
 
@@ -60,10 +61,15 @@ def main(argv: list[str]) -> int:
         call_service_of_key(client, OF_A_RUN, keys.pressed())
 
     try:
-        with BenchClient(namespace=options.namespace) as client, Keys() as keys:
+        with (
+            for_programs(options.json) as found,
+            BenchClient(namespace=options.namespace) as client,
+            Keys() as keys,
+        ):
             print("keys: " + ", ".join(f"{k} {wish.text}" for k, wish in OF_A_RUN.items()))
-            for bag in client.measure(plan, simulated=not options.lab, say=print_line, idle=look):
-                print(bag)
+            bags = client.measure(plan, simulated=not options.lab, say=print_line, idle=look)
+            print("\n".join(bags))
+            found["bags"] = [*bags]
     except BenchError as error:
         print(f"flatplank slip: {error}", file=sys.stderr)
         return 1

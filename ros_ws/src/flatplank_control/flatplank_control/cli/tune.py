@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import math
 from pathlib import Path
+from typing import Any
 
 from flatplank_control.free_rolling.design import Gains, design_gains
 from flatplank_control.free_rolling.loop import (
@@ -18,9 +19,10 @@ from flatplank_control.free_rolling.loop import (
     settling_time,
 )
 from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA, FreeRollingParameters
-from flatplank_data.arguments import Parser
+from flatplank_data.arguments import Parser, add_json, for_programs
 from flatplank_data.yaml_text import dump_yaml
 
+LEAST_MARGIN_DEG = 30.0
 THESIS = Gains(5.0e-3, 5.0e-4, 0.1105, THESIS_LEAD_ALPHA)
 
 
@@ -34,12 +36,20 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--delay-cycles", type=float, default=2.0, help="to effect; 0: without hold")
     p.add_argument("--figure", type=Path, help="Bode and step figure, for instance tune.png")
     p.add_argument("--out", type=Path, help="parameter file for the controller")
+    add_json(p)
     return p
 
 
 def main(argv: list[str]) -> int:
     """Exit code 0: the phase margin is at least 30 deg; 1: it is not."""
     o = parser().parse_args(argv)
+    with for_programs(o.json) as found:
+        found |= tune(o)
+    return 0 if found["loops"]["tuned"]["phase_margin"] >= LEAST_MARGIN_DEG else 1
+
+
+def tune(o: argparse.Namespace) -> dict[str, Any]:
+    """Design, print and save the gains: {parameters, loops}."""
     for name in ("cx", "cfk", "sigma", "rate"):
         value = getattr(o, name)
         if value is not None and not 0.0 < value < math.inf:
@@ -58,7 +68,7 @@ def main(argv: list[str]) -> int:
     found = {}
     for name, loop in loops.items():
         of = figures(loop)
-        found[name] = of.phase_margin
+        found[name] = {k: v if math.isfinite(v) else None for k, v in of._asdict().items()}
         stable = of.phase_margin > 0.0 and of.gain_margin > 1.0
         end = f"settles to 0.5 % in {settling_time(loop):.1f} s" if stable else "unstable"
         print(
@@ -80,4 +90,4 @@ def main(argv: list[str]) -> int:
         o.out.write_text(text, encoding="utf-8")
     if o.figure:
         draw(o.figure, loops)
-    return 0 if found["tuned"] >= 30.0 else 1
+    return {"parameters": values, "loops": found}

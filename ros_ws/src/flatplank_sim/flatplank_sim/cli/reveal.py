@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from flatplank_data.arguments import Parser
+from flatplank_data.arguments import Parser, add_json
 from flatplank_sim.sealed.score import DIAGNOSIS, score, text_of
 from flatplank_sim.sealed.seal import unseal
 
@@ -33,7 +33,7 @@ def main(argv: list[str]) -> int:
     p = Parser(prog="flatplank reveal", description=__doc__)
     p.add_argument("folder", type=Path, help="made by `flatplank simulate DIR --hidden SEED`")
     p.add_argument("--diagnosis", type=Path, help=f"JSON of diagnose; default: DIR/{DIAGNOSIS}")
-    p.add_argument("--json", action="store_true", help="print JSON for programs")
+    add_json(p)
     o = p.parse_args(argv)
     path = o.diagnosis or o.folder / DIAGNOSIS
     diagnosis = read_diagnosis(path, o.folder)

@@ -17,7 +17,8 @@ from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.cli.run import main as run_plan
 from flatplank_control.runner.campaign.tires import tire_of_plant
 from flatplank_control.runner.measurement import Measurement
-from flatplank_data.arguments import Parser
+from flatplank_data.arguments import Parser, add_json, for_programs
+from flatplank_data.campaign import Campaign
 from flatplank_sim.plant.config import PlantConfig
 from flatplank_sim.sealed.generate import make_challenge, more_runs
 from flatplank_sim.sealed.menu import OUTSIDE
@@ -82,6 +83,7 @@ def parser() -> argparse.ArgumentParser:
         help="further runs of the machine of a challenge, for confirm and next runs",
     )
     p.add_argument("--jobs", type=int, help="processes; default: all cores")
+    add_json(p)
     return p
 
 
@@ -93,7 +95,7 @@ def plan_arguments(o: argparse.Namespace) -> list[str]:
             words += [f"--{name}", getattr(o, name)]
     if o.jobs:
         words += ["--jobs", str(o.jobs)]
-    return [*words, "--bags"] if o.bags else words
+    return [*words, *["--bags"] * o.bags, *["--json"] * o.json]
 
 
 def refuse_ignored_options(argv: list[str]) -> None:
@@ -102,7 +104,9 @@ def refuse_ignored_options(argv: list[str]) -> None:
     values = vars(parser().parse_args(argv, argparse.Namespace(**dict.fromkeys(names))))
     given = [name for name, value in values.items() if value is not None and name != "folder"]
     for selector, (compatible, text) in COMPATIBLE_OPTIONS.items():
-        ignored = [f"--{n.replace('_', '-')}" for n in given if n not in compatible | {selector}]
+        ignored = [
+            f"--{n.replace('_', '-')}" for n in given if n not in compatible | {selector, "json"}
+        ]
         if selector in given and ignored:
             raise ValueError(f"{', '.join(ignored)}: {text}")
 
@@ -127,6 +131,17 @@ def main(argv: list[str]) -> int:
     """Make all runs and return 0."""
     o = parser().parse_args(argv)
     refuse_ignored_options(argv)
+    if o.plan is not None:
+        return run_plan(plan_arguments(o))
+    with for_programs(o.json) as found:
+        simulate(o)
+        files = [run.info.file for run in Campaign.load(o.folder).runs]
+        found |= {"folder": str(o.folder.resolve()), "files": files}
+    return 0
+
+
+def simulate(o: argparse.Namespace) -> None:
+    """Make all runs of the options."""
     if o.outside and o.hidden is None:
         raise ValueError("--outside hides something: give --hidden SEED, too")
     if o.hidden is not None:
@@ -135,14 +150,12 @@ def main(argv: list[str]) -> int:
             f"challenge in {o.folder}; then: flatplank diagnose {o.folder} --out "
             f"{o.folder}/diagnosis.json, and flatplank reveal {o.folder}"
         )
-        return 0
+        return
     if o.more is not None:
         further = [(kappa, start) for kappa in slips_of(o.slips) for start in starts_of(o.starts)]
         more_runs(o.folder, o.more, further, o.at, print_progress)
         print(f"{len(further)} runs of the machine of {o.more} in {o.folder}")
-        return 0
-    if o.plan is not None:
-        return run_plan(plan_arguments(o))
+        return
     setup = BenchSetup(
         tire=o.tire, preset=o.preset, plant_file=o.plant, seed=o.seed, rate_hz=o.rate, pace="hold"
     )
@@ -176,7 +189,6 @@ def main(argv: list[str]) -> int:
     make(runs, jobs=o.jobs)
     write_tire(o.folder, record)
     print(f"{len(before) + len(runs)} runs in {o.folder}")
-    return 0
 
 
 def tire_and_radius(o: argparse.Namespace) -> tuple[TireRecord, float]:
