@@ -42,6 +42,13 @@ def test_nothing_before_the_plank_moves_then_the_start_torque():
     assert c.state.error == 50.0
 
 
+def test_a_new_controller_has_a_state_and_the_gains_of_its_parameters():
+    c = FreeRollingController(P)
+    assert c.state == (50.0, 0.0, 0.0, 0.0, 0.0, 0.0, False, False)
+    assert c.gains == (P.proportional_gain, P.integral_gain, P.lead_time, P.lead_alpha)
+    assert all(math.isnan(value) for value in c.tire)
+
+
 def test_a_stopped_plank_resets():
     c = FreeRollingController(P)
     for n in range(500):
@@ -171,8 +178,9 @@ def test_the_tire_is_estimated_over_5_cm_although_the_lost_travel_is_made_up_bef
     assert c.gains == design_gains(c.tire.stiffness, c.tire.relaxation, P.loop_delay)
 
 
-def test_settled_takes_the_whole_time_after_every_absence_from_the_band():
-    c = FreeRollingController(replace(P, settled_filter=0.01, settled_time=0.4))
+@pytest.mark.parametrize(("settled_time", "cycles"), [(0.4, 100), (0.403, 101)])
+def test_settled_takes_the_whole_time_after_every_absence_from_the_band(settled_time, cycles):
+    c = FreeRollingController(replace(P, settled_filter=0.01, settled_time=settled_time))
 
     def until_settled(start: int) -> int:
         for n in range(start, start + 1000):
@@ -187,8 +195,8 @@ def test_settled_takes_the_whole_time_after_every_absence_from_the_band():
         for n in range(begin, begin + 100):
             c.step(*samples(n, 200.0))
         assert not c.state.settled
-        # the first cycle in the band counts, and more than 100 are needed
-        assert until_settled(begin + 100) == fall - 1 + 100
+        # the first cycle in the band counts, and more than `cycles` are needed
+        assert until_settled(begin + 100) == fall - 1 + cycles
 
 
 def test_the_travel_goes_on_when_the_trigger_sets_the_position_to_zero():

@@ -3,13 +3,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
 
 from flatplank_analysis.discovery.noise import Whitener
 from flatplank_analysis.discovery.runs import RunSet
+
+
+AT_ONCE = 200
+"""numerical: runs whose columns are in memory in units of the noise, about 2 MB each"""
 
 
 @dataclass(frozen=True)
@@ -97,9 +102,28 @@ class Metric:
         white = [self.whitener.apply(one[None], c) for c, one in enumerate(values)]
         return np.array([float(np.sum(w**2)) for w in white])
 
-    def gram(self, residual: np.ndarray, columns: np.ndarray) -> Gram:
-        """Sums of a residual (channels, runs, samples) and columns (n, ... the same)."""
-        return Gram.of(np.moveaxis(self(columns), 0, 1), self(residual[None])[0])
+    def gram(self, residual: np.ndarray, *columns: np.ndarray) -> Gram:
+        """Sums of a residual (channels, runs, samples) and blocks of columns (n, ... the same)."""
+        parts = []
+        for rows, metric in self.by_runs(residual.shape[1]):
+            white = metric(np.concatenate([block[:, :, rows] for block in columns]))
+            parts.append(Gram.of(np.moveaxis(white, 0, 1), metric(residual[None, :, rows])[0]))
+        if len(parts) == 1:
+            return parts[0]
+        return Gram(
+            np.concatenate([part.products for part in parts]),
+            np.concatenate([part.scores for part in parts]),
+            np.concatenate([part.energy for part in parts]),
+        )
+
+    def by_runs(self, runs: int) -> Iterator[tuple[slice, Metric]]:
+        """The metric of some runs after the other: `gram` has the columns of so many in memory."""
+        for start in range(0, runs, AT_ONCE):
+            rows = slice(start, start + AT_ONCE)
+            part = copy(self)
+            part.whitener = self.whitener.of_runs(rows)
+            part._sideways = None if self._sideways is None else self._sideways[rows]
+            yield rows, part
 
     def _white(self, values: np.ndarray) -> np.ndarray:
         count, channels, runs, _ = values.shape

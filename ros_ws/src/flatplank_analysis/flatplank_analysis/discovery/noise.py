@@ -51,6 +51,11 @@ class Whitener:
     """(runs,) time base: runs with the same times and roughness of the nodes"""
     noises: list[ChannelNoise]
 
+    def of_runs(self, rows: slice) -> Whitener:
+        """The same for some of the runs."""
+        noises = [replace(noise, scale=noise.scale[rows]) for noise in self.noises]
+        return Whitener(self.picks, self.factors, self.base_of[rows], noises)
+
     def apply(self, values: np.ndarray, channel: int) -> np.ndarray:
         """Whiten values (n, runs, samples) of one channel: (n, runs, picks)."""
         picked = values[..., self.picks]

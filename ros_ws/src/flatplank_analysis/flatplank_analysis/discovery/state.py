@@ -83,9 +83,9 @@ class State:
         variance = noise.weights.sum() * noise.scale[:, None] ** 2 + np.sum(sideways**2, axis=0)
         return np.sqrt([np.sum(variance[g], axis=0) / len(g) ** 2 for g in groups])
 
-    def gram(self, residual: np.ndarray, columns: np.ndarray) -> grams.Gram:
+    def gram(self, residual: np.ndarray, *columns: np.ndarray) -> grams.Gram:
         """Whitened sums of products of any columns and residual."""
-        return self.metric.gram(residual, columns)
+        return self.metric.gram(residual, *columns)
 
     def sums(
         self, fit: Fit, rows: Sequence[int], *columns: np.ndarray, uneven: Uneven | None = None
@@ -98,7 +98,7 @@ class State:
             own.append(uneven.columns)
             strength = np.concatenate([strength, uneven.strength])
             pull = np.concatenate([pull, np.zeros(len(uneven.strength))])
-        gram = self.gram(fit.residual(self.runs.measured), np.concatenate([*own, *columns]))
+        gram = self.gram(fit.residual(self.runs.measured), *own, *columns)
         return gram.with_priors(strength, pull)
 
     @cached_property
@@ -171,13 +171,9 @@ def make_state(
     runs = model.runs
     residual = fit.residual(runs.measured)
     candidates = make_candidates(model, near or fit, effects, residual)
-    owners = np.array([term for term, _ in fit.free])
-    present = [fit.jacobian[owners == i] for i in range(len(fit.terms))]
-    blocks = [c.columns for c in candidates] + present
-    cleaned, levels = [], []
-    for c in range(len(runs.channels)):
-        alive = [b[np.abs(b[:, c]).max(axis=(1, 2)) > 0.0, c] for b in blocks]
-        cleaned.append(floors.clean_contrasts(runs, residual[c], [b for b in alive if len(b)]))
+    cleaned, levels = _cleaned(runs, fit, candidates, residual), []
+    if near is None:
+        candidates = []  # large, and made again from the whitened fit
     contrasts = np.stack([one.contrasts for one in cleaned])
     directions = scatter_columns(model, fit)
     bound = source_of(runs).lower_bound
@@ -200,6 +196,20 @@ def make_state(
         # the whitened fit may be far from the plain one, where the columns differ
         candidates = make_candidates(model, found.fit, effects, residual)
     return State(model, fitter, fit, residual, candidates, levels, metric, found)
+
+
+def _cleaned(
+    runs: RunSet, fit: Fit, candidates: Sequence[Candidate], residual: np.ndarray
+) -> list[floors.Cleaned]:
+    """Contrasts of each channel without what the effects of the model and the candidates show."""
+    owners = np.array([term for term, _ in fit.free])
+    present = [fit.jacobian[owners == i] for i in range(len(fit.terms))]
+    blocks = [c.columns for c in candidates] + present
+    cleaned = []
+    for c in range(len(runs.channels)):
+        alive = [b[np.abs(b[:, c]).max(axis=(1, 2)) > 0.0, c] for b in blocks]
+        cleaned.append(floors.clean_contrasts(runs, residual[c], [b for b in alive if len(b)]))
+    return cleaned
 
 
 def channel_weights(model: Model, levels: Sequence[float]) -> np.ndarray:

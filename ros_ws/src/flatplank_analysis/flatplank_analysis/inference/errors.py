@@ -7,7 +7,7 @@ transient error is a length of the model (`FormError.shift`).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -51,6 +51,10 @@ class WithLawErrors(Metric):
     def __call__(self, values: np.ndarray) -> np.ndarray:
         """Values (n, channels, runs, samples) in units of the noise: (n, runs, m)."""
         return self.down_weighted(self.plain(values), 1.0)
+
+    def by_runs(self, runs: int) -> Iterator[tuple[slice, Metric]]:
+        """All at once: the errors are the same in all runs of one law."""
+        yield slice(0, runs), self
 
     def down_weighted(self, white: np.ndarray, factor: float) -> np.ndarray:
         """Values (n, runs, m) in units of noise and scatter, in which model errors that are larger
