@@ -12,7 +12,6 @@ import numpy as np
 from flatplank_analysis.discovery.noise import Whitener
 from flatplank_analysis.discovery.runs import RunSet
 
-
 AT_ONCE = 200
 """numerical: runs whose columns are in memory in units of the noise, about 2 MB each"""
 
