@@ -51,8 +51,8 @@ SOURCES: dict[str, str] = {
 FACTS = (
     "contact_patch.denoising.ORDERS", "contact_patch.data.PINION_TURN", "contact_patch.grid.SPEED",
     "contact_patch.grid.SAMPLE", "contact_patch.kernel.ROWS", "contact_patch.kernel.WIDE",
-    "contact_patch.model.CHUNK", "discovery.detectable.POWER", "proposal.confirm.STEP",
-    "proposal.picture.WIDEST", "proposal.scan.POINTS",
+    "contact_patch.model.CHUNK", "discovery.detectable.POWER", "discovery.gram.AT_ONCE",
+    "proposal.confirm.STEP", "proposal.picture.WIDEST", "proposal.scan.POINTS",
 )  # fmt: skip
 """constants that are not varied: properties of the machine, places in an array, or without effect
 on a result"""

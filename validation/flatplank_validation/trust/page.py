@@ -28,9 +28,9 @@ TAIL = """\
 
 `FLATPLANK_SEED=N ./flatplank test --long tests/ethercat/test_ethercat_fault_pairs.py` draws 120
 pairs of the faults of frames, cables, slaves, mailboxes and drive, and puts them one after the
-other on the emulated bus of a real master. At the plant's shaft the wheel must rest within 100 ms
-of the second fault. Nothing may be enabled by itself when the bus recovers, and after a reset the
-wheel must turn again.
+other, 8 to 60 ms apart, on the emulated bus of a real master. At the plant's shaft the wheel must
+rest within 100 ms of the second fault, in bench time. Nothing may be enabled by itself when the
+bus recovers, and after a reset the wheel must turn again. Seeds 2 and 31: no pair of 240 failed.
 
 ## The faults on the twin
 

@@ -13,7 +13,7 @@ from flatplank_analysis.discovery.noise import Whitener
 from flatplank_analysis.discovery.runs import RunSet
 
 AT_ONCE = 200
-"""numerical: runs whose columns are in memory in units of the noise, about 2 MB each"""
+"""runs whose columns are in memory at once, in units of the noise: about 2 MB each"""
 
 
 @dataclass(frozen=True)
