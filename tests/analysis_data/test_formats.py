@@ -12,10 +12,11 @@ import scipy.io
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError
 from flatplank_data.exporters import EXPORTERS
-from flatplank_data.readers import suffixes
+from flatplank_data.readers import reader, suffixes
 from flatplank_data.readers.base import Request
 from flatplank_data.readers.mat import read_mat
 from flatplank_data.readers.tydex import read_tydex
+from flatplank_data.run_record import RunRecord
 from flatplank_data.store import LocalStore
 from flatplank_data.table import STANDARD_COLUMNS
 from flatplank_data.tydex import parse_tydex
@@ -193,3 +194,13 @@ def test_tydex_says_what_is_wrong(change, words):
     with pytest.raises(FlatplankError, match=words) as caught:
         parse_tydex(text, "x.tdx")
     assert "x.tdx" in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("suffix", suffixes())
+def test_a_run_is_named_without_the_suffix_of_its_file(suffix):
+    assert RunRecord(file=f"somewhere/run 0.5perc{suffix}").name == "run 0.5perc"
+
+
+def test_a_reader_without_a_known_suffix_is_refused():
+    with pytest.raises(ValueError, match="KNOWN_SUFFIXES"):
+        reader(".other")(lambda request: None)

@@ -9,6 +9,7 @@ from flatplank_control.runner import steps as S
 from flatplank_control.runner.conditions import QUANTITIES
 from flatplank_control.runner.measurement import Measurement, from_mapping
 from flatplank_control.runner.plans import plan_of
+from flatplank_data.limits import LIMITS
 
 ON_THE_ROAD = ["free_rolling", "slip"]
 
@@ -60,7 +61,10 @@ def test_every_manual_step_has_a_prompt_and_a_check(steps):
     [
         ({"kapa": 0.1}, "unknown key 'kapa'; the nearest is 'kappa'"),
         ({"kappa": math.nan}, "kappa is nan, must be finite"),
-        ({"kappa": 0.6}, "kappa is 0.6, must be within -0.5 .. 0.5"),
+        (
+            {"kappa": 2.0},
+            "kappa is 2, must be within {:g} .. {:g}".format(*LIMITS["kappa"].bounds),
+        ),
         ({"fz": 9000}, "fz is 9000 N, must be within 0 .. 8000"),
         ({"effective_rolling_radius": -0.3}, "effective_rolling_radius is -0.3"),
         ({"start": 4}, "start is 4, must be 1, 2 or 3"),

@@ -18,6 +18,7 @@ from flatplank_hw.samples import EncoderSample
 
 P = SequencerParameters(follow_until=0.0)
 RE = 0.3108
+BEYOND = MAX_SLIP + 0.01
 V = P.commanded_speed
 
 
@@ -60,7 +61,7 @@ def test_every_waveform(name):
 
 
 @pytest.mark.parametrize("name", WAVEFORMS)
-@pytest.mark.parametrize("bad", [math.nan, math.inf, 0.51, -0.51])
+@pytest.mark.parametrize("bad", [math.nan, math.inf, BEYOND, -BEYOND])
 def test_every_waveform_refuses_bad_slips(name, bad):
     for info in parameter_infos(WAVEFORMS[name]):
         if info.bounds == (-MAX_SLIP, MAX_SLIP):
@@ -143,8 +144,8 @@ def test_without_a_waveform_the_reference_is_not_valid():
     ("kappa", "start", "radius", "reason"),
     [
         (math.nan, 1.5, RE, "kappa is nan, must be finite"),
-        (0.51, 1.5, RE, "kappa is 0.51, must be within -0.5 .. 0.5"),
-        (-0.6, 1.5, RE, "kappa is -0.6"),
+        (BEYOND, 1.5, RE, f"kappa is {BEYOND:g}, must be within {-MAX_SLIP:g} .. {MAX_SLIP:g}"),
+        (-BEYOND, 1.5, RE, f"kappa is {-BEYOND:g}"),
         (0.05, math.nan, RE, "must be finite"),
         (0.05, 1.5, math.inf, "must be finite"),
         (0.05, 1.5, -0.3, "must be within 0.175 .. 0.387"),

@@ -10,6 +10,7 @@ from bench_graph import graph, loopback, next_domain
 from std_srvs.srv import Trigger
 
 from flatplank_control.recording.bus_cycles import BEHIND_NS
+from flatplank_control.sequencer.waveforms import MAX_SLIP
 from flatplank_msgs.srv import (
     LoadParasiticFit,
     MoveTo,
@@ -25,10 +26,11 @@ pytestmark = pytest.mark.graph
 
 CYCLES_BEHIND = BEHIND_NS // 4_000_000
 STEP = {"kappa": 0.05, "start_position": 1.0, "effective_rolling_radius": 0.31}
+BEYOND = MAX_SLIP + 0.01
 REFUSED = [
     (SetSlipStep, "/slip_sequencer/set_slip_step", STEP | {"kappa": math.nan}, "nan"),
-    (SetSlipStep, "/slip_sequencer/set_slip_step", STEP | {"kappa": 0.51}, "0.5"),
-    (SetSlipStep, "/slip_sequencer/set_slip_step", STEP | {"kappa": -0.51}, "0.5"),
+    (SetSlipStep, "/slip_sequencer/set_slip_step", STEP | {"kappa": BEYOND}, f"{MAX_SLIP:g}"),
+    (SetSlipStep, "/slip_sequencer/set_slip_step", STEP | {"kappa": -BEYOND}, f"{MAX_SLIP:g}"),
     (
         SetSlipStep,
         "/slip_sequencer/set_slip_step",

@@ -28,7 +28,10 @@ FORMAT = "flatplank-run/1"
 FILE_NAME = "run.yaml"
 SLOW_BELOW = 0.01
 """runs at a plank speed below this are a kind of their own, no repeats of usual ones [m/s]"""
-KNOWN_SUFFIXES = (".zstd", ".parquet", ".csv", ".mat", ".tdx", ".tydex", ".mcap", ".db3")
+KNOWN_SUFFIXES = (
+    ".zstd", ".parquet", ".csv", ".mat", ".tdx", ".tydex", ".mcap", ".db3", ".bag",
+)  # fmt: skip
+"""suffixes of files with samples, lower case; that of a compressed file first"""
 
 
 @dataclass(frozen=True)

@@ -10,16 +10,36 @@ from typing import Any
 
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BUSES, BenchSetup
+from flatplank_control.bench.simulator import Simulator, simulator
 from flatplank_control.calibration.book import book_for
+from flatplank_data.errors import FlatplankError
 from flatplank_data.params import load_parameters
 from flatplank_data.yaml_text import load_yaml
 from flatplank_hw.ethercat.reader import read_bus_file
 from flatplank_hw.share import config_file
 from flatplank_panel import validation
 
-TIRES = ("toyo", "continental", "michelin", "racing")
-PRESETS = ("", "thesis2023")
+USUAL = BenchSetup()
 KINDS = {"sim": "Simulated", "emulated": "Emulated bus", "lab": "Lab"}
+
+
+def simulated_tires() -> list[str]:
+    """Names of the simulated tires, the usual one first; without a simulator that alone."""
+    installed = _simulator()
+    return list(dict.fromkeys([USUAL.tire, *(installed.tires() if installed else ())]))
+
+
+def presets() -> dict[str, str]:
+    """Preset of defects of the simulated machine -> its label; empty: none."""
+    installed = _simulator()
+    return {"": "none"} | {name: name for name in (installed.presets() if installed else ())}
+
+
+def _simulator() -> Simulator | None:
+    try:
+        return simulator()
+    except FlatplankError:  # a computer of the lab needs none
+        return None
 
 
 def interfaces() -> list[str]:
@@ -62,7 +82,7 @@ class Host:
     def start(
         self,
         kind: str,
-        tire: str = TIRES[0],
+        tire: str = USUAL.tire,
         preset: str = "",
         seed: object = 1,
         rate: object = 250,
@@ -77,8 +97,8 @@ class Host:
         if self._processes is not None:
             raise ValueError("a bench is running already; stop it first")
         kind = validation.choice(kind, BUSES, "bench")
-        tire = validation.choice(tire, TIRES, "tire")
-        preset = validation.choice(preset, PRESETS, "preset")
+        tire = validation.choice(tire, simulated_tires(), "tire")
+        preset = validation.choice(preset, presets(), "preset")
         seed = int(validation.number(seed, "seed", 0, 2**31 - 1))
         rate_hz = int(validation.number(rate, "bus rate", 50, 1000, "Hz"))
         wiring = self._wiring(interface, bus_file) if kind == "lab" else ("", "")

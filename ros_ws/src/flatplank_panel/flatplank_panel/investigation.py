@@ -15,7 +15,7 @@ from typing import Any
 
 from flatplank_control.runner.campaign.tires import known_tires
 from flatplank_panel import validation as check
-from flatplank_panel.host import PRESETS
+from flatplank_panel.host import presets
 from flatplank_panel.operator import Operator
 from flatplank_panel.service import AnalysisService
 
@@ -153,7 +153,7 @@ class Investigation:
             if path is not None and not path.is_file():
                 raise ValueError(f"plant file {plant[:80]!r}: not there below the data folder")
             twin = {
-                "preset": check.choice(request["preset"] or "", PRESETS, "preset"),
+                "preset": check.choice(request["preset"] or "", presets(), "preset"),
                 "plant": str(path or ""),
                 "seed": int(check.number(request["seed"], "seed", 0, 2**31 - 1)),
             }

@@ -20,7 +20,7 @@ from flatplank_data.machine import GEAR_RATIO
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 from flatplank_hw.cia402 import TORQUE_UNIT
-from flatplank_sim.plant import PlantConfig
+from flatplank_sim.plant import PlantConfig, presets, tires
 from flatplank_sim.sealed.generate import make_challenge
 from flatplank_sim.twin.campaign import run_on_twin
 from flatplank_sim.twin.log import TableLog
@@ -31,8 +31,8 @@ MOTOR_SPEEDS = (5.0, 20.0, 60.0, 100.0, 142.0, 180.0, 220.0)
 """speeds of the motor at which friction is measured, 142 in free rolling [rad/s]"""
 
 __all__ = [
-    "check", "filter_on_twin", "free_radius", "make_challenge", "run_on_twin", "speeds_on_twin",
-    "turn_on_twin",
+    "check", "filter_on_twin", "free_radius", "make_challenge", "presets", "run_on_twin",
+    "speeds_on_twin", "tires", "turn_on_twin",
 ]  # fmt: skip
 
 

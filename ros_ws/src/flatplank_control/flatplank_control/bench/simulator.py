@@ -19,6 +19,12 @@ class Simulator(Protocol):
     def free_radius(self, tire: str) -> float:
         """r_0 of a simulated tire [m]."""
 
+    def tires(self) -> tuple[str, ...]:
+        """Names of the packaged simulated tires."""
+
+    def presets(self) -> tuple[str, ...]:
+        """Names of the packaged presets of defects."""
+
     def check(self, tire: str, preset: str) -> None:
         """Raise ValueError or OSError when the plant has no such tire or preset."""
 

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Readers; importing this package registers them all."""
+"""Readers; importing this package registers those of every file in its folder."""
 
-from flatplank_data.readers import bag, csv, mat, parquet, tydex
+import importlib
+import pkgutil
+
 from flatplank_data.readers.base import (
     Loaded,
     Request,
@@ -14,13 +16,11 @@ from flatplank_data.readers.base import (
 __all__ = [
     "Loaded",
     "Request",
-    "bag",
-    "csv",
     "read_description",
-    "mat",
-    "parquet",
     "reader",
     "reader_for",
     "suffixes",
-    "tydex",
 ]
+
+for _file in pkgutil.iter_modules(__path__):
+    importlib.import_module(f"{__name__}.{_file.name}")

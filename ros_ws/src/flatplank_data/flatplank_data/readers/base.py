@@ -15,7 +15,7 @@ import numpy as np
 from flatplank_data.errors import FlatplankError
 from flatplank_data.names import similar_names
 from flatplank_data.numbers import NotNumbers
-from flatplank_data.run_record import RunRecord
+from flatplank_data.run_record import KNOWN_SUFFIXES, RunRecord
 from flatplank_data.store import Store
 from flatplank_data.table import COLUMN_UNITS
 from flatplank_data.units import to_si
@@ -57,10 +57,12 @@ _READERS: dict[str, Reader] = {}
 
 
 def reader(*suffixes: str) -> Callable[[Reader], Reader]:
-    """Register a reader for file suffixes (lower case, with dot)."""
+    """Register a reader for file suffixes, entries of `KNOWN_SUFFIXES`."""
 
     def register(function: Reader) -> Reader:
         for suffix in suffixes:
+            if suffix not in KNOWN_SUFFIXES:
+                raise ValueError(f"'{suffix}' is missing in KNOWN_SUFFIXES of run_record.py")
             _READERS[suffix] = function
         return function
 

@@ -9,7 +9,7 @@ from typing import Any
 from nicegui import ui
 
 from flatplank_control.runner.campaign.tires import known_tires
-from flatplank_panel.host import PRESETS
+from flatplank_panel.host import presets
 from flatplank_panel.investigation import PLACES, Investigation
 from flatplank_panel.views import charts
 from flatplank_panel.views.page import Page
@@ -53,9 +53,7 @@ class _Investigate:
                     "Tire", {"": "as the runs say"} | {n: n for n in known_tires()}, ""
                 )
             with page.row() as twin:
-                self.preset = page.select(
-                    "Defects of the twin", {p: p or "none" for p in PRESETS}, ""
-                )
+                self.preset = page.select("Defects of the twin", presets(), "")
                 self.plant = page.text("Plant file (below the data folder)")
                 self.seed = page.number("Seed", 1.0, step=1.0)
             twin.bind_visibility_from(self.place, "value", value="twin")

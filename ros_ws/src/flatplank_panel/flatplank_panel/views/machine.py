@@ -9,7 +9,7 @@ from nicegui import ui
 
 from flatplank_data.limits import LIMITS
 from flatplank_data.machine import FAST
-from flatplank_panel.host import KINDS, PRESETS, TIRES, interfaces
+from flatplank_panel.host import KINDS, USUAL, interfaces, presets, simulated_tires
 from flatplank_panel.operator import HANDS
 from flatplank_panel.views.page import Page
 
@@ -37,8 +37,8 @@ def build(page: Page) -> None:
             kind = page.select("Kind", KINDS, "sim")
             rate = page.number("Bus rate", 250, "Hz")
         with page.row().bind_visibility_from(kind, "value", lambda k: k != "lab"):
-            tire = page.select("Simulated tire", list(TIRES), TIRES[0])
-            preset = page.select("Defects", {p: p or "none" for p in PRESETS}, "")
+            tire = page.select("Simulated tire", simulated_tires(), USUAL.tire)
+            preset = page.select("Defects", presets(), "")
             seed = page.number("Seed", 1)
         with page.row().bind_visibility_from(kind, "value", value="lab"):
             interface = page.select("Network interface", interfaces(), None)

@@ -29,6 +29,9 @@ from flatplank_sim.plant.yamlconfig import (
     read_yaml,
 )
 
+MACHINE = "machine"
+"""name of the packaged machine without defects"""
+
 
 @dataclass(frozen=True)
 class TireConfig:
@@ -235,7 +238,7 @@ class PlantConfig:
         Overrides are nested or dotted: {"plank.road_length": 3.0, "defects": {"road_play": {"gap":
         1e-3}}}; a defect set to None is switched off.
         """
-        data = _packaged("machine")
+        data = _packaged(MACHINE)
         own = Path(tire).suffix in (".yaml", ".yml")
         data["tire"] = read_yaml(Path(tire)) if own else _packaged(tire, "tire", "tires")
         where = "plant"
@@ -305,10 +308,10 @@ def config_folder() -> Path:
     places = [here.parents[2] / "config" / "plant"]
     places += [p / "share" / "flatplank_sim" / "config" / "plant" for p in here.parents]
     for place in places:
-        if (place / "machine.yaml").is_file():
+        if (place / f"{MACHINE}.yaml").is_file():
             return place
     raise PlantConfigError(
-        f"{here}: no config/plant/machine.yaml; build the workspace with colcon"
+        f"{here}: no config/plant/{MACHINE}.yaml; build the workspace with colcon"
     )
 
 
@@ -318,6 +321,12 @@ def _packaged(name: str, kind: str = "file", folder: str = ".") -> dict[str, Any
         known = [p.stem for p in (config_folder() / folder).glob("*.yaml")]
         raise PlantConfigError(f"plant: unknown {kind} '{name}'{nearest_hint(name, known)}")
     return read_yaml(path)
+
+
+def presets() -> tuple[str, ...]:
+    """Names of the packaged presets of defects."""
+    packaged = (p.stem for p in config_folder().glob("*.yaml"))
+    return tuple(sorted(name for name in packaged if name != MACHINE))
 
 
 def tires() -> tuple[str, ...]:
