@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import ast
+import builtins
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -40,6 +41,25 @@ def test_a_number_of_the_machine_stands_once(name: str) -> None:
 def test_what_is_near_an_unknown_name_is_found_in_one_place() -> None:
     files = SOURCES.glob("flatplank_*/flatplank_*/**/*.py")
     assert [f.name for f in files if "difflib" in f.read_text(encoding="utf-8")] == ["names.py"]
+
+
+def test_errors_have_one_root() -> None:
+    """Other exceptions are signals within one module, none is told to a user."""
+    built_in = {name for name, kind in vars(builtins).items() if _is_exception(kind)}
+    own = [
+        node.name
+        for file in SOURCES.glob("flatplank_*/flatplank_*/**/*.py")
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        if isinstance(node, ast.ClassDef)
+        and node.bases
+        and {ast.unparse(base) for base in node.bases} <= built_in
+    ]
+    signals = ["NotFormerError", "OperatorEnded", "SdoAbort", "_DamageError"]
+    assert sorted(own) == sorted(["FlatplankError", *signals])
+
+
+def _is_exception(kind: object) -> bool:
+    return isinstance(kind, type) and issubclass(kind, BaseException)
 
 
 def test_text_files_are_replaced_in_one_place() -> None:

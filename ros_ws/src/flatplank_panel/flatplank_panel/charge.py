@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+from flatplank_data.errors import FlatplankError
+
 HOLDER_TIMEOUT_S = 10.0
 """time without a heartbeat after which a page loses control [s]; the drive stops the wheel
 earlier, after its own heartbeat time-out"""
 
 
-class NotInCharge(ValueError):
+class NotInCharge(FlatplankError):
     """The page is not in charge and may only watch."""
 
 

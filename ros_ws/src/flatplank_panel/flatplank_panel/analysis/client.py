@@ -11,6 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from flatplank_data.errors import FlatplankError
 from flatplank_hw.process import END_WITH_PARENT
 
 LINE = 64 * 1024 * 1024
@@ -18,7 +19,7 @@ LINE = 64 * 1024 * 1024
 Progress = Callable[[str, float], None]
 
 
-class ConsentNeeded(ValueError):
+class ConsentNeeded(FlatplankError):
     """The model names an effect file that the user has not allowed to run."""
 
     def __init__(self, words: str, file: str, text: str, digest: str) -> None:
