@@ -14,8 +14,8 @@ import numpy as np
 
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import screen, verdict, where
-from flatplank_analysis.discovery.fit import effect_contribution
 from flatplank_analysis.discovery.modelfile import ModelFile, load_model, save_unchanged
+from flatplank_analysis.discovery.report.collapse import collapse_of
 from flatplank_analysis.discovery.sources import source_of
 from flatplank_analysis.discovery.steps import Step
 from flatplank_analysis.discovery.verdict import Diagnosis
@@ -195,29 +195,23 @@ def diagnose(progress: Progress, folder: str, model: str) -> dict[str, Any]:
 
 
 def _collapse(search: Any, number: int) -> dict[str, Any]:
-    """Residual without one effect, over the coordinate of the effect, and its prediction."""
-    last, runs = search.last, search.model.runs
-    state, term = last.state, last.found[number].decision.term
-    part = effect_contribution(state.fit, len(state.fit.terms) - len(last.found) + number)[0]
-    without = state.residual[0] + part
-    known = runs.coordinates
-    name = term.effect.coordinate if term.effect.coordinate in known else next(iter(known))
+    """Residual without one effect, over the coordinate of the effect, and its prediction; of each
+    condition the mean of its runs."""
+    data, names = collapse_of(search, number), search.model.runs.condition_names
     series = []
-    for i, rows in enumerate(runs.groups):
-        if not np.any(np.abs(part[rows]) > 0.02 * np.abs(part).max()):
-            continue
-        r = rows[0]
-        x = known[name].values[r]
-        order = np.argsort(x, kind="stable")[:: max(1, runs.samples // POINTS)]
+    for i, rows in data.groups:
+        at = data.every(rows[0], POINTS)
+        x = data.places[rows[0]][at]
+        left, effect = data.left[rows].mean(axis=0)[at], data.part[rows[0]][at]
         series.append(
             {
-                "condition": runs.condition_names[i],
-                "left": np.stack([x[order], without[rows].mean(axis=0)[order]], axis=1),
-                "effect": np.stack([x[order], part[r][order]], axis=1),
+                "condition": names[i],
+                "left": np.stack([x, left], axis=1),
+                "effect": np.stack([x, effect], axis=1),
             }
         )
-    title = f"{name} [{known[name].unit}]"
-    return {"name": term.effect.identifier, "over": title, "series": series}
+    over = f"{data.coordinate} [{data.unit}]"
+    return {"name": data.effect, "over": over, "series": series}
 
 
 def add(progress: Progress, folder: str, model: str, effect: str) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from flatplank_analysis.discovery import screen
-from flatplank_analysis.discovery.fit import effect_contribution
+from flatplank_analysis.discovery.report.collapse import collapse_of
 from flatplank_analysis.discovery.report.text import amount, channel_of, unit_of
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.discovery.shortlist import negligible
@@ -136,32 +136,20 @@ def ranking(search: Search, count: int = 12) -> Figure:
 
 def collapse(search: Search, number: int) -> Figure:
     """Residual of the model without one effect over the effect's coordinate, and the effect."""
-    last = search.last
-    runs, state = search.model.runs, last.state
-    term = last.found[number].decision.term
-    index = len(state.fit.terms) - len(last.found) + number
-    part = effect_contribution(state.fit, index)[0]
-    without = state.residual[0] + part
-    name = term.effect.coordinate
-    if name not in runs.coordinates:
-        name = next(iter(runs.coordinates))
-    coordinate = runs.coordinates[name]
+    runs, data = search.model.runs, collapse_of(search, number)
     figure = figure_of(8.0, 3.2)
     axes = figure.add_subplot()
-    for i, rows in enumerate(runs.groups):
-        if not np.any(np.abs(part[rows]) > 0.02 * np.abs(part).max()):
-            continue
+    for i, rows in data.groups:
         color = f"C{i % 10}"
         for k, r in enumerate(rows):
-            x, y, p = coordinate.values[r], without[r], part[r]
-            order = np.argsort(x, kind="stable")[:: max(1, runs.samples // 300)]
-            label = short(runs.condition_names[i]) if k == 0 else None
-            axes.plot(x[order], y[order], ".", ms=1.5, color=color, alpha=0.5)
-            axes.plot(x[order], p[order], "-", lw=0.9, color=color, label=label)
-    shown = coordinate.values[np.abs(part) > 0.03 * np.abs(part).max()]
+            at = data.every(r, 300)
+            x, label = data.places[r][at], short(runs.condition_names[i]) if k == 0 else None
+            axes.plot(x, data.left[r][at], ".", ms=1.5, color=color, alpha=0.5)
+            axes.plot(x, data.part[r][at], "-", lw=0.9, color=color, label=label)
+    shown = data.places[np.abs(data.part) > 0.03 * np.abs(data.part).max()]
     low, high = np.quantile(shown, (0.002, 0.998)) if len(shown) else axes.get_xlim()
     axes.set_xlim(low - 0.3 * (high - low), high + 0.3 * (high - low))
-    axes.set_xlabel(with_unit(name, coordinate.unit), fontsize=9)
+    axes.set_xlabel(with_unit(data.coordinate, data.unit), fontsize=9)
     axes.set_ylabel(labelled(runs, "{}: left without it (dots), effect (line)"), fontsize=8)
     figure.legend(fontsize=7, frameon=False, ncols=9, loc="outside upper center")
     clean(axes)
