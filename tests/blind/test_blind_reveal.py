@@ -28,11 +28,11 @@ def test_what_is_in_no_library_is_said(tmp_path, capsys):
     assert reveal.main([str(tmp_path)]) == 0
     out = capsys.readouterr().out
     assert "outside the library: over plank position 2 to 2.8" in out
-    assert "its location was found" in out and "is right" in out
+    assert "its location was found" in out and "verdict: right" in out
     _write(tmp_path, verdict="none of these", unexplained={"where": []})
     assert reveal.main([str(tmp_path)]) == 1
     out = capsys.readouterr().out
-    assert "not found" in out and "is not right" in out
+    assert "not found" in out and "verdict: not right" in out
 
 
 def test_the_form_of_the_force_law_is_no_false_name(tmp_path, capsys):
@@ -52,7 +52,25 @@ def test_a_relative_is_told_and_is_not_right(tmp_path, capsys):
     out = capsys.readouterr().out
     assert "hidden: crosstalk_fz, 0.015\n" in out
     assert "not found: crosstalk_fz; runout_2 was named, a similar effect" in out
-    assert "named without cause: runout_2" in out and "is not right" in out
+    assert "named without cause: runout_2" in out
+    assert out.endswith("group: not right\nname: not right\n")
+
+
+@pytest.mark.parametrize(
+    ("name", "others", "told"),
+    [
+        ("road_play", [], "right"),
+        ("road_play", ["rack_backlash"], "open, the group has other members"),
+        ("rack_backlash", ["road_play"], "open, the group has other members"),
+    ],
+)
+def test_group_and_name_are_scored_on_two_lines(tmp_path, capsys, name, others, told):
+    hidden = {"name": "road_play", "size": 9e-4, "unit": "m", "class": []}
+    seal({"seed": 1, "effects": [hidden], "outside": None}, tmp_path)
+    named = {"name": name, "size": 9e-4, "unit": "m", "interval": [8e-4, 1e-3], "class": others}
+    _write(tmp_path, verdict="found group" if others else "found", effects=[named])
+    assert reveal.main([str(tmp_path)]) == 0
+    assert capsys.readouterr().out.endswith(f"group: right\nname: {told}\n")
 
 
 def test_a_group_is_right_and_the_size_of_another_quantity_is_not_judged(tmp_path, capsys):

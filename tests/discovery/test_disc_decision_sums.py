@@ -16,9 +16,8 @@ from flatplank_analysis.discovery import decide, screen, size_errors
 from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.gram import Gram, Metric
 from flatplank_analysis.discovery.model import FormError
-from flatplank_analysis.discovery.nextrun import weight_of
 from flatplank_analysis.discovery.noise import ChannelNoise, Whitener
-from flatplank_analysis.discovery.state import Candidate
+from flatplank_analysis.discovery.state import Candidate, channel_weights
 
 PAIR = shape("pair", LONG.form, bound=0.04)
 
@@ -291,5 +290,5 @@ def test_a_channel_that_never_moves_asks_for_no_run():
     """Fz of a table that was written by hand: no scatter, and nothing to divide by."""
     model = SimpleNamespace(form=FormError(mean=0.001, side=0.002), runs=SimpleNamespace())
     model.runs.largest = np.array([2000.0, 3700.0])
-    state = SimpleNamespace(model=model, floors=[SimpleNamespace(floor=f) for f in (4.0, 0.0)])
-    np.testing.assert_allclose(weight_of(state).ravel(), [1 / np.hypot(4.0, 2.0), 1 / 7.4])
+    weights = channel_weights(model, [4.0, 0.0])
+    np.testing.assert_allclose(weights.ravel(), [1 / np.hypot(4.0, 2.0), 1 / 7.4])

@@ -67,12 +67,13 @@ def test_the_lines_and_the_page_count_them(tmp_path):
 
 
 def test_the_run_that_a_diagnosis_names_is_made_as_often_as_it_says():
-    settings = {"kappa": 0.02, "fz": LOAD, "pressure": PRESSURE, "step_position": 2.2, "start": 1}
-    named = {"what": "slip +2 % with the step at 2.2 m", "settings": settings, "repeats": 4}
+    where = {"kappa": 0.02, "fz": LOAD, "pressure": PRESSURE, "step_position": 2.2}
+    settings = where | {"starts": [1, 2, 3]}
+    named = {"what": "slip +2 % with the step at 2.2 m", "settings": settings, "repeats": 2}
     made = named_run(named)
-    assert [s.start for s in made.settings] == [1, 2, 3, 1]
+    assert [s.start for s in made.settings] == [1, 2, 3, 1, 2, 3]
     assert {(s.kappa, s.step_position) for s in made.settings} == {(0.02, 2.2)}
-    for other in ({"speed": 0.0015}, {"start": 1.5}):
+    for other in ({"speed": 0.0015}, {"starts": [1.5, 2.5, 3.5]}):
         assert named_run(named | {"settings": settings | other}) is None
     assert named_run({}) is None
 

@@ -179,7 +179,7 @@ def test_a_class_is_asked_about_as_long_as_the_verdict_names_it(drop, monkeypatc
     # of the pair without a rival, a run adds to the whole; of the others, to the difference
     gains = {None: lambda _runs: 50.0, "near": lambda _runs: 4.0, "far": lambda _runs: 1.0}
     name = lambda term: term and term.effect.identifier  # noqa: E731
-    monkeypatch.setattr(inquiry.Pair, "of", lambda _search, _index, term: name(term))
+    monkeypatch.setattr(inquiry.Contrast, "of", lambda _search, _index, term: name(term))
     monkeypatch.setattr(inquiry, "_gain", lambda pair, _predictor: gains[pair])
     near, far = inquiry._between(search, None)
     assert near.text == "to separate a from near"
@@ -198,7 +198,7 @@ def test_a_pair_that_could_only_be_told_apart_by_a_hair_is_not_pursued(monkeypat
     rival = SimpleNamespace(name="b", term=_term("b"), excess=limit - 0.8)
     found = [SimpleNamespace(decision=decision, reported=[rival])]
     search = SimpleNamespace(last=SimpleNamespace(found=found))
-    monkeypatch.setattr(inquiry.Pair, "of", lambda _search, _index, term: term)
+    monkeypatch.setattr(inquiry.Contrast, "of", lambda _search, _index, term: term)
     for each, pursued in ((0.5, False), (2.0, True)):
         gains = lambda pair, _p, each=each: lambda _runs: each if pair else 0.0  # noqa: E731
         monkeypatch.setattr(inquiry, "_gain", gains)

@@ -49,6 +49,8 @@ SOURCES: dict[str, str] = {
 }
 """constant -> source of its value, where known"""
 FACTS = (
+    "contact_patch.plans.LOADS", "contact_patch.plans.STARTS", "contact_patch.plans.STEPS",
+    "discovery.contrast.SMALL",
     "contact_patch.denoising.ORDERS", "contact_patch.data.PINION_TURN", "contact_patch.grid.SPEED",
     "contact_patch.grid.SAMPLE", "contact_patch.kernel.ROWS", "contact_patch.kernel.WIDE",
     "contact_patch.model.CHUNK", "discovery.detectable.POWER", "discovery.gram.AT_ONCE",

@@ -132,12 +132,12 @@ def named_run(next_run: Mapping[str, Any]) -> Candidate | None:
     """Parse the text `next run` of a diagnosis to runs; None when it names none, or one with
     another speed, a preload, or an unusual start angle."""
     s = next_run.get("settings") or {}
-    known = {"kappa", "fz", "pressure", "step_position", "start"}
-    if set(s) != known or s["start"] not in STARTS:
+    known = {"kappa", "fz", "pressure", "step_position", "starts"}
+    if set(s) != known or not set(s["starts"]) <= set(STARTS):
         return None
     runs = [
-        Setting(s["kappa"], STARTS[i % 3], round(s["step_position"], 3), s["fz"], s["pressure"])
-        for i in range(next_run["repeats"])
+        Setting(s["kappa"], start, round(s["step_position"], 3), s["fz"], s["pressure"])
+        for start in s["starts"] * next_run["repeats"]
     ]
     return Candidate(next_run["what"], tuple(runs))
 

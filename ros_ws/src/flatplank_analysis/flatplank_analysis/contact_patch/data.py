@@ -35,6 +35,8 @@ from flatplank_data.run_record import RunRecord
 from flatplank_data.table import COLUMN_UNITS, MeasurementTable
 
 COLUMNS = ("time", "plank_position", "wheel_angle", "fx", "fy", "fz", "mx", "mz")
+STEPPED = ("step", "double_step", "constant")
+"""waveforms whose slip is constant but for steps"""
 NEEDED = ("time", "plank_position", "wheel_angle", "fx")
 INPUTS = ("fy", "fz", "mx", "mz")
 """channels with possible crosstalk into Fx"""
@@ -171,7 +173,7 @@ def _step_place(table: MeasurementTable) -> float:
     place = table["plank_position"]
     place = place[np.isfinite(place)]
     forward = place[-1] > place[0]
-    return table.info.step_position - (float(place[0]) if forward else 0.0)
+    return _step_of(table.info) - (float(place[0]) if forward else 0.0)
 
 
 def _common_ends(tables: list[MeasurementTable], smooth: list[dict]) -> list[float]:
@@ -183,8 +185,20 @@ def _common_ends(tables: list[MeasurementTable], smooth: list[dict]) -> list[flo
     return [shortest[key] - 0.004 for key in keys]
 
 
+def _waveform(info: RunRecord) -> str:
+    """Name of the waveform; without one it is a step."""
+    return str((info.waveform or {}).get("name", "step"))
+
+
+def _step_of(info: RunRecord) -> float:
+    """Plank travel at which the slip steps for the last time [m]."""
+    if _waveform(info) != "double_step":
+        return info.step_position
+    return info.step_position + float((info.waveform or {}).get("length", np.nan))
+
+
 def _grid_key(table: MeasurementTable) -> tuple:
-    step = table.info.step_position
+    step = _step_of(table.info)
     return (None if np.isnan(step) else round(step, 4), table.info.waveform is not None)
 
 
@@ -194,10 +208,8 @@ def _nodes(smooth: dict, table: MeasurementTable, end: float) -> np.ndarray:
     began = int(np.argmax(position > START))
     stretch = SPEED / max(float(smooth["speed"]), 1e-4)
     before = time[began] + stretch * np.array([-BEFORE, -0.3, -0.2, -0.15, -0.1, -0.05, 0.0])
-    step = table.info.step_position
-    waveform = table.info.waveform
-    shape = str((waveform or {}).get("kind", (waveform or {}).get("shape", "step")))
-    places = uniform_positions(end) if shape != "step" else node_positions(step, end)
+    stepped = _waveform(table.info) in STEPPED
+    places = node_positions(_step_of(table.info), end) if stepped else uniform_positions(end)
     places = places[places > position[began] + 1e-4]
     rising = np.maximum.accumulate(position[began:])
     keep = np.concatenate([[True], np.diff(rising) > 0.0])
@@ -219,7 +231,7 @@ def _facts(tables: list[MeasurementTable]) -> dict[str, np.ndarray]:
         "gamma": np.radians(each("gamma_deg")),
         "kappa": each("kappa"),
         "pressure": each("pressure", 2.5),
-        "step": each("step_position"),
+        "step": np.array([_step_of(t.info) for t in tables]),
         "start": each("start_angle"),
         "order": each("run_index"),
         "speed": each("speed", SPEED),
@@ -262,7 +274,7 @@ def _assemble(
         input_noise=tuple(
             STIFFNESS * float(np.median(steps)) if n == "fx" else 0.0 for n in channels
         ),
-        roughness=1.0 + (START_ROUGH - 1.0) * (position < START_TRAVEL),
+        roughness=roughness_of(position),
         facts=facts,
         contradicted=tuple(str(sign) for sign in signs),
     )
@@ -282,6 +294,11 @@ def _assemble(
         grids=grids,
         signs=signs,
     )
+
+
+def roughness_of(position: np.ndarray) -> np.ndarray:
+    """`RunSet.roughness` at plank positions [m]: the start is modelled less accurately."""
+    return 1.0 + (START_ROUGH - 1.0) * (position < START_TRAVEL)
 
 
 def steps_along(values: np.ndarray) -> np.ndarray:

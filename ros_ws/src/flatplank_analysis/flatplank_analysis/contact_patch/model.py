@@ -78,6 +78,16 @@ class TireModel:
         self._names = list(other._names)
         self.data = replace(self.data, against=other.data.reference)
 
+    def take_parameters_beside(self, other: TireModel) -> None:
+        """Take the parameters that these runs and another campaign determine together."""
+        nominal = np.concatenate([other.data.nominal, self.data.nominal])
+        pressure = np.concatenate([other.data.pressure, self.data.pressure])
+        both = replace(
+            other.data, nominal=nominal, pressure=pressure, against=other.data.reference
+        )
+        self.parameters = base_parameters(both)
+        self._names = [p.name for p in self.parameters]
+
     def scatter_directions(self, base: np.ndarray) -> tuple[dict[str, float], ...]:
         """Directions of the scatter from run to run: gain of both forces, slip offset."""
         value = dict(zip(self._names, base, strict=True))

@@ -136,7 +136,7 @@ class Session:
         worst = list(result.events[0].conditions) if result.events else []
         step = round(usual_step(self.data.runs) + 0.7, 3)
         return {
-            "what": "the conditions that show it, with a second step position",
+            "what": "the conditions that show it, with a second step position, 3 x",
             "settings": {"step_position": step, "conditions": worst},
             "repeats": 3,
             "separates": [["plank position"], ["distance since the step"]],

@@ -1,22 +1,34 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The planned run that best separates two effects."""
+"""The planned run after which the data tell the effects of a class apart.
+
+A prediction counts as a verdict does: in units of the noise, with the scatter of the tire from run
+to run, after everything else is fitted again to old and new runs together, and against the
+difference that does not decide (`rivals.indecisive_difference`), which grows with the runs.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
+from scipy.stats import norm
 
-from flatplank_analysis.discovery.fit import Fit, Term, scale_of
-from flatplank_analysis.discovery.gram import solve
-from flatplank_analysis.discovery.model import Model, ParameterSet
-from flatplank_analysis.discovery.state import State, channel_weights
+from flatplank_analysis.discovery.contrast import Contrast, Products
+from flatplank_analysis.discovery.model import Model
+from flatplank_analysis.discovery.rivals import Rival, indecisive_difference
 from flatplank_analysis.discovery.steps import Search
 
-NEEDED = 12.0
-"""separation (see `Pair.separation`) at which two effects count as distinguished"""
+MOST_RUNS = 30
+"""most runs of a proposal: those of a usual campaign"""
+KEPT = float(norm.ppf(0.95))
+"""standard deviations by which an expected difference exceeds what decides: the noise of the new
+runs breaks one promise in twenty"""
+CLEAR = 2.0
+"""factor on the difference that decides: runs that would exceed it only barely are not proposed,
+because there the form of the models decides, not the machine"""
+NO_RUN = "no run of the bench tells these apart; check on the machine"
 
 
 class PlannedRun(Protocol):
@@ -32,122 +44,117 @@ class PlannedRun(Protocol):
     def model(self) -> Model: ...
 
 
+@dataclass(frozen=True)
+class Promise:
+    """What a number of equal planned runs is expected to do for one pair."""
+
+    expected: float
+    """whitened sum of squares by which the rival explains less, in all runs"""
+    needed: float
+    """least value that excludes the rival"""
+    chance: float
+    """by how much less it may be by the noise of the new runs"""
+
+    @property
+    def margin(self) -> float:
+        """Sure part of what is expected, as a share of what is needed."""
+        return (self.expected - self.chance) / self.needed
+
+    @property
+    def kept(self) -> bool:
+        return self.margin > CLEAR
+
+
 def next_run(search: Search, plans: Sequence[PlannedRun]) -> dict[str, Any]:
-    """The planned run that most increases the least separation of all indistinguishable pairs, as
-    the JSON of a diagnosis has it; {} without such pairs."""
-    last = search.last
-    pairs = [(i, r) for i, f in enumerate(last.found) for r in f.rivals if not r.excluded]
+    """The planned run that with the fewest repeats excludes the rivals of most indistinguishable
+    pairs, as the JSON of a diagnosis has it; {} without such pairs."""
+    found = search.last.found
+    pairs = [(i, r) for i, f in enumerate(found) for r in f.rivals if not r.excluded]
     if not pairs or not plans:
         return {}
-    each = [Pair.of(search, i, rival.term) for i, rival in pairs]
-    scores = [min(pair.gain(plan.model) for pair in each) for plan in plans]
-    best = int(np.argmax(scores))
-    gain = float(scores[best])
-    names = sorted({last.found[i].decision.term.effect.identifier for i, _ in pairs})
-    others = sorted({rival.name for _, rival in pairs})
-    out = {"separates": [names, others], "separation_per_run": float(f"{gain:.3g}")}
-    if gain < 0.5:
-        return out | {"what": "no run of the bench tells these apart; check on the machine"}
-    repeats = int(np.clip(np.ceil(NEEDED / gain), 1, 30))
-    return out | {"what": plans[best].text, "settings": plans[best].settings, "repeats": repeats}
+    each = [Question(search, i, rival) for i, rival in pairs]
+    best = min((_offer(each, plan) for plan in plans), key=lambda offer: offer.rank)
+    if not best.decides:
+        return {"separates": _names(each), "what": NO_RUN}
+    return {
+        "separates": _names(best.decides),
+        "what": f"{best.plan.text}, {best.repeats} x",
+        "settings": best.plan.settings,
+        "repeats": best.repeats,
+        "expected": float(f"{best.least.expected:.3g}"),
+        "needed": float(f"{best.least.needed:.3g}"),
+    }
 
 
-class Pair:
-    """An effect of a fit and its alternative: a rival in its place, or the model without it."""
+class Question:
+    """Whether planned runs would exclude a rival of a found effect."""
 
-    def __init__(
-        self, model: Model, fit: Fit, place: int, rival: Term | None, weight: np.ndarray
-    ) -> None:
-        """weight (channels, 1, 1): weight of each channel."""
-        self.fit, self.place, self.term, self.weight = fit, place, rival, weight
-        self.old = self.products(model)
+    def __init__(self, search: Search, index: int, rival: Rival) -> None:
+        self.decisions = [f.decision for f in search.last.found]
+        self.index, self.rival = index, rival
+        self.apart = Contrast.of(search, index, rival.term)
+        self.drop = Contrast.of(search, index, None)
 
-    @classmethod
-    def of(cls, search: Search, index: int, rival: Term | None) -> Pair:
-        """Effect `index` of those that were found, at the end of a search."""
-        last = search.last
-        fit = last.state.fit
-        place = len(fit.terms) - len(last.found) + index
-        return cls(last.state.model, fit, place, rival, weight_of(last.state))
+    @property
+    def names(self) -> tuple[str, str]:
+        """Found effect and rival."""
+        return self.decisions[self.index].term.effect.identifier, self.rival.name
 
-    def products(self, model: Model) -> np.ndarray:
-        """Products of the columns of base and rival, the effect last, for the model's runs."""
-        return products_of(_columns(model, self.fit, self.place, self.term) * self.weight)
+    def products(self, planned: Model) -> tuple[Products, Products]:
+        """What one run adds to the difference from the rival, and to the drop."""
+        return self.apart.products(planned), self.drop.products(planned)
 
-    def separation(self, *more: np.ndarray) -> float:
-        """Weighted sum of squares of the effect's contribution that its alternative and the base
-        cannot imitate, in the runs of the fit and in more runs, given as products."""
-        return _separation(self.old + sum(more))
-
-    def gain(self, planned: Model) -> float:
-        """Increase of the separation by a planned run."""
-        return self.separation(self.products(planned)) - self.separation()
-
-
-def weight_of(state: State) -> np.ndarray:
-    """Weight of every channel by its floor (channels, 1, 1)."""
-    return channel_weights(state.model, [f.floor for f in state.floors])
+    def promise(self, apart: Products, drop: Products, repeats: int) -> Promise:
+        """What `repeats` such runs are expected to do."""
+        (more,) = self.apart.gain(apart.times(repeats))
+        after = list(self.decisions)
+        own = after[self.index]
+        (grown,) = own.drop + self.drop.gain(drop.times(repeats))
+        after[self.index] = replace(own, drop=float(grown))
+        # a log likelihood ratio varies by twice its root; the dispersion is that of the noise
+        chance = 2.0 * KEPT * float(np.sqrt(more * max(own.dispersion, 1.0)))
+        needed = indecisive_difference(after[self.index], after)
+        return Promise(float(self.rival.excess + more), float(needed), chance)
 
 
-def _contributions(
-    model: Model, fit: Fit, place: int, tries: Sequence[Term]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Contribution of the effect to the prediction, and that of each rival in its place."""
-    own = fit.parameter_set()
-    effect, _ = own.effects[place]
+@dataclass(frozen=True)
+class Offer:
+    """A planned run with the number of repeats at which it decides most pairs."""
 
-    def parameter_set(which, values) -> ParameterSet:
-        changed = list(own.effects)
-        changed[place] = (which, values)
-        return ParameterSet(own.base, tuple(changed))
+    plan: PlannedRun
+    repeats: int
+    decides: tuple[Question, ...]
+    promises: tuple[Promise, ...]
+    """for the pairs that it decides"""
 
-    sets = [own, parameter_set(effect, effect.null_values())]
-    out = model.predict(sets + [parameter_set(t.effect, t.values) for t in tries])
-    return out[0] - out[1], out[2:] - out[1]
+    @property
+    def least(self) -> Promise:
+        """The promise with the least margin."""
+        return min(self.promises, key=lambda p: p.margin)
 
-
-def moved_bases(model: Model, own: ParameterSet) -> list[ParameterSet]:
-    """One set per base parameter, with that parameter moved by a thousandth of its scale."""
-    out = []
-    for i, p in enumerate(model.parameters):
-        if p.screen:
-            moved = own.base.copy()
-            moved[i] += 1e-3 * p.screen
-            out.append(ParameterSet(moved, own.effects))
-    return out
+    @property
+    def rank(self) -> tuple[int, float, float]:
+        """The best offer has the least rank: of those that decide most, the shortest."""
+        margin = self.least.margin if self.promises else 0.0
+        time = float(self.plan.model.runs.time[:, -1].sum())
+        return -len(self.decides), self.repeats * time, -margin
 
 
-def _columns(model: Model, fit: Fit, place: int, term: Term | None) -> np.ndarray:
-    """Base columns, the rival's contribution, the changes by its parameters (new runs would change
-    them), and last the effect's contribution; all predicted for this model's runs."""
-    own = fit.parameter_set()
-    out = model.predict([own, *moved_bases(model, own)])
-    mine, rivals = _contributions(model, fit, place, [term, *_moved(term)] if term else [])
-    rivals[1:] -= rivals[:1]
-    return np.concatenate([(out[1:] - out[0]) * 1e3, rivals, mine[None]])
+def _offer(questions: Sequence[Question], plan: PlannedRun) -> Offer:
+    """Planned runs with the number of repeats that decides most pairs."""
+    products = [q.products(plan.model) for q in questions]
+
+    def offer(repeats: int) -> Offer:
+        made = [(q, q.promise(*p, repeats)) for q, p in zip(questions, products, strict=True)]
+        kept = [(q, promise) for q, promise in made if promise.kept]
+        decides, promises = zip(*kept, strict=True) if kept else ((), ())
+        return Offer(plan, repeats, decides, promises)
+
+    most = max(MOST_RUNS // plan.model.runs.runs, 1)
+    # more runs do not always decide more: what does not decide grows with them
+    return min(map(offer, range(1, most + 1)), key=lambda made: made.rank)
 
 
-def _moved(term: Term) -> list[Term]:
-    """One term per fitted parameter, with that parameter moved by a tenth of its scale."""
-    named = term.named()
-    out = []
-    for p in term.effect.parameters():
-        if p.name not in term.fixed:
-            step = 0.1 * scale_of(p)
-            step = -step if named[p.name] + step > p.upper else step
-            values = term.effect.vector(named | {p.name: named[p.name] + step})
-            out.append(replace(term, values=values))
-    return out
-
-
-def products_of(columns: np.ndarray) -> np.ndarray:
-    """Products of weighted columns (n, channels, runs, samples) over all samples."""
-    flat = columns.reshape(len(columns), -1)
-    # neighbouring nodes are not independent: the factor counts a tenth of them
-    return 0.1 * flat @ flat.T
-
-
-def _separation(products: np.ndarray) -> float:
-    """The product of the last column with itself, with all other columns projected out."""
-    cross = products[:-1, -1]
-    return float(products[-1, -1] - cross @ solve(products[:-1, :-1], cross)[0])
+def _names(questions: Sequence[Question]) -> list[list[str]]:
+    """Names of the found effects and of their rivals."""
+    return [sorted(set(names)) for names in zip(*(q.names for q in questions), strict=True)]

@@ -297,7 +297,7 @@ def _notes(runs: RunSet, search: Search) -> Iterator[str]:
     if known.size and np.ptp(known) < 0.05:
         yield (
             "one step position in all runs: plank position and distance since the step are one "
-            "coordinate; measure a second step position first"
+            "coordinate; runs with a second step position tell them apart"
         )
     unseen = unidentifiable(search.last.screen, search.looked_at)
     if unseen:

@@ -15,10 +15,10 @@ import numpy as np
 
 from flatplank_analysis.contact_patch.plans import planned
 from flatplank_analysis.discovery import verdict
-from flatplank_analysis.discovery.fit import Fit, Term
-from flatplank_analysis.discovery.gram import solve
+from flatplank_analysis.discovery.contrast import Contrast, Products, separations
+from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.model import Model, ParameterSet
-from flatplank_analysis.discovery.nextrun import NEEDED, Pair, moved_bases, products_of, weight_of
+from flatplank_analysis.discovery.nextrun import CLEAR
 from flatplank_analysis.discovery.rivals import ALIKE, indecisive_difference
 from flatplank_analysis.discovery.screen import VISIBLE, best_per_effect
 from flatplank_analysis.discovery.steps import Search
@@ -32,13 +32,10 @@ from flatplank_analysis.investigation.evidence import (
 from flatplank_analysis.investigation.planner import Question
 from flatplank_analysis.investigation.settings import SLIPS, Setting
 
-TOLD_APART = NEEDED / 2.0
+TOLD_APART = 6.0
 """log likelihood ratio at which an effect is real, or a place is distinguished from another"""
-SEEN = NEEDED / 2.0
+SEEN = TOLD_APART
 """log likelihood ratio at which an effect of the size that matters would have been detected"""
-CLEAR = 2.0
-"""factor on the limit of the verdict: a pair that runs could separate only barely is not pursued,
-because there the form of the models decides, not the machine"""
 FEW_CONDITIONS = 4
 """number of conditions below which no effect is said to be absent"""
 OTHER_SIDE = 0.25
@@ -92,9 +89,9 @@ def _between(search: Search, predictor: Predictor):
     decisions = [f.decision for f in search.last.found]
     for i, found in enumerate(search.last.found):
         name = found.decision.term.effect.identifier
-        drop = _gain(Pair.of(search, i, None), predictor)
+        drop = _gain(Contrast.of(search, i, None), predictor)
         for rival in found.reported:
-            apart = _gain(Pair.of(search, i, rival.term), predictor)
+            apart = _gain(Contrast.of(search, i, rival.term), predictor)
             needed = CLEAR * indecisive_difference(found.decision, decisions) / 2.0
             excess = max(rival.excess / 2.0, 0.0)
             text = f"to separate {name} from {rival.name}"
@@ -114,7 +111,7 @@ def _evidence_questions(
         return []
     index, found = max(enumerate(search.last.found), key=lambda p: p[1].decision.drop)
     d = found.decision
-    pair = Pair.of(search, index, None)
+    pair = Contrast.of(search, index, None)
     spread = max(d.dispersion, d.dispersion_conditions, 1.0)
     text = f"to test {d.term.effect.identifier} on runs that had no part in finding it"
     whole = _gain(pair, predictor, 1.0 / spread)
@@ -132,24 +129,33 @@ def _suspect_question(search: Search, predictor: Predictor):
         return
     state = search.last.state
     fit = state.fitter.with_term(state.fit, d.term)
-    pair = Pair(state.model, fit, len(fit.terms) - 1, None, weight_of(state))
+    pair = Contrast(state, state.fit, [fit.parameter_set()])
     spread = max(d.dispersion, d.dispersion_conditions, 1.0)
     text = f"to see whether {d.term.effect.identifier} is real ({', '.join(d.reasons)})"
     yield Question(text, 0.0, TOLD_APART, _gain(pair, predictor, 1.0 / spread))
 
 
-def _gain(pair: Pair, predictor: Predictor, share: float = 1.0) -> Gain:
-    known: dict[Setting, np.ndarray] = {}
-    had = pair.separation()
+def _gain(pair: Contrast, predictor: Predictor, share: float = 1.0) -> Gain:
+    known = _Cached(pair, predictor)
 
     def gain(settings: tuple[Setting, ...]) -> float:
-        for s in settings:
-            if s not in known:
-                known[s] = pair.products(predictor(s))
-        more = pair.separation(*(known[s] for s in settings)) - had
-        return share * 0.5 * max(more, 0.0)
+        return share * 0.5 * float(pair.gain(*map(known, settings))[0])
 
     return gain
+
+
+@dataclass
+class _Cached:
+    """Products of a contrast by setting."""
+
+    contrast: Contrast
+    predictor: Predictor
+    known: dict[Setting, Products] = field(default_factory=dict)
+
+    def __call__(self, setting: Setting) -> Products:
+        if setting not in self.known:
+            self.known[setting] = self.contrast.products(self.predictor(setting))
+        return self.known[setting]
 
 
 def _of_place(made: Sequence[Setting], side: Side) -> Question:
@@ -227,18 +233,16 @@ def _absence_question(search: Search, predictor: Predictor, conditions: int) -> 
     """Whether any effect of consequence would have been detected: the least detectable effect of
     those that the bench shows at all."""
     state = search.last.state
-    terms = _effects_that_matter(search)
-    weight = weight_of(state)
-    old = _products(state.model, state.fit, terms, weight)
-    known: dict[Setting, np.ndarray] = {}
-    had = np.minimum(0.5 * _separations(old, len(terms)), SEEN)
+    fit, terms = state.whitened.fit, _effects_that_matter(search)
+    own = fit.parameter_set()
+    tried = [ParameterSet(own.base, (*own.effects, (t.effect, t.values))) for t in terms]
+    contrast = Contrast(state, fit, tried)
+    known = _Cached(contrast, predictor)
+    had = np.minimum(0.5 * contrast.had, SEEN)
 
     def gain(settings: tuple[Setting, ...]) -> float:
-        for s in settings:
-            if s not in known:
-                known[s] = _products(predictor(s), state.fit, terms, weight)
-        more = old + sum(known[s] for s in settings)
-        return float(np.mean(np.minimum(0.5 * _separations(more, len(terms)), SEEN) - had))
+        each = separations(contrast.old, *map(known, settings))
+        return float(np.mean(np.minimum(0.5 * each, SEEN) - had))
 
     have = float(np.mean(had)) if terms else SEEN
     needed = 0.9 * SEEN if conditions >= FEW_CONDITIONS else SEEN
@@ -259,22 +263,3 @@ def _effects_that_matter(search: Search) -> list[Term]:
         named = {**item.candidate.setting, main.name: size}
         out.append(Term(effect, effect.vector(named), effect.held()))
     return out
-
-
-def _products(model: Model, fit: Fit, terms: Sequence[Term], weight) -> np.ndarray:
-    """Products of the columns of the tire and of each effect."""
-    own = fit.parameter_set()
-    moved = moved_bases(model, own)
-    tried = [ParameterSet(own.base, (*own.effects, (t.effect, t.values))) for t in terms]
-    out = model.predict([own, *moved, *tried])
-    columns = (out[1:] - out[0]) * weight
-    columns[: len(moved)] *= 1e3
-    return products_of(columns)
-
-
-def _separations(products: np.ndarray, effects: int) -> np.ndarray:
-    """Separation of each effect from the tire alone."""
-    n = len(products) - effects
-    cross = products[:n, n:]
-    _, inverse = solve(products[:n, :n], np.zeros(n))
-    return np.diag(products)[n:] - np.einsum("ij,ik,kj->j", cross, inverse, cross)

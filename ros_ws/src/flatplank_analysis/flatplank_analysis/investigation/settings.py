@@ -12,16 +12,12 @@ from typing import Any
 
 import numpy as np
 
+from flatplank_analysis.contact_patch.plans import LOADS, STARTS, STEPS
 from flatplank_analysis.discovery.runs import RunSet
 
 SLIPS = (0.0, 0.01, -0.01, 0.02, -0.02, 0.05, -0.05, 0.1, -0.1)
 SEED_SLIPS = (0.02, -0.05, 0.05)
 """slips of the first six runs of an investigation without data, each from two wheel angles"""
-STARTS = (1, 2, 3)
-STEPS = (-0.6, 0.7)
-"""further step positions, relative to the usual one [m]"""
-LOADS = (0.7, 1.3)
-"""further loads, as shares of the usual one"""
 PRESSURES = (-0.4,)
 """further pressures, relative to the usual one [bar]"""
 ANGLES = (2.0,)

@@ -262,7 +262,9 @@ def runs_of(session: Session, proposal: Mapping[str, Any]) -> dict[str, Any]:
         for label, rows in zip(runs.condition_names, runs.groups, strict=True)
     }
     if "conditions" not in settings:
-        made = [_usual(list(known.values())) | settings]
+        starts = [{"start": start} for start in settings.pop("starts", [])] or [{}]
+        usual = _usual(list(known.values())) | settings
+        made = [usual | start for start in starts]
     else:
         labels = settings.pop("conditions")
         made = [_slip(known[label]) | settings for label in labels]

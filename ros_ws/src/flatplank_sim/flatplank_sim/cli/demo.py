@@ -9,14 +9,12 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import sys
-import time
-from collections.abc import Sequence
 from pathlib import Path
 
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.modelfile import ModelFile, save_model
-from flatplank_analysis.discovery.report.page import write_report
+from flatplank_analysis.discovery.report.page import BEFORE_AND_AFTER, write_report
+from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.report.analysis import analyse
 from flatplank_analysis.report.results import CampaignResult
 from flatplank_analysis.report_files.build import write
@@ -31,84 +29,21 @@ from flatplank_data.arguments import Parser
 from flatplank_data.campaign import Campaign
 from flatplank_data.files import write_atomic
 from flatplank_data.wording import quantity
-from flatplank_sim.sealed.generate import make_challenge
+from flatplank_sim.cli.step_printer import StepPrinter
+from flatplank_sim.sealed.generate import make_challenge, measure_next
 from flatplank_sim.sealed.score import DIAGNOSIS, score, text_of
 from flatplank_sim.sealed.seal import unseal
 from flatplank_sim.twin.campaign import SLIPS, simulate_many, slips_by_starts
 
-
-class StepPrinter:
-    """Prints numbered steps, each with its progress and duration."""
-
-    def __init__(self, steps: int) -> None:
-        self._steps = steps
-        self._step = 0
-        self._begin = time.monotonic()
-        self._open = False
-        self._text = ""
-        self.took: list[tuple[str, float]] = []
-        """completed steps, each with its duration [s]"""
-
-    def step(self, text: str) -> None:
-        """Begin a new step."""
-        self._finish()
-        self._step += 1
-        self._text = text
-        self._begin = time.monotonic()
-        print(f"[{self._step}/{self._steps}] {text}", flush=True)
-
-    def print_progress(self, text: str) -> None:
-        """Print the progress; on a terminal the line is overwritten."""
-        if sys.stdout.isatty():
-            print(f"\r\033[K      {text}", end="", flush=True)
-            self._open = True
-        else:
-            print(f"      {text}", flush=True)
-
-    def count(self, done: int, total: int, name: str) -> None:
-        """Print the progress of many equal tasks."""
-        if sys.stdout.isatty() or done == total or done % 9 == 0:
-            self.print_progress(f"{done}/{total} {name}")
-
-    def close(self, lines: Sequence[str]) -> None:
-        """Print the closing lines, with the durations of the steps."""
-        self._finish()
-        print("\n" + "\n".join([*lines, *self._times()]), flush=True)
-
-    def _times(self) -> list[str]:
-        rows = [(f"[{i}] {text}", seconds) for i, (text, seconds) in enumerate(self.took, 1)]
-        rows.append(("all of the demo", sum(seconds for _, seconds in self.took)))
-        if (set_up := set_up_time()) is not None:
-            rows.append(("set-up before the first start (tools/setup)", set_up))
-        return ["times:", *(f"  {seconds:5.0f} s  {text}" for text, seconds in rows)]
-
-    def _finish(self) -> None:
-        if self._open:
-            print()
-            self._open = False
-        if self._step:
-            took = time.monotonic() - self._begin
-            self.took.append((self._text, took))
-            print(f"      {took:.0f} s", flush=True)
-
-
-def set_up_time() -> float | None:
-    """Duration of the set-up of this checkout [s]; None when ./flatplank has not made it."""
-    file = Path(os.environ.get("FLATPLANK_ROOT", "."), ".cache", "setup-times.json")
-    try:
-        return float(json.loads(file.read_text(encoding="utf-8"))["set-up"])
-    except (OSError, ValueError, KeyError):
-        return None
-
-
 FREE_ROLLING = Measurement(measurement="free_rolling", end_position=2.2, run_index=0)
 SLIP_ON_GRAPH = (0.05, 1)
 """slip and start of the run that is made on the graph"""
-STARTS = (1, 2, 3)
+STARTS = (1, 2)
+"""two repeats of every slip: enough for the fits and their floor"""
 
 
 def measure(folder: Path, seed: int, jobs: int | None, printer: StepPrinter) -> float:
-    """Make one free-rolling run and 27 slip steps, a bag each; returns the effective rolling
+    """Make one free-rolling run and 18 slip steps, a bag each; returns the effective rolling
     radius [m]."""
     from flatplank_control.nodes.client import BenchClient
 
@@ -170,23 +105,48 @@ def _found(result: CampaignResult) -> list[str]:
 
 
 def sealed_challenge(folder: Path, seed: int, printer: StepPrinter) -> list[str]:
-    """Go once through the loop of diagnosis; returns the result as text."""
+    """Go once through the loop of diagnosis: a group, the run that separates it, the cause;
+    returns the result as text."""
     printer.step("a sealed challenge: a campaign with something hidden")
     make_challenge(folder, seed, printer.count)
     printer.step("diagnose: where the model fails, and which effect is missing")
-    session = Session.open(str(folder), [])
+    session, result, *lines = _diagnosed(folder, printer)
+    printer.step("the run that separates the group, made on the same machine; diagnose again")
+    proposal = result.next_run
+    if proposal:
+        lines.append(f"next run: {proposal['what']}")
+        printer.print_progress(lines[-1])
+    if proposal.get("settings"):
+        measure_next(folder, proposal["settings"], proposal["repeats"], printer.count)
+        session, result, *again = _diagnosed(folder, printer)
+        lines += again
+    printer.step("add what was found, watch the error fall, open the answer")
+    return [*lines, *_named(session, result, folder, printer)]
+
+
+def _diagnosed(folder: Path, printer: StepPrinter) -> tuple[Session, Diagnosis, str]:
+    """Diagnose the runs of the challenge; returns the verdict as text, too."""
+    session = Session.open(str(folder))
     result = session.diagnose(
         None, lambda text, share: printer.print_progress(f"{share:4.0%} {text}")
     )
     data = result.to_dict()
+    named = ", ".join(" or ".join([e["name"], *e["class"]]) for e in data["effects"])
+    text = (
+        f"{data['runs']} runs: verdict {data['verdict']}{': ' if named else ''}{named}; error "
+        f"{data['rmse_before']:.1f} N, floor {data['floor_rmse']:.1f} N"
+    )
+    printer.print_progress(text)
+    return session, result, text
+
+
+def _named(session: Session, result: Diagnosis, folder: Path, printer: StepPrinter) -> list[str]:
+    """Add what a diagnosis named, write its page and open the answer; returns the result as
+    text."""
+    data, model, lines = result.to_dict(), ModelFile(campaign=str(folder)), []
     write_atomic(folder / DIAGNOSIS, json.dumps(data, indent=1) + "\n")
-    lines = [
-        f"challenge: verdict {data['verdict']}, error {data['rmse_before']:.1f} N, "
-        f"floor {data['floor_rmse']:.1f} N"
-    ]
-    printer.step("add what was found, watch the error fall, open the answer")
-    model = ModelFile(campaign=str(folder))
     for effect in data["effects"]:
+        printer.print_progress(f"{effect['name']} is added, and everything is fitted again")
         model, _, n = session.add(model, effect["name"])
         save_model(model, folder / "model.yaml")
         lines.append(
@@ -194,9 +154,14 @@ def sealed_challenge(folder: Path, seed: int, printer: StepPrinter) -> list[str]
             f"{n['rmse_before']:.1f} -> {n['rmse']:.1f} N (held out {n['held_out']:.1f} N)"
         )
         printer.print_progress(lines[-1].strip())
+        for a in effect["advice"]:
+            lines.append(f"    {a['name']}: {a['check']} Removed by: {a['removes']}")
+    printer.print_progress("page and figures")
     page = write_report(result, folder / "report", session.campaign.path, model.history)
     answer = unseal(folder)
     lines += [f"  {line}" for line in text_of(answer, score(data, answer))]
+    if result.found:
+        lines.append(f"before and after: {page.with_name(f'{BEFORE_AND_AFTER}.png')}")
     return [*lines, f"diagnosis: {page}"]
 
 
@@ -204,7 +169,7 @@ def parser() -> argparse.ArgumentParser:
     p = Parser(prog="flatplank demo", description=__doc__)
     p.add_argument("--out", type=Path, default=Path("demo"), help="folder for everything it makes")
     p.add_argument("--seed", type=int, default=1, help="of the simulated bench")
-    p.add_argument("--hidden", type=int, default=4, help="seed of the sealed challenge")
+    p.add_argument("--hidden", type=int, default=6, help="seed of the sealed challenge")
     p.add_argument("--jobs", type=int, help="processes; default: all cores")
     return p
 
@@ -213,18 +178,18 @@ def main(argv: list[str]) -> int:
     """Make everything and return 0; the last lines state the results and where they are."""
     o = parser().parse_args(argv)
     out = o.out.resolve()
-    printer = StepPrinter(steps=7)
     campaign = out / "campaign"
-    radius = measure(campaign, o.seed, o.jobs, printer)
-    page, found = fit_and_report(campaign, out / "report", o.jobs, printer)
-    challenge = sealed_challenge(out / "challenge", o.hidden, printer)
-    printer.close(
-        [
-            f"effective rolling radius (free-rolling controller, Toyo, 3700 N): {radius:.4f} m",
-            *found,
-            *challenge,
-            f"report:   {page}",
-            f"bags:     {campaign}",
-        ]
-    )
+    with StepPrinter(steps=8) as printer:
+        radius = measure(campaign, o.seed, o.jobs, printer)
+        page, found = fit_and_report(campaign, out / "report", o.jobs, printer)
+        challenge = sealed_challenge(out / "challenge", o.hidden, printer)
+        printer.close(
+            [
+                f"effective rolling radius (free rolling, Toyo, 3700 N): {radius:.4f} m",
+                *found,
+                *challenge,
+                f"report:   {page}",
+                f"bags:     {campaign}",
+            ]
+        )
     return 0

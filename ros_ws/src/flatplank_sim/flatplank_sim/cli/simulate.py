@@ -19,9 +19,11 @@ from flatplank_control.runner.campaign.tires import tire_of_plant
 from flatplank_control.runner.measurement import Measurement
 from flatplank_data.arguments import Parser, add_json, for_programs
 from flatplank_data.campaign import Campaign
+from flatplank_sim.cli.reveal import read_diagnosis
 from flatplank_sim.plant.config import PlantConfig
-from flatplank_sim.sealed.generate import make_challenge, more_runs
+from flatplank_sim.sealed.generate import make_challenge, measure_next, more_runs
 from flatplank_sim.sealed.menu import OUTSIDE
+from flatplank_sim.sealed.score import DIAGNOSIS
 from flatplank_sim.twin.campaign import SLIPS, simulate_many, slips_by_starts, starts_of
 
 COMPATIBLE_OPTIONS = {
@@ -31,6 +33,7 @@ COMPATIBLE_OPTIONS = {
         "--more measures the machine of a challenge, with slips, starts and step of your own; "
         "leave the others out",
     ),
+    "next": (set(), "--next makes the run that a diagnosis proposes; leave it out"),
     "plan": (
         {"preset", "plant", "seed", "bags", "jobs"},
         "with --plan it is set in the plan; leave it out, or write it into a plan of your own",
@@ -81,6 +84,11 @@ def parser() -> argparse.ArgumentParser:
         type=Path,
         metavar="CHALLENGE",
         help="further runs of the machine of a challenge, for confirm and next runs",
+    )
+    p.add_argument(
+        "--next",
+        action="store_true",
+        help=f"in a challenge: the next run that its {DIAGNOSIS} proposes, added to its runs",
     )
     p.add_argument("--jobs", type=int, help="processes; default: all cores")
     add_json(p)
@@ -156,6 +164,9 @@ def simulate(o: argparse.Namespace) -> None:
         more_runs(o.folder, o.more, further, o.at, print_progress)
         print(f"{len(further)} runs of the machine of {o.more} in {o.folder}")
         return
+    if o.next:
+        make_next(o.folder)
+        return
     setup = BenchSetup(
         tire=o.tire, preset=o.preset, plant_file=o.plant, seed=o.seed, rate_hz=o.rate, pace="hold"
     )
@@ -189,6 +200,16 @@ def simulate(o: argparse.Namespace) -> None:
     make(runs, jobs=o.jobs)
     write_tire(o.folder, record)
     print(f"{len(before) + len(runs)} runs in {o.folder}")
+
+
+def make_next(folder: Path) -> None:
+    """Make the run that the diagnosis of a challenge proposes; ValueError without a proposal."""
+    path = folder / DIAGNOSIS
+    proposal = read_diagnosis(path, folder).get("next_run") or {}
+    if not proposal.get("settings"):
+        raise ValueError(f"{path}: {proposal.get('what', 'no next run is needed')}")
+    measure_next(folder, proposal["settings"], proposal["repeats"], print_progress)
+    print(f"{proposal['what']}: added to {folder}; then: flatplank diagnose {folder} --out {path}")
 
 
 def tire_and_radius(o: argparse.Namespace) -> tuple[TireRecord, float]:

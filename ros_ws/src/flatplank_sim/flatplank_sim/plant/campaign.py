@@ -55,6 +55,8 @@ class CampaignRun:
     """(position [m], slip) instead of the step"""
     free: bool = False
     """true: flexplates disconnected"""
+    fast: bool = True
+    """false: the slow speed of the plank"""
 
 
 class Campaign:
@@ -98,10 +100,11 @@ class Campaign:
         s["gamma"] = s["wheel_camber"] = run.gamma
         s["theta"], s["run"] = run.start_angle, run.run_index
         s["joined"] = 0.0 if run.free else 1.0
-        op["direction"], op["fast"] = 1, 1
+        op["direction"], op["fast"] = 1, int(run.fast)
         radius = run.effective_rolling_radius or self.true_radius(run.fz, stiffness)
         profile = np.array(run.profile or self._step(run), float)
-        rows = int((run.length + 0.1) / c.plank.fast_speed / self.dt)
+        speed = c.plank.fast_speed if run.fast else c.plank.slow_speed
+        rows = int((run.length + 0.1) / speed / self.dt)
         out = np.empty((rows, len(COLUMNS) + len(TRUTHS)))
         noise = random.standard_normal((rows, 8))
         history = past_of_bridges(float(m["skew"][0]), self.dt)

@@ -5,19 +5,23 @@ from __future__ import annotations
 
 import math
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.signal import lfilter
 
+from flatplank_control.bench.results import write_campaign
 from flatplank_control.runner.measurement import START_ANGLES
+from flatplank_data.campaign import CAMPAIGN_FILE
 from flatplank_data.errors import FlatplankError
-from flatplank_data.exporters import export_campaign
+from flatplank_data.exporters import export_campaign, write_parquet
+from flatplank_data.machine import FAST, SLOW
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
+from flatplank_data.yaml_text import load_yaml
 from flatplank_sim.plant.campaign import COLUMNS, Campaign, CampaignRun
 from flatplank_sim.plant.config import PlantConfig
 from flatplank_sim.sealed.conditions import LOAD, PRESSURE, STEP, Run, Setting
@@ -65,7 +69,7 @@ def make_challenge(
     machine = _machine(seed, outside, random)
     pairs = [(kappa, start) for kappa in SLIPS for start in START_ANGLES]
     order = [pairs[which] for which in random.permutation(len(pairs))]
-    _measure(machine, folder, order, STEP, 0, (), progress)
+    export_campaign(_measure(machine, _steps(order, STEP), 0, (), progress), folder)
     effects = []
     if machine.hidden.names:
         first, *others = machine.hidden.names
@@ -91,16 +95,90 @@ def more_runs(
     Raises:
         FlatplankError: the challenge has no answer, or is older than this.
     """
+    machine = _machine_of(challenge)
+    first = len(SLIPS) * len(START_ANGLES)
+    stream = (zlib.crc32(folder.name.encode()),)
+    return export_campaign(_measure(machine, _steps(runs, step), first, stream, progress), folder)
+
+
+def measure_next(
+    challenge: Path, settings: Mapping[str, Any], repeats: int,
+    progress: Progress = ignore_progress,
+) -> None:  # fmt: skip
+    """Make the proposed next run of a diagnosis on the machine of a challenge, and add it to the
+    campaign.
+
+    settings: those of `next_run` in the JSON of the diagnosis [SI, bar].
+
+    Raises:
+        FlatplankError: the challenge has no answer, or is older than this, or this machine cannot
+            make the run.
+    """
+    machine = _machine_of(challenge)
+    one = dict(settings)
+    starts = one.pop("starts", None) or [one.pop("start", 1)]
+    if unknown := sorted(set(one) - set(_Planned._fields)):
+        raise FlatplankError(
+            f"no run with {', '.join(unknown)}", str(challenge),
+            f"known: starts, {', '.join(_Planned._fields)}",
+        )  # fmt: skip
+    known = load_yaml((challenge / CAMPAIGN_FILE).read_bytes(), CAMPAIGN_FILE)["runs"]
+    planned = [_Planned(**one, start=start) for start in starts] * repeats
+    for table in _measure(machine, planned, len(known), (len(known),), progress):
+        record = table.info.to_dict()
+        write_parquet(table, challenge / table.info.file)
+        write_campaign(challenge, NAME, [(record, table.info.file)])
+
+
+class _Planned(NamedTuple):
+    """A run to make."""
+
+    kappa: float
+    """slip after the step [-]"""
+    start: float
+    """start of the wheel, 120 deg apart"""
+    step_position: float
+    """plank position of the step [m]"""
+    fz: float = LOAD
+    pressure: float = PRESSURE
+    """[bar]"""
+    preload: float = 0.0
+    """slip before the step [-]"""
+    speed: float = FAST
+    """speed of the plank [m/s]"""
+
+    @property
+    def angle(self) -> float:
+        """Wheel angle at the start [deg]."""
+        return 120.0 * (self.start - 1.0)
+
+    @property
+    def changes(self) -> dict[str, Any]:
+        """Keys of the record in which the run differs from a usual slip step."""
+        out: dict[str, Any] = {}
+        if self.start in START_ANGLES:
+            out["start"] = int(self.start)
+        else:
+            out["start_angle_deg"] = self.angle
+        if self.preload:
+            slips = {"kappa_1": self.preload, "kappa_2": self.kappa, "length": self.step_position}
+            out |= {"step_position": 0.0, "waveform": {"name": "double_step", **slips}}
+        return out
+
+
+def _steps(runs: Sequence[tuple[float, int]], step: float) -> list[_Planned]:
+    return [_Planned(kappa, start, step) for kappa, start in runs]
+
+
+def _machine_of(challenge: Path) -> Machine:
+    """The machine of a challenge; FlatplankError when it has no answer, or an older one."""
     answer = unseal(challenge)
     if "force" not in answer:
         raise FlatplankError(
             "does not state which force was hidden", str(challenge), "make the challenge again"
         )
     seed = int(answer["seed"])
-    machine = _machine(seed, answer["force"], np.random.default_rng(seed))
-    first = len(SLIPS) * len(START_ANGLES)
-    _measure(machine, folder, runs, step, first, (zlib.crc32(folder.name.encode()),), progress)
-    return folder
+    return _machine(seed, answer["force"], np.random.default_rng(seed))
 
 
 def _machine(seed: int, outside: str, random: np.random.Generator) -> Machine:
@@ -110,30 +188,41 @@ def _machine(seed: int, outside: str, random: np.random.Generator) -> Machine:
 
 
 def _measure(
-    machine: Machine, folder: Path, runs: Sequence[tuple[float, int]], step: float, first: int,
-    stream: tuple[int, ...], progress: Progress,
-) -> None:  # fmt: skip
+    machine: Machine, runs: Sequence[_Planned], first: int, stream: tuple[int, ...],
+    progress: Progress,
+) -> Iterator[MeasurementTable]:  # fmt: skip
     """Measure runs; `first` is the number of the first one, `stream` seeds their noise."""
     plain = PlantConfig.load("toyo")
-    radius = round(Campaign(plain).true_radius(LOAD, plain.tire.vertical_stiffness), 5)
-    tables = []
-    for done, (kappa, start) in enumerate(runs, start=1):
+    stiffness = plain.tire.vertical_stiffness
+    for done, p in enumerate(runs, start=1):
         index = first + done - 1
+        radius = round(Campaign(plain).true_radius(p.fz, stiffness), 5)
         known: dict[str, Any] = {
-            "kappa": kappa, "fz": LOAD, "pressure": PRESSURE, "run_index": index,
-            "effective_rolling_radius": radius, "step_position": step,
+            "kappa": p.kappa, "fz": p.fz, "pressure": p.pressure, "run_index": index,
+            "effective_rolling_radius": radius, "step_position": p.step_position,
         }  # fmt: skip
-        run = CampaignRun(start_angle=math.radians(START_ANGLES[start]), **known)
         own = np.random.default_rng((machine.seed, index, *stream))
         defects = machine.hidden.defects(machine.size)
-        columns = Campaign(_scattered(plain, defects, own)).run(run, own)
+        columns = Campaign(_scattered(plain, defects, own)).run(_run_of(p, known), own)
         _add_noise(columns, own)
-        columns["fx"] = columns["fx"] + machine.force(columns, Run(Setting(kappa), start, index))
-        label = f"{NAME}_REL_LNG_{100 * kappa:g}perc_T_p25_Fz3700_{start}"
-        info = RunRecord(file=f"{label}.parquet", tire=NAME, start=start, **known)
-        tables.append(MeasurementTable({c: columns[c] for c in COLUMNS}, info))
+        sought = Run(Setting(p.kappa, p.fz, p.pressure), int(p.start), index)
+        columns["fx"] = columns["fx"] + machine.force(columns, sought)
+        known |= p.changes
+        label = f"{NAME}_REL_LNG_{100 * p.kappa:g}perc_T_p25_Fz{p.fz:g}_{p.start:g}"
+        if stream:
+            label += f"_run{index}"
+        info = RunRecord(file=f"{label}.parquet", tire=NAME, **known)
         progress(done, len(runs), label)
-    export_campaign(tables, folder)
+        yield MeasurementTable({c: columns[c] for c in COLUMNS}, info)
+
+
+def _run_of(p: _Planned, known: Mapping[str, Any]) -> CampaignRun:
+    """The run of the simulated plant."""
+    step = p.step_position
+    profile = ((0.0, p.preload), (step, p.preload), (step, p.kappa)) if p.preload else ()
+    return CampaignRun(
+        start_angle=math.radians(p.angle), profile=profile, fast=p.speed > SLOW, **known
+    )
 
 
 def _outside_force(name: str, random: np.random.Generator) -> tuple[Force, dict[str, Any] | None]:

@@ -121,6 +121,7 @@ def _match(hidden: Entry, named: Entry | None, kin: Entry | None, runs: int) -> 
     comparable = len(units) < 2
     return out | {
         "as": named["name"],
+        "alone": not named.get("class"),
         "truth": truth,
         "size": size,
         "unit": named.get("unit") or hidden.get("unit") or "1",
@@ -160,7 +161,18 @@ def text_of(answer: Mapping[str, Any], points: Mapping[str, Any]) -> list[str]:
         lines.append(f"its location was {'' if points['outside_found'] else 'not '}found")
     if points["false"]:
         lines.append(f"named without cause: {', '.join(points['false'])}")
-    return [*lines, "the diagnosis is right" if points["right"] else "the diagnosis is not right"]
+    right = "right" if points["right"] else "not right"
+    if not points["effects"]:
+        return [*lines, f"verdict: {right}"]
+    return [*lines, f"group: {right}", f"name: {_name(points)}"]
+
+
+def _name(points: Mapping[str, Any]) -> str:
+    """Whether each cause has one name, the right one."""
+    if not points["right"]:
+        return "not right"
+    alone = all(e["as"] == e["name"] and e["alone"] for e in points["effects"])
+    return "right" if alone else "open, the group has other members"
 
 
 def _effect(e: Mapping[str, Any]) -> str:

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from flatplank_analysis.discovery import screen
 from flatplank_analysis.discovery.report.collapse import collapse_of
 from flatplank_analysis.discovery.report.text import amount, channel_of, unit_of
-from flatplank_analysis.discovery.runs import RunSet
+from flatplank_analysis.discovery.runs import Coordinate, RunSet
 from flatplank_analysis.discovery.shortlist import negligible
 from flatplank_analysis.discovery.sources import source_of
 from flatplank_analysis.discovery.steps import Search, Step
@@ -89,6 +89,40 @@ def conditions(steps: Sequence[Step]) -> Figure:
     figure.legend(fontsize=8, frameon=False, ncols=3, loc="outside upper center")
     clean(axes)
     return figure
+
+
+def before_and_after(search: Search) -> Figure:
+    """The run that gains most: measured, model before and after, and below what each leaves."""
+    first, last = search.steps[0].state, search.last.state
+    runs = last.runs
+    left = [first.residual[0], last.residual[0]]
+    r = int(np.argmax(np.sum(left[0] ** 2 - left[1] ** 2, axis=1)))
+    name, coordinate = _place_of(runs)
+    place, floor = coordinate.values[r], last.floors[0].by_condition[runs.condition[r]]
+    figure = figure_of(8.0, 4.6)
+    curves, rest = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+    curves.plot(place, runs.measured[0, r], color="black", lw=0.8, label="measured")
+    rest.axhspan(-floor, floor, color=ORANGE, alpha=0.25, lw=0.0, label="floor of the condition")
+    told = "with its effects" if first.fit.terms else "base alone"
+    for residual, color, label in ((left[0], GREY, told), (left[1], BLUE, "with what was found")):
+        error = amount(runs, float(np.sqrt(np.mean(residual[r] ** 2))))
+        curves.plot(place, runs.measured[0, r] - residual[r], color=color, lw=1.4, label=label)
+        rest.plot(place, residual[r], color=color, lw=0.9, label=f"{label}: {error}")
+    curves.set_title(runs.condition_names[runs.condition[r]], fontsize=9, loc="left")
+    curves.set_ylabel(labelled(runs, "{}"), fontsize=9)
+    rest.set_ylabel(labelled(runs, "measured - model"), fontsize=9)
+    rest.set_xlabel(with_unit(name, coordinate.unit), fontsize=9)
+    for axes in (curves, rest):
+        clean(axes)
+        axes.legend(fontsize=8, frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    return figure
+
+
+def _place_of(runs: RunSet) -> tuple[str, Coordinate]:
+    """The first place coordinate, or else the first coordinate."""
+    known = runs.coordinates
+    name = next((k for k, c in known.items() if c.local), next(iter(known)))
+    return name, known[name]
 
 
 def map_of(table: Map, runs: RunSet) -> Figure:
@@ -176,8 +210,7 @@ def residual(step: Step) -> Figure:
     """Mean residual of every condition over the first place coordinate, for inspection only."""
     runs = step.state.runs
     mean = runs.mean(step.state.residual[0])
-    name = next((k for k, c in runs.coordinates.items() if c.local), next(iter(runs.coordinates)))
-    coordinate = runs.coordinates[name]
+    name, coordinate = _place_of(runs)
     floor = step.state.floors[0].floor
     figure = figure_of(8.0, 0.8 + 0.42 * len(mean))
     axes = figure.add_subplot()

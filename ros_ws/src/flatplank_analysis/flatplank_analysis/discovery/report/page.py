@@ -27,6 +27,8 @@ from flatplank_data.files import write_atomic
 from flatplank_data.wording import quantity, sized
 
 HERE = Path(__file__).parent
+BEFORE_AND_AFTER = "before_and_after"
+"""name of the figure of the run that gains most by what was found"""
 
 
 class FigureWriter:
@@ -81,6 +83,9 @@ def _render(
     maps = where.make_maps(runs, first.state.residual[0], first.state.floors[0].by_condition)
     steps = waterfall_steps(search, history)
     svg = {
+        BEFORE_AND_AFTER: book.add(BEFORE_AND_AFTER, figures.before_and_after(search))
+        if result.found
+        else "",
         "conditions": book.add("conditions", figures.conditions(search.steps)),
         "ranking": book.add("ranking", figures.ranking(search)),
         "residual": book.add("residual", figures.residual(search.last)),

@@ -66,10 +66,7 @@ def text_of(result: Diagnosis) -> str:
                 f"{amount(runs, event.level, 0)}, in {who}"
             )
     if result.next_run:
-        repeats = result.next_run.get("repeats")
-        lines.append(
-            f"next run: {result.next_run['what']}" + (f", {repeats} x" if repeats else "")
-        )
+        lines.append(f"next run: {result.next_run['what']}")
     lines += [f"note: {note}" for note in result.notes]
     return "\n".join(lines + [f"{result.seconds:.1f} s"])
 
