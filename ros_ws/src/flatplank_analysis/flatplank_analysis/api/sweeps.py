@@ -13,6 +13,7 @@ import pandas as pd
 from flatplank_analysis.api.runs import page
 from flatplank_analysis.models.tir import TirFile, read_tir
 from flatplank_analysis.slip_sweeps.channels import BY_NAME
+from flatplank_analysis.slip_sweeps.fit import SweepFit, fit_sweeps
 from flatplank_analysis.slip_sweeps.study import Study, study
 
 if TYPE_CHECKING:
@@ -59,6 +60,18 @@ class Sweeps:
         """Conditions with the error of a tire file [N] and where it is largest; worst first."""
         rows = pd.json_normalize(self._rows(read_tir(os.fspath(tir)))).rename(columns=_short)
         return rows.sort_values("error_share", ascending=False, ignore_index=True)
+
+    def fit(
+        self, start: str | os.PathLike[str] | None = None, radius: float | None = None
+    ) -> SweepFit:
+        """A tire file of the Magic Formula 6.1 fitted to these sweeps: a `SweepFit` with `file`,
+        `fit.estimates`, `held_out`. start: `.tir` with the values of what is not determined;
+        radius: of the free tire [m].
+
+        Raises:
+            FlatplankError: neither Fx nor Fy is in the sweeps.
+        """
+        return fit_sweeps([self.study], read_tir(os.fspath(start)) if start else None, radius)
 
     def plot(self, tir: str | os.PathLike[str] | None = None) -> Figure:
         """Force over slip, a panel per condition."""

@@ -176,12 +176,17 @@ def _row(condition: str, slip: str, e: Estimate, beside: str = "") -> tuple[str,
     return (condition, slip, e.name, e.text, error, e.unit, remark)
 
 
-def _magic_formula(result: MFFit) -> None:
+def print_coefficients(result: MFFit) -> None:
+    """The fitted coefficients, the errors of the outputs, and what the data do not determine."""
     rows = [_row("", "", e)[2:] for e in result.estimates.values()]
     common.print_rows(("parameter", "value", "±", "unit", "remark"), rows)
     errors = ", ".join(f"{k} {100.0 * v:.2g} %" for k, v in result.relative_errors.items())
     print(f"\nrelative error (7.28): {errors}")
     _say([f"{c.statement}; {c.remedy}" for c in result.confusions])
+
+
+def _magic_formula(result: MFFit) -> None:
+    print_coefficients(result)
     _say([f"C_x {result.cx_source}", *(f"not fitted: {text}" for text in result.skipped)])
 
 

@@ -1,33 +1,39 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sweeps of other benches: conditions, where a `.tir` fails.
+"""Sweeps of other benches: where a `.tir` fails, or a new `.tir`.
 
 Text, TYDEX and .mat files, cut into conditions with B, C, D, E.
 """
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from flatplank_analysis.cli import common
-from flatplank_analysis.models.tir import TirFile, read_tir
+from flatplank_analysis.cli.fit import print_coefficients
+from flatplank_analysis.models.tir import TirFile, read_tir, write_tir
 from flatplank_analysis.slip_sweeps.axes import SYSTEMS
 from flatplank_analysis.slip_sweeps.conditions import FORCE, HELD
 from flatplank_analysis.slip_sweeps.curves import NAMES, Formula
+from flatplank_analysis.slip_sweeps.fit import SweepFit, fit_sweeps
 from flatplank_analysis.slip_sweeps.raw import RAW
-from flatplank_analysis.slip_sweeps.study import Study, by_level, study
+from flatplank_analysis.slip_sweeps.study import Study, by_level, lacking, study
 from flatplank_analysis.slip_sweeps.verdict import RISK, fails
 from flatplank_data.arguments import Parser, add_json
 from flatplank_data.errors import FlatplankError
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """`flatplank sweeps FILE [--tir FILE] [--axes NAME] [--turn CHANNEL] [--columns ...]`."""
+    """`flatplank sweeps FILE... [--tir FILE | --fit OUT.tir] [--axes NAME] [--turn CHANNEL]`."""
     parser = Parser(prog="flatplank sweeps", description=__doc__)
-    parser.add_argument("file", metavar="FILE", help=f"{', '.join(RAW)} with sweeps")
+    parser.add_argument("file", metavar="FILE", nargs="+", help=f"{', '.join(RAW)} with sweeps")
     parser.add_argument("--tir", metavar="FILE", help="tire property file to compare with")
+    parser.add_argument("--fit", metavar="OUT.tir", help="fit a tire file to all sweeps")
+    parser.add_argument("--start", metavar="FILE.tir", help="values of what is not determined")
+    parser.add_argument("--radius", type=float, help="of the free tire, for the fitted file [m]")
     parser.add_argument("--axes", choices=SYSTEMS, help="of the file; default: by its signs")
     parser.add_argument("--turn", metavar="CHANNEL", nargs="+", default=(),
                         help="channels that the file counts the other way, as alpha")  # fmt: skip
@@ -36,21 +42,64 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--figure", metavar="FILE", help="picture of the curves (.png)")
     add_json(parser)
     o = parser.parse_args(argv)
-    found = study(o.file, o.axes, o.turn, _names(o.columns))
-    tir = read_tir(o.tir) if o.tir else None
+    _check(o)
+    studies = [study(file, o.axes, o.turn, _names(o.columns)) for file in o.file]
+    tir, fitted = read_tir(o.tir) if o.tir else None, None
+    if o.fit:
+        fitted = fit_sweeps(
+            studies, read_tir(o.start) if o.start else None, o.radius, common.show_progress
+        )
+        write_tir(fitted.file, o.fit)
+        tir = read_tir(o.fit)
     if o.figure:
         from flatplank_analysis.discovery.report.figures import png
 
-        Path(o.figure).write_bytes(png(found.plot(tir)))
+        for found, path in zip(studies, _figures(o.figure, len(studies)), strict=True):
+            path.write_bytes(png(found.plot(tir)))
     if o.json:
-        common.print_json(found.to_json(tir))
+        told = [found.to_json(tir) for found in studies]
+        rest = {"fit": {"file": o.fit, **fitted.to_json()}} if fitted else {}
+        common.print_json((told[0] if len(told) == 1 else {"sweeps": told}) | rest)
         return 0
-    _tell(found)
-    if tir:
-        _tell_failures(found, tir, o.tir)
-    for line in found.lacking():
+    for found in studies:
+        _tell(found)
+        if tir:
+            _tell_failures(found, tir, o.fit or o.tir)
+    if fitted:
+        _tell_fit(fitted, o.fit)
+    for line in lacking([c for found in studies for c in found.conditions]):
         print(line)
     return 0
+
+
+def _check(o: argparse.Namespace) -> None:
+    if o.tir and o.fit:
+        what, remedy = "compares with one file", "leave --tir out, or compare first"
+        raise FlatplankError(what, "--fit and --tir", remedy)
+    if not o.fit and (o.start or o.radius):
+        raise FlatplankError("belong to a fit", "--start and --radius", "give --fit OUT.tir")
+    if o.radius is not None and not 0.0 < o.radius < 2.0:
+        raise FlatplankError(f"{o.radius:g} m", "--radius", "give the free radius in m, as 0.26")
+
+
+def _figures(first: str, count: int) -> list[Path]:
+    """One path per sweep file: curves.png, curves_2.png, ..."""
+    path = Path(first)
+    return [path, *(path.with_stem(f"{path.stem}_{k}") for k in range(2, count + 1))]
+
+
+def _tell_fit(fitted: SweepFit, path: str) -> None:
+    print(f"\n{path}: Magic Formula 6.1, fitted to {fitted.points} bins")
+    print_coefficients(fitted.fit)
+    if fitted.held_out:
+        print("\neach load predicted by a fit to the others:")
+        rows = [
+            (h.force.capitalize(), f"{h.load:.0f}", f"{h.error:.0f}", f"{h.r_squared:.4f}")
+            for h in fitted.held_out
+        ]
+        common.print_rows(("force", "load [N]", "error [N]", "R2"), rows)
+    for name, why in fitted.remarks.items():
+        print(f"note: {name} {why}")
 
 
 def _names(given: Sequence[str]) -> dict[str, str]:

@@ -34,6 +34,8 @@ class Curve:
     """bin of each sample, shape (samples,)"""
     samples: np.ndarray
     """slip of each sample [rad] or [-], shape (samples,)"""
+    rising: np.ndarray
+    """samples at which the slip rises, shape (samples,)"""
     slip: np.ndarray
     """mean slip of the samples of a bin [rad] or [-]"""
     force: np.ndarray
@@ -90,7 +92,9 @@ def curve_of(columns: Mapping[str, np.ndarray], condition: SweepCondition) -> Cu
         first = np.arange(len(rows)) <= int(np.argmax(np.diff(rows)))
     up, down = bin_means(bins, force, rising), bin_means(bins, force, ~rising)
     floor = _floor(bins, force, up, down, first)
-    return Curve(bins, slip, bin_means(bins, slip), bin_means(bins, force), up, down, *floor)
+    return Curve(
+        bins, slip, rising, bin_means(bins, slip), bin_means(bins, force), up, down, *floor
+    )
 
 
 def _rises(slip: np.ndarray) -> np.ndarray:

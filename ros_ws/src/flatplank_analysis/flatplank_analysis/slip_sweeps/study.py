@@ -63,16 +63,7 @@ class Study:
 
     def lacking(self) -> list[str]:
         """Missing measurements for a complete tire model, one line each."""
-        swept = {c.swept for c in self.conditions}
-        out = []
-        if "alpha" not in swept:
-            out.append("for Fy and Mz you still need: sweeps of the slip angle")
-        if "kappa" not in swept:
-            out.append("for Fx you still need: sweeps of the slip, driven and braked")
-        angles = {round(c.held["alpha"], 2) for c in self.conditions if "alpha" in c.held}
-        if len(angles) < 2:
-            out.append("for combined slip you still need: sweeps of the slip at side slip angles")
-        return out
+        return lacking(self.conditions)
 
     def plot(self, tir: TirFile | None = None) -> Figure:
         """Measured and modelled force over the swept slip, a panel per condition.
@@ -159,6 +150,20 @@ def study(
     curves = tuple(curve_of(columns, c) for c in conditions)
     said = (told, *recording.said)
     return Study(str(path), columns, recording.further, said, conditions, curves)
+
+
+def lacking(conditions: Sequence[SweepCondition]) -> list[str]:
+    """Measurements that a complete tire model needs beside these, one line each."""
+    swept = {c.swept for c in conditions}
+    out = []
+    if "alpha" not in swept:
+        out.append("for Fy and Mz you still need: sweeps of the slip angle")
+    if "kappa" not in swept:
+        out.append("for Fx you still need: sweeps of the slip, driven and braked")
+    angles = {round(c.held["alpha"], 2) for c in conditions if "alpha" in c.held}
+    if len(angles) < 2:
+        out.append("for combined slip you still need: sweeps of the slip at side slip angles")
+    return out
 
 
 def by_level(conditions: Sequence[SweepCondition], found: Sequence[Failure]) -> Iterator[str]:

@@ -17,7 +17,7 @@ from ...models.tir import TirFile
 from ...models.tir_complete import complete_tir
 from ..least_squares import Solution
 from ..results import Confusion, Estimate, Fit, relative_error
-from .information import describe_levels, levels_of
+from .information import REACH, Reach, describe_levels, levels_of
 from .points import SteadyPoints
 from .problem import OutputProblem, Prior
 from .stages import COEFFICIENTS, SMALL_PRESSURE, STAGES, Coefficient, Stage
@@ -50,6 +50,8 @@ class FitFile:
     joint: bool = True
     """Refit all coefficients of an output together at the end."""
     geometry: Mapping[str, float] = field(default_factory=dict)
+    reach: Reach = field(default_factory=lambda: REACH)
+    """Settings that the bench can make."""
 
     def carcass_options(self) -> dict[str, Any]:
         """Keyword arguments of `fit_carcass`."""
@@ -257,7 +259,9 @@ def _solve(
     limits = {n: _limit(n, settings) for n in free}
     priors = {n: Prior(*p) for n, p in settings.prior.items() if n in free}
     weight = settings.weights.get(output, 1.0)
-    problem = OutputProblem(output, data, tuple(free), base, limits, priors, weight)
+    problem = OutputProblem(
+        output, data, tuple(free), base, limits, priors, weight, reach=settings.reach
+    )
     solution = problem.solve(broadly=True)
     scatter = _scatter(problem, solution)
     again = replace(problem, base=problem.at(solution.x), scatter=scatter)

@@ -8,7 +8,7 @@ Proposed runs give one axis at a time a new level that the bench can set.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -179,14 +179,18 @@ def listed(names: Sequence[str]) -> str:
 
 
 GRAIN = {
-    "fz": 200.0,
+    "fz": 0.04,
     "kappa": 0.005,
     "alpha": np.radians(0.5),
     "gamma": np.radians(0.5),
-    "pressure": 5e3,
+    "pressure": 0.02,
 }
-"""Values closer than this are one level."""
-REACH = {
+"""Values closer than this are one level: slip [-] and angles [rad], load and pressure as a share
+of the largest."""
+SHARES = ("fz", "pressure")
+Reach = Mapping[str, Sequence[float]]
+"""axis -> settings that a bench can make [SI]"""
+REACH: Reach = {
     "fz": (1000.0, 2000.0, 3000.0, 4000.0, 5000.0, 6000.0, 7000.0, 8000.0),
     "kappa": (-0.15, -0.1, -0.05, -0.02, -0.01, 0.0, 0.01, 0.02, 0.05, 0.1, 0.15),
     "alpha": tuple(np.radians((-10.0, -5.0, -2.0, -1.0, 0.0, 1.0, 2.0, 5.0, 10.0, 15.0))),
@@ -216,8 +220,25 @@ def levels_of(points: SteadyPoints, axis: str) -> np.ndarray:
     values = np.sort(getattr(points, axis))
     if not len(values):
         return values
-    breaks = np.flatnonzero(np.diff(values) > GRAIN[axis]) + 1
+    breaks = np.flatnonzero(np.diff(values) > grain(points, axis)) + 1
     return np.array([group.mean() for group in np.split(values, breaks)])
+
+
+def grain(points: SteadyPoints, axis: str) -> float:
+    """Distance below which two values of an axis are one level [SI]."""
+    values = getattr(points, axis)
+    return GRAIN[axis] * (float(np.abs(values).max(initial=0.0)) if axis in SHARES else 1.0)
+
+
+def reach_of(points: SteadyPoints) -> Reach:
+    """Settings for the next sweeps on a bench of another kind: loads and pressures in quarters of
+    the largest measured ones, up to half more."""
+    most = {axis: float(np.max(getattr(points, axis), initial=0.0)) for axis in SHARES}
+    quarters = {
+        axis: tuple(float(f"{0.25 * k * top:.2g}") for k in range(1, 7))
+        for axis, top in most.items()
+    }
+    return {**REACH, **quarters}
 
 
 def describe_levels(points: SteadyPoints, axis: str) -> str:
@@ -228,17 +249,19 @@ def describe_levels(points: SteadyPoints, axis: str) -> str:
     return f"{len(levels)} {name}{'s' * (len(levels) != 1)}{shown}"
 
 
-def proposals(points: SteadyPoints, rows: Callable[[SteadyPoints], np.ndarray]) -> list[Candidate]:
+def proposals(
+    points: SteadyPoints, rows: Callable[[SteadyPoints], np.ndarray], settings: Reach = REACH
+) -> list[Candidate]:
     """Possible runs: every new level of one axis, combined with the other levels of the data.
 
     `rows` gives the scaled Jacobian (m, p) of points that were not measured.
     """
     base = _representative(points)
     found = []
-    for axis, reach in REACH.items():
+    for axis, reach in settings.items():
         have, described = levels_of(points, axis), describe_levels(points, axis)
         for value in reach:
-            if np.any(np.abs(have - value) < 2.0 * GRAIN[axis]):
+            if np.any(np.abs(have - value) < 2.0 * grain(points, axis)):
                 continue
             moved = {name: getattr(base, name) for name in GRAIN}
             moved[axis] = np.full(len(base), value)
@@ -249,6 +272,6 @@ def proposals(points: SteadyPoints, rows: Callable[[SteadyPoints], np.ndarray]) 
 
 def _representative(points: SteadyPoints, most: int = 400) -> SteadyPoints:
     """One point per distinct setting (repeats add nothing to a proposal), at most `most`."""
-    keys = np.column_stack([np.round(getattr(points, a) / GRAIN[a]) for a in GRAIN])
+    keys = np.column_stack([np.round(getattr(points, a) / grain(points, a)) for a in GRAIN])
     first = np.sort(np.unique(keys, axis=0, return_index=True)[1])
     return points.rows(first[:: max(1, len(first) // most)])

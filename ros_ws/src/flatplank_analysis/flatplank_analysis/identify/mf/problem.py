@@ -10,6 +10,7 @@ import numpy as np
 from ...models.base import SPEED
 from ...models.magic_formula import Coefficients, operating_point
 from ..least_squares import Solution, solve
+from .information import REACH, Reach
 from .points import SteadyPoints
 from .stages import COEFFICIENTS, PREDICTIONS, SCALE, Coefficient
 
@@ -46,6 +47,8 @@ class OutputProblem:
     weight: float = 1.0
     scatter: float = 1.0
     """Scatter of the points, relative to the first guess `SCALE` [-]."""
+    reach: Reach = field(default_factory=lambda: REACH)
+    """Settings that the bench can make."""
 
     def limit(self, name: str) -> Coefficient:
         """Bounds and size of one coefficient."""

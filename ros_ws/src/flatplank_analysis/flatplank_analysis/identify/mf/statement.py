@@ -16,7 +16,7 @@ from ..lateral import zero_warning
 from ..least_squares import Solution, linearise, solve
 from ..noise import Covariance, PropagatedErrors, run_covariance
 from ..results import Confusion, Estimate, Fit
-from .information import GRAIN, REACH, SHOW, confusions, describe_levels, levels_of, proposals
+from .information import SHOW, confusions, describe_levels, grain, levels_of, proposals
 from .lack import BY_LAW, lack_of_fit, restated
 from .points import SteadyPoints
 from .problem import WEAK, OutputProblem
@@ -65,7 +65,7 @@ def report(
     cover = run_covariance(jac[:, ~held], residual, problem.points.run, prior, propagated)
 
     def offers() -> list:
-        return proposals(problem.points, lambda p: _rows(problem, solution.x, p))
+        return proposals(problem.points, lambda p: _rows(problem, solution.x, p), problem.reach)
 
     # including coefficients at a bound: holding one of a group that cannot be separated makes
     # the others look determined
@@ -249,5 +249,6 @@ def _deciding_load(problem: OutputProblem, one: np.ndarray, two: np.ndarray) -> 
             values.append(load * (pkx1 + pkx2 * dfz) * np.exp(pkx3 * dfz))
         return abs(values[1] - values[0])
 
-    new = [v for v in REACH["fz"] if np.all(np.abs(have - v) > 2.0 * GRAIN["fz"])]
+    apart = 2.0 * grain(problem.points, "fz")
+    new = [v for v in problem.reach["fz"] if np.all(np.abs(have - v) > apart)]
     return max(new, key=gap, default=None)

@@ -1,0 +1,210 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A tire file from sweeps: the Magic Formula 6.1, fitted to the mean curves of the conditions.
+
+A point of the fit is one bin of a condition: the mean of force and channels while the slip rises,
+and of those while it falls, with equal weights, so that relaxation cancels. Bins count as
+independent of each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from flatplank_analysis.identify.mf.fit import FitFile, MFFit, fit_magic_formula
+from flatplank_analysis.identify.mf.information import reach_of
+from flatplank_analysis.identify.mf.points import AXES, SteadyPoints, steady_points
+from flatplank_analysis.identify.mf.stages import general_start
+from flatplank_analysis.identify.results import to_plain
+from flatplank_analysis.models.base import SPEED
+from flatplank_analysis.models.magic_formula import steady_forces
+from flatplank_analysis.models.tir import TirFile
+from flatplank_analysis.models.tire_record import TireRecord, start_tir
+from flatplank_analysis.slip_sweeps.conditions import BY_NAME, FORCE, SweepCondition
+from flatplank_analysis.slip_sweeps.curves import Curve, bin_means
+from flatplank_analysis.slip_sweeps.study import Study
+from flatplank_data.errors import FlatplankError
+
+STAGES = ("pure_x", "pure_y", "aligning", "combined", "pressure", "camber")
+"""stages of which sweeps have the measurements; radius and stiffness are those of the start"""
+RADIUS = "not measured by sweeps: give --radius"
+FORCES = ("fx", "fy")
+PRESSURE = "not in the sweeps: a placeholder"
+LEAST_LOADS = 3
+"""loads from which a fit to all but one of them still knows how the tire changes with load"""
+LOAD, SIDE_SLIP = BY_NAME["fz"], BY_NAME["alpha"]
+Progress = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Error for a load that the fit has not seen."""
+
+    force: str
+    load: float
+    """[N]"""
+    error: float
+    """root mean square of the points [N]"""
+    r_squared: float
+    """share of the variance of the points that the fit to the other loads explains [-]"""
+
+
+@dataclass(frozen=True)
+class SweepFit:
+    """A tire fitted to sweeps."""
+
+    fit: MFFit
+    points: int
+    held_out: tuple[HeldOut, ...]
+    """one per force and load; empty with fewer than three loads"""
+    remarks: Mapping[str, str]
+    """coefficient -> why its value is not from these sweeps"""
+
+    @property
+    def file(self) -> TirFile:
+        """The complete file; what these sweeps do not determine is marked in its comments."""
+        return self.fit.file.remarked(self.remarks)
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain values, SI."""
+        return self.fit.to_json() | {
+            "points": self.points,
+            "held_out": to_plain(self.held_out),
+            "remarks": dict(self.remarks),
+        }
+
+
+def fit_sweeps(
+    studies: Sequence[Study],
+    start: TirFile | None = None,
+    radius: float | None = None,
+    progress: Progress = lambda _done, _all, _what: None,
+) -> SweepFit:
+    """Fit a tire file to sweeps, in stages, then all coefficients of a force together.
+
+    start: values of what is not determined; None: general start values, of no tire. radius: of
+    the free tire [m].
+
+    Raises:
+        FlatplankError: neither Fx nor Fy is in the sweeps, or the start is of another law.
+    """
+    points = points_of(studies)
+    remarks: dict[str, str] = {}
+    if start is None:
+        remarks = {} if radius else {"UNLOADED_RADIUS": RADIUS}
+        remarks |= {} if np.isfinite(points.pressure).any() else {"NOMPRES": PRESSURE}
+        start = _start(studies, points, radius)
+    elif radius:
+        start = start.replaced({"UNLOADED_RADIUS": radius})
+    points = _with_pressure(points, start)
+    settings = FitFile(model="mf", stages=STAGES, reach=reach_of(points))
+    parts = _without_each_load(points)
+    progress(0, len(parts) + 1, "all loads")
+    fit = fit_magic_formula(points, start, settings)
+    held_out: list[HeldOut] = []
+    for k, (others, left) in enumerate(parts, start=1):
+        progress(k, len(parts) + 1, f"without {np.median(left.fz):.0f} N")
+        held_out += _held_out(others, left, start, settings)
+    progress(len(parts) + 1, len(parts) + 1, "done")
+    return SweepFit(fit, len(points), tuple(held_out), remarks)
+
+
+def points_of(studies: Sequence[Study]) -> SteadyPoints:
+    """Points of all conditions of all files; a pressure that a file does not have is NaN."""
+    each = [
+        _points_of(study.columns, condition, curve)
+        for study in studies
+        for condition, curve in zip(study.conditions, study.curves, strict=True)
+    ]
+    columns = {name: np.concatenate([part[name] for part in each]) for name in each[0]}
+    axes = {name: columns.pop(name) for name in AXES}
+    return steady_points(columns, **axes)
+
+
+def _points_of(
+    columns: Mapping[str, np.ndarray], condition: SweepCondition, curve: Curve
+) -> dict[str, np.ndarray]:
+    """Channels and forces in the bins of a condition in which the force is known."""
+    rows = condition.samples
+
+    def mean(name: str, missing: float) -> np.ndarray:
+        if name not in columns:
+            return np.full(len(curve.force), missing)
+        values = columns[name][rows]
+        up, down = (bin_means(curve.bins, values, way) for way in (curve.rising, ~curve.rising))
+        both = 0.5 * (up + down)
+        return np.where(np.isfinite(both), both, bin_means(curve.bins, values))
+
+    out = {name: mean(name, np.nan if name == "pressure" else 0.0) for name in AXES}
+    wanted = ("fy", "mz") if condition.swept == "alpha" else ("fx",)
+    if abs(condition.held.get("alpha", 0.0)) > SIDE_SLIP.apart:
+        wanted = ("fx", "fy")  # of combined slip
+    forces = {name: mean(name, np.nan) for name in ("fx", "fy", "mz")}
+    blank = np.full(len(curve.force), np.nan)
+    out |= {name: forces[name] if name in wanted else blank for name in forces}
+    known = np.isfinite(out[FORCE[condition.swept]])
+    return {name: values[known] for name, values in out.items()}
+
+
+def _start(studies: Sequence[Study], points: SteadyPoints, radius: float | None) -> TirFile:
+    """Start values of no tire, with load and pressure in the middle of the measured ones."""
+    loads = sorted(c.held["fz"] for s in studies for c in s.conditions if "fz" in c.held)
+    nominal = loads[len(loads) // 2] if loads else float(np.median(points.fz))
+    pressures = sorted(c.held["pressure"] for s in studies for c in s.conditions
+                       if "pressure" in c.held)  # fmt: skip
+    bar = 1e-5 * pressures[len(pressures) // 2] if pressures else 2.0
+    record = TireRecord("sweeps", radius or 0.3, round(nominal), bar, origin=studies[0].path)
+    speeds = [np.abs(s.columns["speed"]) for s in studies if "speed" in s.columns]
+    speed = float(np.median(np.concatenate(speeds))) if speeds else SPEED
+    return start_tir(record, general_start()).replaced({"LONGVL": max(speed, 0.1)})
+
+
+def _with_pressure(points: SteadyPoints, start: TirFile) -> SteadyPoints:
+    """The points, at the nominal pressure where a file has none."""
+    pressure = np.where(np.isfinite(points.pressure), points.pressure, start.coefficients.NOMPRES)
+    return replace(points, pressure=pressure)
+
+
+def _without_each_load(points: SteadyPoints) -> list[tuple[SteadyPoints, SteadyPoints]]:
+    """Forces of all loads but one, and of that one; none with fewer than three loads."""
+    forces = {name: points.measured[name] for name in FORCES}
+    points = replace(points, measured=forces)
+    number = _load_levels(points)
+    count = int(number.max()) + 1
+    if count < LEAST_LOADS:
+        return []
+    return [(points.rows(number != k), points.rows(number == k)) for k in range(count)]
+
+
+def _held_out(
+    others: SteadyPoints, left: SteadyPoints, start: TirFile, settings: FitFile
+) -> Iterator[HeldOut]:
+    """Points predicted by a fit to others; nothing where the others have no force to fit."""
+    try:
+        fit = fit_magic_formula(others, start, settings)
+    except FlatplankError:
+        return
+    modelled = steady_forces(
+        fit.tir.coefficients, left.fz, kappa=left.kappa, alpha=left.alpha, gamma=left.gamma,
+        pressure=left.pressure, vx=SPEED,
+    )  # fmt: skip
+    for force in (f for f in FORCES if f in fit.fits):
+        measured = left.measured[force]
+        known = np.isfinite(measured)
+        if known.any():
+            square = float(np.mean((measured - modelled[FORCES.index(force)])[known] ** 2))
+            spread = float(np.var(measured[known]))
+            explained = 1.0 - square / spread if spread > 0.0 else np.nan
+            yield HeldOut(force, float(np.median(left.fz)), float(np.sqrt(square)), explained)
+
+
+def _load_levels(points: SteadyPoints) -> np.ndarray:
+    """Number of the load level of each point (n,)."""
+    order = np.argsort(points.fz, kind="stable")
+    apart = LOAD.distance(points.fz)
+    number = np.empty(len(points), int)
+    number[order] = np.concatenate([[0], np.cumsum(np.diff(points.fz[order]) > apart)])
+    return number
