@@ -179,7 +179,7 @@ def listed(names: Sequence[str]) -> str:
 
 
 GRAIN = {
-    "fz": 0.04,
+    "fz": 0.05,
     "kappa": 0.005,
     "alpha": np.radians(0.5),
     "gamma": np.radians(0.5),
