@@ -50,9 +50,10 @@ def quantity(value: float, unit: str, digits: int = 3) -> str:
     return plain(factor * value, digits) + ("" if name == "1" else f" {name}")
 
 
-def span(low: float, high: float, unit: str, digits: int = 3) -> str:
-    """A range in its display unit: '1.54 to 1.64 m'."""
-    factor, name = displayed(unit, low, high)
+def span(low: float, high: float, unit: str, digits: int = 3, axis: Sequence[float] = ()) -> str:
+    """A range in its display unit, or in that of the axis whose ends are given: '1.54 to 1.64
+    m'."""
+    factor, name = displayed(unit, *(axis or (low, high)))
     ends = (plain(factor * end, digits) for end in (low, high))
     return " to ".join(ends) + ("" if name == "1" else f" {name}")
 

@@ -42,7 +42,8 @@ class Map:
         """The place of the residual in one line."""
         if self.place_share <= 0.0:
             return "nothing beyond the floor"
-        return f"{self.place_share:.0%} of it within {span(*self.place, self.unit)}"
+        ends = (float(self.edges[0]), float(self.edges[-1]))
+        return f"{self.place_share:.0%} of it within {span(*self.place, self.unit, axis=ends)}"
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,12 @@ class Collapse:
     groups: Sequence[tuple[int, np.ndarray]]
     """number of each condition in which the effect shows, and its runs"""
 
+    @property
+    def off(self) -> float:
+        """Root mean square difference of residual and effect, in the runs that are shown."""
+        rows = np.concatenate([rows for _, rows in self.groups])
+        return float(np.sqrt(np.mean((self.left[rows] - self.part[rows]) ** 2)))
+
     def every(self, run: int, points: int) -> np.ndarray:
         """Indices of the samples of a run in the order of the coordinate, about `points`."""
         order = np.argsort(self.places[run], kind="stable")

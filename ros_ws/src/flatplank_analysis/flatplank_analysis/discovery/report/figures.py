@@ -20,7 +20,7 @@ from flatplank_analysis.discovery.shortlist import negligible
 from flatplank_analysis.discovery.sources import source_of
 from flatplank_analysis.discovery.steps import Search, Step
 from flatplank_analysis.discovery.where import Map
-from flatplank_data.wording import with_unit
+from flatplank_data.wording import displayed, with_unit
 
 BLUE, ORANGE, GREY, GREEN = "#2b6cb0", "#c05621", "#718096", "#2f855a"
 COLORS = {"machine": BLUE, "sensor": GREEN, "tire": ORANGE}
@@ -54,9 +54,17 @@ def labelled(runs: RunSet, text: str) -> str:
     return with_unit(text.format(channel_of(runs)), unit_of(runs))
 
 
-def short(label: str) -> str:
-    """First part of a condition's name."""
-    return label.split(",", 1)[0]
+def short_names(runs: RunSet) -> list[str]:
+    """Names of the conditions: the first part, and those parts that not all conditions have."""
+    parts = [name.split(", ") for name in runs.condition_names]
+    common = set(parts[0]).intersection(*parts)
+    return [", ".join([p[0], *(part for part in p[1:] if part not in common)]) for p in parts]
+
+
+def place_axis(name: str, unit: str, ends: Sequence[float]) -> tuple[float, str]:
+    """Factor from SI to the display unit, and the label, of an axis with these ends."""
+    factor, shown = displayed(unit, *map(float, ends))
+    return factor, with_unit(name, shown)
 
 
 def conditions(steps: Sequence[Step]) -> Figure:
@@ -83,8 +91,7 @@ def conditions(steps: Sequence[Step]) -> Figure:
             f"{value:.1f}", (at, error), (0, 2), textcoords="offset points",
             ha="center", fontsize=7,
         )  # fmt: skip
-    labels = [short(n) for n in runs.condition_names]
-    axes.set_xticks(x, labels, rotation=30 if len(x) > 9 else 0, fontsize=8)
+    axes.set_xticks(x, short_names(runs), rotation=30 if len(x) > 9 else 0, fontsize=8)
     axes.set_ylabel(labelled(runs, "RMSE of {}"), fontsize=9)
     figure.legend(fontsize=8, frameon=False, ncols=3, loc="outside upper center")
     clean(axes)
@@ -99,19 +106,21 @@ def before_and_after(search: Search) -> Figure:
     r = int(np.argmax(np.sum(left[0] ** 2 - left[1] ** 2, axis=1)))
     name, coordinate = _place_of(runs)
     place, floor = coordinate.values[r], last.floors[0].by_condition[runs.condition[r]]
+    factor, label = place_axis(name, coordinate.unit, place[[0, -1]])
+    place = factor * place
     figure = figure_of(8.0, 4.6)
     curves, rest = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
     curves.plot(place, runs.measured[0, r], color="black", lw=0.8, label="measured")
     rest.axhspan(-floor, floor, color=ORANGE, alpha=0.25, lw=0.0, label="floor of the condition")
     told = "with its effects" if first.fit.terms else "base alone"
-    for residual, color, label in ((left[0], GREY, told), (left[1], BLUE, "with what was found")):
+    for residual, color, which in ((left[0], GREY, told), (left[1], BLUE, "with what was found")):
         error = amount(runs, float(np.sqrt(np.mean(residual[r] ** 2))))
-        curves.plot(place, runs.measured[0, r] - residual[r], color=color, lw=1.4, label=label)
-        rest.plot(place, residual[r], color=color, lw=0.9, label=f"{label}: {error}")
+        curves.plot(place, runs.measured[0, r] - residual[r], color=color, lw=1.4, label=which)
+        rest.plot(place, residual[r], color=color, lw=0.9, label=f"{which}: {error}")
     curves.set_title(runs.condition_names[runs.condition[r]], fontsize=9, loc="left")
     curves.set_ylabel(labelled(runs, "{}"), fontsize=9)
     rest.set_ylabel(labelled(runs, "measured - model"), fontsize=9)
-    rest.set_xlabel(with_unit(name, coordinate.unit), fontsize=9)
+    rest.set_xlabel(label, fontsize=9)
     for axes in (curves, rest):
         clean(axes)
         axes.legend(fontsize=8, frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
@@ -131,11 +140,17 @@ def map_of(table: Map, runs: RunSet) -> Figure:
     axes = figure.add_subplot()
     limit = float(np.nanmax(np.abs(table.mean))) or 1.0
     rows = np.arange(len(table.mean) + 1)
+    factor, label = place_axis(table.coordinate, table.unit, table.edges[[0, -1]])
     mesh = axes.pcolormesh(
-        table.edges, rows, np.ma.masked_invalid(table.mean), cmap="RdBu_r", vmin=-limit, vmax=limit
+        factor * table.edges,
+        rows,
+        np.ma.masked_invalid(table.mean),
+        cmap="RdBu_r",
+        vmin=-limit,
+        vmax=limit,
     )
-    axes.set_yticks(rows[:-1] + 0.5, [short(n) for n in runs.condition_names], fontsize=7)
-    axes.set_xlabel(with_unit(table.coordinate, table.unit), fontsize=9)
+    axes.set_yticks(rows[:-1] + 0.5, short_names(runs), fontsize=7)
+    axes.set_xlabel(label, fontsize=9)
     figure.colorbar(mesh, ax=axes, label=labelled(runs, "measured - model"), pad=0.01)
     clean(axes)
     return figure
@@ -173,17 +188,20 @@ def collapse(search: Search, number: int) -> Figure:
     runs, data = search.model.runs, collapse_of(search, number)
     figure = figure_of(8.0, 3.2)
     axes = figure.add_subplot()
+    names = short_names(runs)
+    shown = data.places[np.abs(data.part) > 0.03 * np.abs(data.part).max()]
+    low, high = np.quantile(shown if len(shown) else data.places, (0.002, 0.998))
+    low, high = low - 0.3 * (high - low), high + 0.3 * (high - low)
+    factor, axis = place_axis(data.coordinate, data.unit, (low, high))
     for i, rows in data.groups:
         color = f"C{i % 10}"
         for k, r in enumerate(rows):
             at = data.every(r, 300)
-            x, label = data.places[r][at], short(runs.condition_names[i]) if k == 0 else None
+            x, label = factor * data.places[r][at], names[i] if k == 0 else None
             axes.plot(x, data.left[r][at], ".", ms=1.5, color=color, alpha=0.5)
             axes.plot(x, data.part[r][at], "-", lw=0.9, color=color, label=label)
-    shown = data.places[np.abs(data.part) > 0.03 * np.abs(data.part).max()]
-    low, high = np.quantile(shown, (0.002, 0.998)) if len(shown) else axes.get_xlim()
-    axes.set_xlim(low - 0.3 * (high - low), high + 0.3 * (high - low))
-    axes.set_xlabel(with_unit(data.coordinate, data.unit), fontsize=9)
+    axes.set_xlim(factor * low, factor * high)
+    axes.set_xlabel(axis, fontsize=9)
     axes.set_ylabel(labelled(runs, "{}: left without it (dots), effect (line)"), fontsize=8)
     figure.legend(fontsize=7, frameon=False, ncols=9, loc="outside upper center")
     clean(axes)
@@ -215,12 +233,13 @@ def residual(step: Step) -> Figure:
     figure = figure_of(8.0, 0.8 + 0.42 * len(mean))
     axes = figure.add_subplot()
     gap = max(4.0 * floor, 1.2 * float(np.abs(mean).max()))
+    factor, place = place_axis(name, coordinate.unit, coordinate.values[0][[0, -1]])
     for i, rows in enumerate(runs.groups):
         axes.axhline(-i * gap, color="#cbd5e0", lw=0.6)
-        axes.plot(coordinate.values[rows[0]], mean[i] - i * gap, lw=0.8, color=BLUE)
+        axes.plot(factor * coordinate.values[rows[0]], mean[i] - i * gap, lw=0.8, color=BLUE)
     ticks = [-i * gap for i in range(len(mean))]
-    axes.set_yticks(ticks, [short(n) for n in runs.condition_names], fontsize=8)
-    place, apart = with_unit(name, coordinate.unit), amount(runs, gap, 0)
+    axes.set_yticks(ticks, short_names(runs), fontsize=8)
+    apart = amount(runs, gap, 0)
     axes.set_xlabel(f"{place}; {apart} between the lines", fontsize=9)
     clean(axes)
     return figure

@@ -19,12 +19,14 @@ from matplotlib.figure import Figure
 from flatplank_analysis.discovery import where
 from flatplank_analysis.discovery.floor import BELOW
 from flatplank_analysis.discovery.report import figures
+from flatplank_analysis.discovery.report.collapse import collapse_of
 from flatplank_analysis.discovery.report.text import amount, channel_of
+from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.discovery.steps import AcceptedEffect, Search
 from flatplank_analysis.discovery.verdict import Diagnosis, effect_dict
 from flatplank_data.errors import FlatplankError
 from flatplank_data.files import write_atomic
-from flatplank_data.wording import quantity, sized
+from flatplank_data.wording import quantity, sized, span
 
 HERE = Path(__file__).parent
 BEFORE_AND_AFTER = "before_and_after"
@@ -107,7 +109,7 @@ def _render(
         ],
         effects=[_effect(search, book, i, found) for i, found in enumerate(result.found)],
         refused=_refused(result, search),
-        events=result.events[:8],
+        events=[_event(runs, e) for e in result.events[:8]],
         detectable=[(k, quantity(*v, 2)) for k, v in sorted(result.detectable.items())],
     )
 
@@ -117,13 +119,28 @@ def _effect(
 ) -> dict[str, Any]:
     data = effect_dict(found)
     effect = found.decision.term.effect
+    runs, shown = search.model.runs, collapse_of(search, number)
+    caption = (
+        f"Over the {shown.coordinate}: what a model without the effect leaves (dots), and the "
+        f"effect (lines). Dots and lines differ by {amount(runs, shown.off)}"
+    )
     return data | {
         "text": sized(data["size"], data["interval"], data["unit"]),
         "svg": book.add(f"collapse{number}", figures.collapse(search, number)),
+        "caption": caption,
         "what": effect.what,
         "check": effect.check,
         "removes": effect.removes,
     }
+
+
+def _event(runs: RunSet, event: where.Event) -> dict[str, Any]:
+    unit = runs.coordinates[event.coordinate].unit
+    place = span(event.start, event.end, unit)
+    return {
+        "coordinate": event.coordinate, "place": place, "level": event.level,
+        "conditions": event.conditions,
+    }  # fmt: skip
 
 
 def _refused(result: Diagnosis, search: Search) -> list[dict[str, str]]:
