@@ -7,7 +7,7 @@ import math
 
 import pytest
 
-from flatplank_data.wording import plain, quantity
+from flatplank_data.wording import plain, quantity, span
 
 
 @pytest.mark.parametrize(
@@ -30,3 +30,9 @@ def test_no_power_of_ten_where_a_plain_number_does(value, digits, text):
 
 def test_the_unit_stands_behind_and_no_unit_is_not_said():
     assert (quantity(79.96, "N"), quantity(0.1, "1")) == ("80 N", "0.1")
+
+
+def test_a_range_has_the_unit_of_its_axis():
+    assert span(-0.044, 0.013, "m") == "-44 to 13 mm"
+    assert span(-0.044, 0.013, "m", axis=(-1.5, 2.6)) == "-0.044 to 0.013 m"
+    assert span(0.0, math.pi, "rad", axis=(0.0, 2.0 * math.pi)) == "0 to 180 deg"

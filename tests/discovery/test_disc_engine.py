@@ -8,6 +8,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from matplotlib.text import Text
 from flatplank_analysis.discovery.decide import CONDITIONS, _reasons
 from flatplank_analysis.discovery.descent import bounded_step
 from flatplank_analysis.discovery.report import figures, page
+from flatplank_analysis.discovery.report.figures import short_names
 from flatplank_analysis.discovery.search import Options, run_search
 from flatplank_analysis.discovery.verdict import AT_FLOOR, FOUND, diagnose, undecidable
 from flatplank_analysis.discovery.where import make_maps
@@ -129,3 +131,14 @@ def test_bounded_step_holds_the_box():
     held = bounded_step(hessian, slope, np.full(2, -10.0), np.array([1.0, 10.0]), 0.0)
     assert held[0] == pytest.approx(1.0)
     assert held[1] == pytest.approx(-1.5, rel=1e-6)
+
+
+def test_conditions_are_named_by_what_differs_between_them():
+    names = (
+        "κ -10 %, Fz 3700 N, 2.5 bar",
+        "κ -10 %, Fz 2590 N, 2.5 bar",
+        "κ +0 %, Fz 3700 N, 2.5 bar",
+    )
+    runs = SimpleNamespace(condition_names=names)
+    assert short_names(runs) == ["κ -10 %, Fz 3700 N", "κ -10 %, Fz 2590 N", "κ +0 %, Fz 3700 N"]
+    assert short_names(SimpleNamespace(condition_names=names[:1])) == ["κ -10 %"]

@@ -127,6 +127,9 @@ def test_diagnose_writes_contract_and_page(folder, tmp_path, capsys):
     } <= set(effect)  # fmt: skip
     html = (page / "index.html").read_text()
     assert "<svg" in html and "http://" not in html.replace("http://www.w3.org", "")
+    verdict = html[html.index('class="verdict"') :].split("</p>")[0]
+    assert all(word in verdict for word in [out["verdict"], "0.5", "mm (90 %:", *effect["class"]])
+    assert "Dots and lines differ by" in html
     assert json.loads((page / "diagnosis.json").read_text())["verdict"] == out["verdict"]
     for name in ("conditions", "waterfall", "collapse0", "map0"):
         assert (page / f"{name}.png").stat().st_size > 2000
