@@ -84,6 +84,18 @@ def test_a_run_has_a_table_with_units(runs):
     np.testing.assert_array_equal(table.fx, run.measured["fx"])
 
 
+def test_what_is_beyond_a_floor_is_the_error_less_the_floor(tmp_path):
+    """A wave that turns with the wheel is lost in the mean over the starts, not in the error."""
+    truth = Truth(seed=7, slips=(-0.02, 0.0, 0.02), repeats=3, parasitic=60.0)
+    runs = fp.load(save(campaign(truth), tmp_path))
+    found = fp.fit(runs).compare(runs)
+    for row in found.conditions.itertuples():
+        assert row.rmse > 2.0 * row.floor
+        assert row.beyond == pytest.approx(np.sqrt(row.rmse**2 - row.floor**2), rel=1e-3)
+    assert f"beyond it {found.numbers['beyond']:.1f} N" in repr(found)
+    assert "over wheel angle: " in repr(found)
+
+
 def test_fit_has_the_numbers_of_compare(model, folder, capsys):
     verb = _verb(capsys, compare.main, folder)
     assert dict(model.compare(fp.load(folder)).numbers) == verb

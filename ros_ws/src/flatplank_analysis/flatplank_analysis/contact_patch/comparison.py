@@ -8,10 +8,10 @@ from typing import Any
 
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import invariants, where
-from flatplank_analysis.discovery.floor import BELOW
+from flatplank_analysis.discovery.floor import BELOW, beyond
 from flatplank_analysis.discovery.sources import source_of
 from flatplank_analysis.discovery.steps import Step
-from flatplank_data.wording import span, table
+from flatplank_data.wording import six_digits, span, table
 
 
 def numbers(session: Session, step: Step) -> dict[str, Any]:
@@ -22,6 +22,7 @@ def numbers(session: Session, step: Step) -> dict[str, Any]:
         session.numbers(step)
         | source_of(runs).to_dict()
         | {
+            "beyond": six_digits(float(beyond(session.rmse(step), level.floor))),
             "conditions": level.rows(runs),
             "where": [
                 {
@@ -55,24 +56,26 @@ def text_of(data: Mapping[str, Any]) -> str:
             f"{c['rmse']:.1f}",
             f"{c['floor']:.1f}" + ("" if c["own_floor"] else " *"),
             f"{c['floors']:.1f}",
-            f"{c['unexplained']:.1f}",
+            f"{c['beyond']:.1f}",
         )
         for c in data["conditions"]
     ]
     lines = [table(rows), "", "model: " + " + ".join(["tire", *data["effects"]])]
     lines.append(
         f"all: error {data['rmse']:.1f} N, floor {data['floor']:.1f} N, "
-        f"beyond it {data['unexplained']:.1f} N"
+        f"beyond it {data['beyond']:.1f} N"
     )
     lines.append(f"the floor is by {data['floor_from']}")
     if not all(c["own_floor"] for c in data["conditions"]):
         lines.append("* not repeated: the floor of all")
     if any(c["floors"] < 1.0 for c in data["conditions"]):
         lines.append(BELOW)
-    for m in data["where"][:4] if data["unexplained"] > 0.0 else ():
+    for m in data["where"][:4] if data["beyond"] > 0.0 else ():
         low, high = m["range"]
         where = span(low, high, m["unit"])
-        lines.append(f"over {m['coordinate']}: {m['share']:.0%} within {where}")
+        lines.append(
+            f"over {m['coordinate']}: {m['share']:.0%} within {where} (p = {m['p_value']:.2g})"
+        )
     if data["at_end"]:
         lines.append("at an end of its range: " + ", ".join(data["at_end"]))
     return "\n".join(lines)

@@ -23,6 +23,11 @@ BELOW = (
 """why an error below the floor is no contradiction"""
 
 
+def beyond(error: Any, floor: Any) -> Any:
+    """Part of an error above a floor, in quadrature."""
+    return np.sqrt(np.maximum(np.square(error) - np.square(floor), 0.0))
+
+
 @dataclass(frozen=True)
 class Floor:
     """Levels of one channel, in its unit."""
@@ -52,14 +57,21 @@ class Floor:
         """Error of each condition, relative to its own floor (conditions,)."""
         return self.rmse_condition / np.maximum(self.by_condition, 1e-30)
 
+    @property
+    def beyond(self) -> np.ndarray:
+        """Part of the error of each condition above its own floor, in quadrature (conditions,)."""
+        return beyond(self.rmse_condition, self.by_condition)
+
     def rows(self, runs: RunSet) -> list[dict[str, Any]]:
-        """Per condition, for programs: error, its systematic part, and floor, in the unit of the
+        """Per condition, for programs: error, its part beyond the floor, the part that the mean of
+        the repeats has beyond it, and floor, in the unit of the
         channel; the error in floors; and whether the floor is by the condition's own repeats."""
         return [
             {
                 "condition": name,
                 "runs": len(rows),
                 "rmse": six_digits(self.rmse_condition[i]),
+                "beyond": six_digits(self.beyond[i]),
                 "unexplained": six_digits(self.per_condition[i]),
                 "floor": six_digits(self.by_condition[i]),
                 "floors": six_digits(self.multiples[i]),

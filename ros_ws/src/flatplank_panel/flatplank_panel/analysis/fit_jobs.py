@@ -14,6 +14,7 @@ import numpy as np
 
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import screen, verdict, where
+from flatplank_analysis.discovery.floor import beyond
 from flatplank_analysis.discovery.modelfile import ModelFile, load_model, save_unchanged
 from flatplank_analysis.discovery.report.collapse import collapse_of
 from flatplank_analysis.discovery.sources import source_of
@@ -116,6 +117,7 @@ def _picture(at: _Open, step: Step) -> dict[str, Any]:
         session.numbers(step)
         | source_of(runs).to_dict()
         | {
+            "beyond": float(beyond(session.rmse(step), level.floor)),
             "conditions": level.rows(runs),
             "maps": [_map(m) for m in maps],
             "curves": _curves(session, step),

@@ -246,12 +246,12 @@ class _Discover:
         self.picture = picture
         self.show_status(
             f"error {picture['rmse']:.1f} N, floor {picture['floor']:.1f} N, "
-            f"beyond the floor {picture['unexplained']:.1f} N; the floor is by "
+            f"beyond the floor {picture['beyond']:.1f} N; the floor is by "
             f"{picture['floor_from']}"
         )
         self.page.draw(self.error_chart, charts.against_floor(picture["conditions"]))
         names = [c["condition"] for c in picture["curves"]]
-        worst = max(picture["conditions"], key=lambda c: c["unexplained"])["condition"]
+        worst = max(picture["conditions"], key=lambda c: c["floors"])["condition"]
         shown = self.condition.value if self.condition.value in names else worst
         self.condition.set_options(names, value=shown)
         over = {m["coordinate"]: with_unit(m["coordinate"], m["unit"]) for m in picture["maps"]}
