@@ -13,7 +13,7 @@ from flatplank_data.errors import FlatplankError
 def test_it_has_all_that_is_asked_of_it() -> None:
     found = port.simulator()
     asked = [name for name in vars(port.Simulator) if not name.startswith("_")]
-    assert len(asked) == 7
+    assert len(asked) == 9
     assert all(callable(getattr(found, name)) for name in asked)
 
 
