@@ -25,10 +25,19 @@ from flatplank_control.recording.bus_cycles import DIAGNOSTICS, Arrivals
 from flatplank_control.recording.filled import in_words, requested_record
 from flatplank_control.recording.recovery import repair
 from flatplank_control.recording.session import RecordingSession, State
-from flatplank_control.recording.topics import ROSOUT, TopicSpec, at_every_cycle, recorded_topics
+from flatplank_control.recording.topics import (
+    ROSOUT,
+    RUN_TOPIC,
+    TopicSpec,
+    at_every_cycle,
+    recorded_topics,
+    run_message,
+)
+from flatplank_control.recording.typestore import message_definition
 from flatplank_control.runner.provenance import InForce, complete_record, software_version
 from flatplank_data.errors import RecordingError
 from flatplank_data.params import Params, param
+from flatplank_data.run_record import RunRecord
 from flatplank_hw.bus.timing import told_times
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import LATCHED, STREAM
@@ -92,7 +101,11 @@ class RecorderNode(BenchNode):
         """late cycles that the bus has told of last"""
         self.requested = requested_record("")
         self.mode = ""
-        software_version()  # git runs here: samples must not wait for it when a bag is opened
+        # git runs, types of ROS are read and compiled: samples must not wait when a bag is opened
+        software_version()
+        for topic in (RUN_TOPIC, *self.topics):
+            message_definition(topic.type)
+        run_message(RunRecord(), 0)
 
     def connect(self) -> None:
         self.changed_something: Future | None = None
