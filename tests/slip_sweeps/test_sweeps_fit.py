@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+import io
 import json
+from contextlib import redirect_stdout
 
 import bench_of_sweeps as bench
 import formula_of_sweeps as tire
@@ -30,11 +32,9 @@ def brush(tmp_path_factory):
 def told(brush, tmp_path_factory):
     """What `flatplank sweeps --fit --json` says, and the file that it writes."""
     out = tmp_path_factory.mktemp("fit") / "out.tir"
-    with pytest.MonkeyPatch.context() as patch:
-        lines: list[str] = []
-        patch.setattr("builtins.print", lambda *a, **k: lines.append(" ".join(map(str, a))))
+    with redirect_stdout(io.StringIO()) as said:
         assert main(["sweeps", str(brush), "--fit", str(out), "--json"]) == 0
-    return json.loads("\n".join(lines)), out
+    return json.loads(said.getvalue()), out
 
 
 def test_the_fitted_file_fails_nowhere(brush, told):

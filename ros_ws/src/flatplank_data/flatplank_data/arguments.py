@@ -53,7 +53,12 @@ def for_programs(wanted: bool) -> Iterator[dict[str, Any]]:
         return
     with redirect_stdout(sys.stderr):
         yield found
-    print(json.dumps(found, indent=1, allow_nan=False))
+    print(json_text(found))
+
+
+def json_text(value: Any) -> str:
+    """Strict JSON; ValueError for a number that is not finite."""
+    return json.dumps(value, indent=1, allow_nan=False)
 
 
 class Parser(argparse.ArgumentParser):

@@ -4,14 +4,13 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 from flatplank_analysis.effects import consent
-from flatplank_data.arguments import Parser, add_json
+from flatplank_data.arguments import Parser, add_json, json_text
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError, NothingUsableError
 from flatplank_data.numbers import number_of
@@ -110,11 +109,6 @@ def progress_line(text: str, end: str = "") -> None:
 def print_json(value: Any) -> None:
     """Print strict JSON."""
     print(json_text(value))
-
-
-def json_text(value: Any) -> str:
-    """Strict JSON. Raises ValueError for a number that is not finite (see `to_plain`)."""
-    return json.dumps(value, indent=1, allow_nan=False)
 
 
 def print_rows(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:

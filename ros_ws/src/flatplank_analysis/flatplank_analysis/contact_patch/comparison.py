@@ -14,36 +14,38 @@ from flatplank_analysis.discovery.steps import Step
 from flatplank_data.wording import six_digits, span, table
 
 
+def errors(session: Session, step: Step) -> dict[str, Any]:
+    """Errors, floors and what is beyond them, of all runs and by condition."""
+    runs, level = session.data.runs, step.state.floors[0]
+    all_runs = session.numbers(step)
+    above = {"beyond": six_digits(float(beyond(session.rmse(step), level.floor)))}
+    return all_runs | source_of(runs).to_dict() | above | {"conditions": level.rows(runs)}
+
+
 def numbers(session: Session, step: Step) -> dict[str, Any]:
     """The JSON of `flatplank compare --json`."""
     runs, level = session.data.runs, step.state.floors[0]
     maps = where.make_maps(runs, step.state.residual[0], level.by_condition)
-    return (
-        session.numbers(step)
-        | source_of(runs).to_dict()
-        | {
-            "beyond": six_digits(float(beyond(session.rmse(step), level.floor))),
-            "conditions": level.rows(runs),
-            "where": [
-                {
-                    "coordinate": m.coordinate,
-                    "unit": m.unit,
-                    "range": [round(v, 5) for v in m.place],
-                    "share": round(m.place_share, 3),
-                    "ordered": round(m.ordered, 3),
-                    "p_value": round(m.p_value, 4),
-                }
-                for m in maps
-            ],
-            "parameters": {
-                p.name: float(f"{v:.6g}")
-                for p, v in zip(session.model.parameters, step.state.fit.base, strict=True)
-            },
-            "at_bound": list(step.state.fit.at_bound),
-            "at_end": [*invariants.parameters_at_ends(step.state.fitter, step.state.fit).values()],
-            "effects": [term.effect.identifier for term in step.state.fit.terms],
-        }
-    )
+    return errors(session, step) | {
+        "where": [
+            {
+                "coordinate": m.coordinate,
+                "unit": m.unit,
+                "range": [round(v, 5) for v in m.place],
+                "share": round(m.place_share, 3),
+                "ordered": round(m.ordered, 3),
+                "p_value": round(m.p_value, 4),
+            }
+            for m in maps
+        ],
+        "parameters": {
+            p.name: float(f"{v:.6g}")
+            for p, v in zip(session.model.parameters, step.state.fit.base, strict=True)
+        },
+        "at_bound": list(step.state.fit.at_bound),
+        "at_end": [*invariants.parameters_at_ends(step.state.fitter, step.state.fit).values()],
+        "effects": [term.effect.identifier for term in step.state.fit.terms],
+    }
 
 
 def text_of(data: Mapping[str, Any]) -> str:

@@ -83,7 +83,7 @@ class Floor:
     @property
     def varying(self) -> float:
         """Part of the scatter that known differences between repeats explain."""
-        return float(np.sqrt(max(self.raw**2 - self.floor**2, 0.0)))
+        return float(beyond(self.raw, self.floor))
 
 
 @dataclass(frozen=True)
@@ -219,14 +219,14 @@ def floor_of(
     raw = scatter_of_repeats(Cleaned(runs.contrast(residual)), runs.groups)[0]
     steps = runs.input_noise[channel] ** 2 if runs.input_noise else 0.0
     square = np.mean(runs.mean(residual) ** 2, axis=1)
-    beyond = np.average(square - pure / counts - steps, weights=counts)
+    systematic = np.average(square - pure / counts - steps, weights=counts)
     rms = np.sqrt([np.mean(residual[g] ** 2) for g in runs.groups])
     freedom = min(effective_freedom(runs, cleaned.contrasts), spare * per_run)
     ratio = float(np.mean(np.maximum(square - steps, 0.0) * counts)) / max(pure, 1e-30)
     return Floor(
         floor=float(np.sqrt(pure)),
         raw=float(np.sqrt(raw)),
-        unexplained=float(np.sqrt(max(float(beyond), 0.0))),
+        unexplained=float(np.sqrt(max(float(systematic), 0.0))),
         per_condition=np.sqrt(np.maximum(square - own / counts - steps, 0.0)),
         by_condition=np.sqrt(own),
         rmse_condition=rms,

@@ -18,7 +18,7 @@ from flatplank_analysis.identify.mf.fit import FitFile, MFFit, fit_magic_formula
 from flatplank_analysis.identify.mf.information import reach_of
 from flatplank_analysis.identify.mf.points import AXES, SteadyPoints, steady_points
 from flatplank_analysis.identify.mf.stages import general_start
-from flatplank_analysis.identify.results import to_plain
+from flatplank_analysis.identify.results import rmse, to_plain
 from flatplank_analysis.models.base import SPEED
 from flatplank_analysis.models.magic_formula import steady_forces
 from flatplank_analysis.models.tir import TirFile
@@ -195,10 +195,10 @@ def _held_out(
         measured = left.measured[force]
         known = np.isfinite(measured)
         if known.any():
-            square = float(np.mean((measured - modelled[FORCES.index(force)])[known] ** 2))
+            error = rmse(measured, modelled[FORCES.index(force)], known)
             spread = float(np.var(measured[known]))
-            explained = 1.0 - square / spread if spread > 0.0 else np.nan
-            yield HeldOut(force, float(np.median(left.fz)), float(np.sqrt(square)), explained)
+            explained = 1.0 - error**2 / spread if spread > 0.0 else np.nan
+            yield HeldOut(force, float(np.median(left.fz)), error, explained)
 
 
 def _load_levels(points: SteadyPoints) -> np.ndarray:

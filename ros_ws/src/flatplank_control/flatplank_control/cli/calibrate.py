@@ -165,8 +165,9 @@ def status(o: argparse.Namespace, book: CalibrationBook) -> Result:
 def sheet(o: argparse.Namespace, book: CalibrationBook) -> Result:
     """Print an empty pre-flight sheet, or the starting values of a filled one."""
     if o.file is None:
-        print(empty_sheet(o.date), end="")
-        return {"sheet": empty_sheet(o.date)}
+        text = empty_sheet(o.date)
+        print(text, end="")
+        return {"sheet": text}
     values = starting_values(o.file.read_text(encoding="utf-8"), str(o.file))
     print(dump_yaml({"effects": values}), end="")
     return {"effects": values}

@@ -8,10 +8,12 @@ import sys
 import termios
 import time
 import tty
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from flatplank_control.runner.campaign import CampaignPlan, Journal
+from flatplank_control.runner.campaign.journal import RunEnd
+from flatplank_control.runner.campaign.plan import PlannedRun
 
 
 class Keys:
@@ -100,27 +102,36 @@ class ProgressPrinter:
         print(f"{done}/{total} {text}{tail}", flush=True)
 
 
+def _ends(plan: CampaignPlan, journal: Journal) -> Iterator[tuple[PlannedRun, RunEnd, str]]:
+    """Each run of a plan, how it ended, and in one word what became of it."""
+    for run in plan.runs:
+        done = journal.done.get(run.key, RunEnd())
+        state = "good" if done.final or done.skipped else "not made"
+        if journal.needs_repeat(run.key):
+            state = "skipped" if done.skipped else "flagged"
+        yield run, done, state
+
+
 def result_of_plan(plan: CampaignPlan, journal: Journal) -> dict[str, Any]:
     """What became of every run of a plan, for programs."""
-    runs = []
-    for run in plan.runs:
-        done = journal.done.get(run.key)
-        state = "not made" if done is None or not (done.final or done.skipped) else "good"
-        if done is not None and journal.needs_repeat(run.key):
-            state = "skipped" if done.skipped else "flagged"
-        file = done.valid_file if done is not None else ""
-        verdict = done.facts.get("verdict", "") if done is not None else ""
-        runs.append({"run": run.key, "file": file, "state": state, "verdict": verdict})
+    runs = [
+        {
+            "run": run.key,
+            "file": done.valid_file,
+            "state": state,
+            "verdict": done.facts.get("verdict", ""),
+        }
+        for run, done, state in _ends(plan, journal)
+    ]
     return {"folder": str(journal.path.parent), "runs": runs}
 
 
 def print_result_of_plan(plan: CampaignPlan, journal: Journal) -> int:
     """Print what became of every run; returns 0 when all exist and are good."""
-    known = [(run, journal.done[run.key]) for run in plan.runs if run.key in journal.done]
-    made = [done for _, done in known if done.final and done.valid_file]
-    needs_repeat = [(run, done) for run, done in known if journal.needs_repeat(run.key)]
-    flagged = [done for _, done in needs_repeat if not done.skipped]
-    skipped = [run for run, done in needs_repeat if done.skipped]
+    ends = [*_ends(plan, journal)]
+    made = [done for _, done, _ in ends if done.final and done.valid_file]
+    flagged = [done for _, done, state in ends if state == "flagged"]
+    skipped = [run for run, _, state in ends if state == "skipped"]
     print(f"{len(made)} of {len(plan.runs)} runs in {journal.path.parent}")
     for done in flagged:
         print(f"flagged: {done.files[-1]}: {done.facts.get('verdict', 'see the journal')}")

@@ -12,12 +12,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from flatplank_analysis.contact_patch.comparison import errors
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import screen, verdict, where
-from flatplank_analysis.discovery.floor import beyond
 from flatplank_analysis.discovery.modelfile import ModelFile, load_model, save_unchanged
 from flatplank_analysis.discovery.report.collapse import collapse_of
-from flatplank_analysis.discovery.sources import source_of
 from flatplank_analysis.discovery.steps import Step
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.effects import consent
@@ -114,11 +113,8 @@ def _picture(at: _Open, step: Step) -> dict[str, Any]:
     level, residual = state.floors[0], state.residual[0]
     maps = where.make_maps(runs, residual, level.by_condition)[:MAPS]
     return (
-        session.numbers(step)
-        | source_of(runs).to_dict()
+        errors(session, step)
         | {
-            "beyond": float(beyond(session.rmse(step), level.floor)),
-            "conditions": level.rows(runs),
             "maps": [_map(m) for m in maps],
             "curves": _curves(session, step),
             "ranked": _ranked(step),

@@ -143,8 +143,9 @@ def main(argv: list[str]) -> int:
         return run_plan(plan_arguments(o))
     with for_programs(o.json) as found:
         simulate(o)
-        files = [run.info.file for run in Campaign.load(o.folder).runs]
-        found |= {"folder": str(o.folder.resolve()), "files": files}
+        if o.json:
+            files = [run.info.file for run in Campaign.load(o.folder).runs]
+            found |= {"folder": str(o.folder.resolve()), "files": files}
     return 0
 
 
