@@ -314,7 +314,7 @@ def test_one_bit_of_a_bag_of_the_bench_is_found_and_its_rows_are_named(tmp_path)
         schema = file.add_schema(kind, STORE.generate_msgdef(kind, ros_version=2)[0])
         numbers[topic] = file.add_channel(topic, schema, {})
     for i, (topic, kind, at, message) in enumerate(messages()):
-        file.add(numbers[topic], at, bytes(STORE.serialize_cdr(message, kind)))
+        file.add(numbers[topic], at, bytes(STORE.serialize_cdr(message, kind)), at)
         if i % 100 == 99:
             file.flush()
     file.finish()

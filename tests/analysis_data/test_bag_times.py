@@ -7,9 +7,11 @@ import itertools
 
 import numpy as np
 import pytest
-from bagmaker import Bag, wrench
+from bagmaker import Bag, wrench, write_run
+from mcap.reader import make_reader
+from steptable import step_table
 
-from flatplank_data.bags.topics import topic_map
+from flatplank_data.bags.topics import OWN, topic_map
 from flatplank_data.errors import FlatplankError
 from flatplank_data.readers.bag import import_bag
 
@@ -142,6 +144,34 @@ def test_joints_are_followed_by_their_names(tmp_path, names, by_name):
     np.testing.assert_allclose(loaded.columns["wheel_angle"], 2e-3 * np.arange(COUNT))
     said = [r for r in loaded.remarks if "names in messages of /enc change" in r]
     assert len(said) == (0 if by_name else 2)
+
+
+@pytest.mark.parametrize(
+    "delay",
+    [
+        lambda topic, i: 2 * 10**6 + 1000 * (i * 7919 % 500),
+        lambda topic, i: 10**6 + 2 * 10**8 * (i > 1500),  # held up for good
+        lambda topic, i: 10**6 + 8 * 10**6 * ("hub" in topic),
+        lambda topic, i: 3 * 10**9 * (topic == "/wheel_drive/status"),
+    ],
+)
+def test_delays_do_not_change_what_is_read_of_the_bench(tmp_path, delay):
+    """All stamps are those of one bus: whenever its messages were received, they are right."""
+    run = step_table(0.05)
+    columns = {name: run[name] for name in run.columns}
+    write_run(tmp_path / "at once", columns, "kappa: 0.05\n", "at once")
+    bag = Bag(tmp_path / "late")
+    with (tmp_path / "at once" / "at once_0.mcap").open("rb") as file:
+        for i, (schema, channel, message) in enumerate(make_reader(file).iter_messages()):
+            number = bag.channel(channel.topic, schema.name)
+            at = message.log_time + delay(channel.topic, i)
+            bag.writer.add_message(number, at, message.data, message.log_time)
+    bag.close()
+    there, late = (import_bag(tmp_path / name, OWN) for name in ("at once", "late"))
+    assert late.remarks == there.remarks
+    assert late.columns.keys() == there.columns.keys()
+    for name, column in there.columns.items():
+        np.testing.assert_array_equal(late.columns[name], column)
 
 
 def mapped(enc=None, hub=None, **more):

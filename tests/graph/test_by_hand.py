@@ -7,13 +7,15 @@ import pytest
 import yaml
 from bench_graph import graph
 from diagnostic_msgs.msg import DiagnosticArray
+from mcap.reader import make_reader
 from std_srvs.srv import SetBool, Trigger
 
 from flatplank_analysis.report.analysis import analyse
-from flatplank_control.recording.topics import RECORDED
+from flatplank_control.recording.topics import RECORDED, at_every_cycle
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import NothingUsableError
 from flatplank_data.run_record import load_record
+from flatplank_hw.nodes.convert import raw_stamp_ns
 from flatplank_msgs.srv import (
     PlankSwitch,
     SetOperationMode,
@@ -138,11 +140,20 @@ def test_a_waveform_set_by_hand_is_recorded_with_its_name_and_parameters(tmp_pat
     assert record.kind == "slip sine"
 
 
-def test_a_run_in_real_time_has_its_late_cycles(tmp_path, monkeypatch):
+def test_a_run_in_real_time_has_its_late_cycles_and_its_delays(tmp_path, monkeypatch):
     with graph(tmp_path, monkeypatch, pace="realtime") as bench:
         bench.call(StartRecording, "/recorder/start", name="rt", record="tire: T", at_once=True)
         heard = bench.listen(DiagnosticArray, "/diagnostics")
-        while not any(s.name == "/simulated_plant" for m in heard for s in m.status):
+        while sum(s.name == "/simulated_plant" for m in heard for s in m.status) < 2:
             bench.client.spin(0.2)
         said = bench.call(StopRecording, "/recorder/stop", status="complete")
     assert load_record(Path(said.path)).cycles_late is not None
+    (file,) = Path(said.path).glob("*.mcap")
+    with file.open("rb") as stream:
+        found = [(c.topic, m) for _, c, m in make_reader(stream).iter_messages()]
+    of_cycles = at_every_cycle("off")
+    late = [m for t, m in found if t in of_cycles and m.log_time > m.publish_time]
+    assert late and all(raw_stamp_ns(m.data) == m.publish_time for m in late)
+    cycle = late[len(late) // 2].publish_time
+    received = {t: m.log_time for t, m in found if m.publish_time == cycle}
+    assert received["/bus/inputs"] <= received["/bus/outputs"], "the command answers the inputs"

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import pytest
 
-from flatplank_control.recording.bus_cycles import BEHIND_NS, Arrivals
+from flatplank_control.recording.bus_cycles import BEHIND_NS, Arrivals, BenchClock
 from flatplank_control.recording.topics import RECORDED, at_every_cycle
 
 PERIOD_NS = 4_000_000
@@ -50,6 +50,42 @@ def test_who_falls_silent_is_behind(arrivals: Arrivals) -> None:
 
 def test_without_a_bus_nobody_is_expected() -> None:
     assert Arrivals().behind(0, TOPICS) == []
+
+
+MS = 1_000_000
+BOOT_NS, BENCH_NS = 5 * 10**12, 1_700_000_000 * 10**9
+"""monotonic clock and bench time of the first cycle [ns]"""
+
+
+def test_in_real_time_a_message_is_late_by_its_way() -> None:
+    """Every third cycle is on its way for 3 ms, and so is what a node computes from each."""
+    arrivals = Arrivals()
+    arrivals.real_time = True
+    delays: dict[str, set[int]] = {BUS: set(), HUB: set()}
+    for i in range(600):
+        stamp, now = BENCH_NS + i * PERIOD_NS, BOOT_NS + i * PERIOD_NS + 3 * MS * (i % 3 == 2)
+        for topic, at in ((BUS, now), (HUB, now + MS)):
+            delays[topic].add(arrivals.received(topic, stamp, at) - stamp)
+    assert delays == {BUS: {0, 3 * MS}, HUB: {MS, 4 * MS}}
+
+
+@pytest.mark.parametrize("behind", [50 * MS, 5000 * MS, -5000 * MS])
+def test_cycles_that_a_bus_leaves_out_are_no_delay_for_good(behind: int) -> None:
+    clock = BenchClock()
+    for i in range(1000):
+        stamp, now = BENCH_NS + i * PERIOD_NS - behind * (i > 300), BOOT_NS + i * PERIOD_NS
+        clock.add(stamp, now)
+        late = clock.time(now) - stamp
+        assert 0 <= late <= abs(behind)
+    assert late == 0
+
+
+def test_without_real_time_bench_time_stands_while_a_message_is_on_its_way() -> None:
+    arrivals = Arrivals()
+    for i in range(10):
+        stamp = i * PERIOD_NS
+        assert arrivals.received(BUS, stamp, BOOT_NS + 7 * i) == stamp
+        assert arrivals.received(HUB, stamp, BOOT_NS + 7 * i + MS) == stamp
 
 
 def test_topics_of_every_cycle() -> None:

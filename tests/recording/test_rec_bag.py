@@ -70,6 +70,19 @@ def test_bag_is_read_by_mcap(tmp_path):
         assert sum(1 for _ in NonSeekingReader(file, validate_crcs=True).iter_messages()) == 200
 
 
+def test_reception_is_the_log_time_and_the_stamp_the_publish_time(tmp_path):
+    bag = BagWriter(tmp_path, NAME, samples.TOPICS, chunk_size=2000)
+    stamps = [cycle * samples.PERIOD_NS for cycle in range(100)]
+    received = [stamp + 1000 * (1 + stamp % 7) for stamp in stamps]
+    for cycle, (stamp, at) in enumerate(zip(stamps, received, strict=True)):
+        bag.write(samples.WRENCH, samples.wrench_bytes(cycle), stamp, at)
+    bag.close("complete")
+    with (bag.path / bag.file_name).open("rb") as file:
+        found = [(m.log_time, m.publish_time) for _, _, m in make_reader(file).iter_messages()]
+    assert found == list(zip(received, stamps, strict=True))
+    assert [stamp for _, stamp, _ in samples.read(bag.path)] == received
+
+
 def test_metadata_has_the_layout_of_jazzy(tmp_path):
     bag = small_bag(tmp_path)
     bag.close("stopped", {"uuid": "u"})

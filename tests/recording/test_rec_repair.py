@@ -22,6 +22,8 @@ from flatplank_data.files import PART
 from flatplank_data.run_record import load_record
 
 CYCLES = 120
+LATE_NS = 1_000_000
+"""from the stamp of a wrench to its reception [ns]"""
 
 
 def recorded(folder: Path) -> Path:
@@ -32,8 +34,9 @@ def recorded(folder: Path) -> Path:
     )
     path = session.start(samples.toyo(), 0, at_once=True)
     for cycle in range(CYCLES):
-        session.write(samples.BUS, samples.bus_bytes(cycle), cycle * samples.PERIOD_NS)
-        session.write(samples.WRENCH, samples.wrench_bytes(cycle), cycle * samples.PERIOD_NS)
+        stamp_ns = cycle * samples.PERIOD_NS
+        session.write(samples.BUS, samples.bus_bytes(cycle), stamp_ns)
+        session.write(samples.WRENCH, samples.wrench_bytes(cycle), stamp_ns, stamp_ns + LATE_NS)
     session.stop("complete")
     return path
 
@@ -76,7 +79,9 @@ def test_cut_anywhere(tmp_path):
         assert expected <= len(messages) <= expected + 1
         with (path / bag_file_name(path.name)).open("rb") as file:
             reader = make_reader(file, validate_crcs=True)
-            assert sum(1 for _ in reader.iter_messages()) == len(messages)
+            found = [(c.topic, m.log_time - m.publish_time) for _, c, m in reader.iter_messages()]
+            assert len(found) == len(messages)
+            assert all(late == LATE_NS * (t == samples.WRENCH) for t, late in found if t != "/run")
         assert sorted(p.name for p in path.iterdir()) == [
             bag_file_name(path.name),
             "metadata.yaml",

@@ -33,7 +33,7 @@ from flatplank_control.recording.topics import (
     recorded_topics,
     run_message,
 )
-from flatplank_control.recording.typestore import message_definition
+from flatplank_control.recording.typestore import message_definition, type_hash
 from flatplank_control.runner.provenance import InForce, complete_record, software_version
 from flatplank_data.errors import RecordingError
 from flatplank_data.params import Params, param
@@ -105,6 +105,7 @@ class RecorderNode(BenchNode):
         software_version()
         for topic in (RUN_TOPIC, *self.topics):
             message_definition(topic.type)
+            type_hash(topic.type)
         run_message(RunRecord(), 0)
 
     def connect(self) -> None:
@@ -142,15 +143,17 @@ class RecorderNode(BenchNode):
         stamp_ns = self.arrivals.bus_ns
         if with_header:
             stamp_ns = self.arrivals.add(topic, convert.raw_stamp_ns(cdr))
-        self.reporting_failure(lambda: self.session.write(topic, cdr, stamp_ns))
+        received_ns = self.arrivals.received(topic, stamp_ns, time.monotonic_ns())
+        self.reporting_failure(lambda: self.session.write(topic, cdr, stamp_ns, received_ns))
         self.wake_waiting_calls()
 
     def note_times(self, message: DiagnosticArray) -> None:
-        """Note what the bus tells of its late cycles."""
-        for status in message.status:
-            if times := told_times({v.key: v.value for v in status.values}):
-                self.late = times.late
-                self.session.cycles.tell_late(times.late)
+        """Note what the bus tells of its late cycles, which only one in real time does."""
+        told = [told_times({v.key: v.value for v in status.values}) for status in message.status]
+        for times in filter(None, told):
+            self.late = times.late
+            self.session.cycles.tell_late(times.late)
+        self.arrivals.real_time = any(told)
 
     def wake_waiting_calls(self) -> None:
         """Let the service calls that wait for a message look again."""

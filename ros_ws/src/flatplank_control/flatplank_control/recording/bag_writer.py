@@ -77,8 +77,11 @@ class BagWriter:
         """Number of messages written to disk."""
         return self._file.index.messages
 
-    def write(self, topic: str, cdr: bytes, stamp_ns: int) -> None:
-        """Write a serialised message; the stamp is bench time [ns]."""
+    def write(
+        self, topic: str, cdr: bytes, stamp_ns: int, received_ns: int | None = None
+    ) -> None:
+        """Write a serialised message; its stamp is the publish time, its reception (by default
+        its stamp) the log time, both in bench time [ns]."""
         if self.error or self._closed:
             raise RecordingError(self.error or f"{self.path}: the bag is closed")
         try:
@@ -86,7 +89,7 @@ class BagWriter:
         except KeyError:
             raise self._unknown(topic) from None
         file = self._file
-        file.add(channel, stamp_ns, cdr)
+        file.add(channel, stamp_ns if received_ns is None else received_ns, cdr, stamp_ns)
         if file.pending >= self._chunk_size or self._clock() >= self._next_flush:
             self.flush()
 

@@ -161,13 +161,51 @@ BEHIND_NS = 500_000_000
 """largest lag of a topic that is published at every cycle [ns]"""
 
 
+class BenchClock:
+    """Bench time between the cycles of a bus in real time.
+
+    The cycle that arrived with the least delay sets the clock: of the last `SET_NS`, because a bus
+    that leaves cycles out falls behind, and its clock drifts from that of the computer.
+    """
+
+    SET_NS = 1_000_000_000
+
+    def __init__(self) -> None:
+        self._since = self._ahead = self._ahead_before = 0
+
+    def add(self, stamp_ns: int, now_ns: int) -> None:
+        """Register a cycle with its reception by the monotonic clock of the computer [ns]."""
+        ahead = stamp_ns - now_ns
+        if not self._since or abs(ahead - self._ahead) > self.SET_NS:  # the first, or a new bus
+            self._since, self._ahead, self._ahead_before = now_ns, ahead, ahead
+        elif now_ns - self._since > self.SET_NS:
+            self._since, self._ahead_before, self._ahead = now_ns, self._ahead, ahead
+        else:
+            self._ahead = max(self._ahead, ahead)
+
+    def time(self, now_ns: int) -> int:
+        """Bench time [ns] at a time of the monotonic clock."""
+        return now_ns + max(self._ahead, self._ahead_before)
+
+
 class Arrivals:
-    """Latest stamp of every topic."""
+    """Latest stamp of every topic, and the bench time of each reception."""
 
     def __init__(self) -> None:
         self.bus_ns = 0
         """stamp of the last bus cycle [ns]"""
+        self.real_time = False
+        """the bus tells of cycles by the wall clock; else bench time stands while a message is on
+        its way"""
+        self._clock = BenchClock()
         self._last: dict[str, int] = {}
+
+    def received(self, topic: str, stamp_ns: int, now_ns: int) -> int:
+        """Bench time at which a message of this bench time was received [ns]; `now_ns`: monotonic
+        clock."""
+        if topic == TOPIC:
+            self._clock.add(stamp_ns, now_ns)
+        return self._clock.time(now_ns) if self.real_time else stamp_ns
 
     def add(self, topic: str, stamp_ns: int) -> int:
         """Register a message; returns its bench time [ns].

@@ -140,15 +140,15 @@ class McapFile:
         self.index.channels[number] = channel
         return number
 
-    def add(self, channel: int, stamp_ns: int, data: bytes) -> None:
-        """Add a message; the next `flush` writes it to disk."""
+    def add(self, channel: int, log_ns: int, data: bytes, stamp_ns: int) -> None:
+        """Add a message with its log and publish time; the next `flush` writes it to disk."""
         size = len(data)
-        self._parts.append(MESSAGE.pack(5, 22 + size, channel, 0, stamp_ns, stamp_ns))
+        self._parts.append(MESSAGE.pack(5, 22 + size, channel, 0, log_ns, stamp_ns))
         self._parts.append(data)
         entries = self._entries.get(channel)
         if entries is None:
             entries = self._entries[channel] = []
-        entries.append(stamp_ns)
+        entries.append(log_ns)
         entries.append(self._offset)
         self._offset += 31 + size
 
@@ -157,13 +157,13 @@ class McapFile:
         if not self._offset:
             return
         data = b"".join(self._parts)
-        stamps = [stamp for entries in self._entries.values() for stamp in entries[::2]]
+        logs = [log for entries in self._entries.values() for log in entries[::2]]
         index = {
             channel: pack(f"<{len(entries)}Q", *entries)
             for channel, entries in self._entries.items()
         }
         self._clear()
-        self.add_chunk(data, min(stamps), max(stamps), index)
+        self.add_chunk(data, min(logs), max(logs), index)
 
     def add_chunk(self, data: bytes, start_ns: int, end_ns: int, index: dict[int, bytes]) -> None:
         """Append serialised message records as one chunk.

@@ -28,8 +28,9 @@ class ScannedMessage(NamedTuple):
     """A message in a chunk."""
 
     channel: int
-    stamp_ns: int
+    log_ns: int
     data: bytes
+    stamp_ns: int
 
 
 @dataclass
@@ -53,11 +54,11 @@ def messages_of(data: bytes) -> Iterator[ScannedMessage]:
     """Complete messages in the records of a chunk."""
     at, size = 0, len(data)
     while at + MESSAGE.size <= size:
-        opcode, length, channel, _, stamp_ns, _ = MESSAGE.unpack_from(data, at)
+        opcode, length, channel, _, log_ns, stamp_ns = MESSAGE.unpack_from(data, at)
         end = at + 9 + length
         if opcode != Opcode.MESSAGE or length < 22 or end > size:
             return
-        yield ScannedMessage(channel, stamp_ns, data[at + MESSAGE.size : end])
+        yield ScannedMessage(channel, log_ns, data[at + MESSAGE.size : end], stamp_ns)
         at = end
 
 

@@ -95,7 +95,7 @@ def _finish(
     channel = _channel_of(found, RUN_TOPIC.name)
     if record is not None and channel is not None and not is_final:
         stamp_ns = file.index.end_ns
-        file.add(channel, stamp_ns, run_message(record, stamp_ns))
+        file.add(channel, stamp_ns, run_message(record, stamp_ns), stamp_ns)
         file.flush()
     custom = {"status": "interrupted"}
     if record is not None:

@@ -42,6 +42,7 @@ class _Waiting(NamedTuple):
     topic: str
     cdr: bytes
     stamp_ns: int
+    received_ns: int
 
 
 class State(Enum):
@@ -86,7 +87,7 @@ class RecordingSession:
         self._bag: BagWriter | None = None
         self._ring: deque[_Waiting] = deque(maxlen=RING_LENGTH)
         self._trigger_before = True
-        self._bus_ns = 0
+        self._bus_ns = self._received_ns = 0
 
     def start(
         self,
@@ -107,7 +108,7 @@ class RecordingSession:
         self._bag, self.path, self.record = bag, bag.path, record
         self.cycles = CycleCount()
         self._clear_ring()
-        self._trigger_before, self._bus_ns = True, stamp_ns
+        self._trigger_before, self._bus_ns, self._received_ns = True, stamp_ns, stamp_ns
         self.state = State.ARMED
         try:
             record.save(bag.path)
@@ -120,26 +121,31 @@ class RecordingSession:
             self._begin()
         return bag.path
 
-    def write(self, topic: str, cdr: bytes, stamp_ns: int) -> None:
+    def write(
+        self, topic: str, cdr: bytes, stamp_ns: int, received_ns: int | None = None
+    ) -> None:
         """Process a message; when idle only latched messages are kept, for the next bag.
 
-        When the disk is full, the run is closed as failed and RecordingError is raised, once.
+        `received_ns`: bench time of its reception, by default its stamp [ns]. When the disk is full, the run is closed as failed and RecordingError is raised, once.
         """
         if topic not in self._names:
             return
         if self.state is State.IDLE:
             self._remember(topic, cdr)
             return
+        received_ns = stamp_ns if received_ns is None else received_ns
+        self._received_ns = received_ns
         image = read_bus_image(cdr) if topic == BUS_TOPIC else None
         if image is not None:
             if stamp_ns < self._bus_ns:
                 self._clear_ring()  # the bus was restarted
             self._bus_ns = stamp_ns
         if self.state is State.RECORDING:
-            self._put(topic, cdr, stamp_ns, image)
+            self._put(topic, cdr, stamp_ns, received_ns, image)
             return
         ahead = stamp_ns > self._bus_ns + SAME_CLOCK_NS
-        self._ring.append(_Waiting(self._bus_ns if ahead else stamp_ns, topic, cdr, stamp_ns))
+        since_ns = self._bus_ns if ahead else stamp_ns
+        self._ring.append(_Waiting(since_ns, topic, cdr, stamp_ns, received_ns))
         if image is not None:
             while self._too_old(self._ring[0]):
                 self._drop_oldest()
@@ -158,6 +164,7 @@ class RecordingSession:
         for block in blocks:
             if block.topic == BUS_TOPIC:
                 self._bus_ns = int(np.max(block.stamps_ns, initial=self._bus_ns))
+                self._received_ns = self._bus_ns
                 last: np.ndarray = block.payload["cycle"].astype(np.int64)
                 first = last - np.maximum(block.payload["count"], 1) + 1
                 period = int(block.payload["period_ns"][0])
@@ -239,17 +246,19 @@ class RecordingSession:
         begin_ns = min((w.since_ns for w in self._ring), default=self._bus_ns)
         for topic, cdr in self._latched.items():
             if cdr and self.state is State.RECORDING:
-                self._put(topic, cdr, begin_ns, None)
+                self._put(topic, cdr, begin_ns, begin_ns, None)
         while self._ring and self.state is State.RECORDING:
-            _, topic, cdr, stamp_ns = self._ring.popleft()
+            _, topic, cdr, stamp_ns, received_ns = self._ring.popleft()
             image = read_bus_image(cdr) if topic == BUS_TOPIC else None
-            self._put(topic, cdr, stamp_ns, image)
+            self._put(topic, cdr, stamp_ns, received_ns, image)
 
-    def _put(self, topic: str, cdr: bytes, stamp_ns: int, image: BusImage | None) -> None:
+    def _put(
+        self, topic: str, cdr: bytes, stamp_ns: int, received_ns: int, image: BusImage | None
+    ) -> None:
         bag = self._bag
         assert bag is not None
         try:
-            bag.write(topic, cdr, stamp_ns)
+            bag.write(topic, cdr, stamp_ns, received_ns)
         except RecordingError as error:
             self._finish("failed", str(error), "")
             raise
@@ -297,7 +306,7 @@ class RecordingSession:
         if bag.error is None:
             message = run_message(record, self._bus_ns)
             try:
-                bag.write(RUN_TOPIC.name, message, self._bus_ns)
+                bag.write(RUN_TOPIC.name, message, self._bus_ns, self._received_ns)
             except RecordingError as error:
                 self.record = record = self._closed("failed", str(error), ended)
         try:

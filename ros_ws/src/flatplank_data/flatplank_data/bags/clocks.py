@@ -50,11 +50,18 @@ class Times:
 
 
 def times_to_use(
-    topics: Mapping[str, Times], base: str
+    topics: Mapping[str, Times], base: str, one_clock: bool = False
 ) -> tuple[dict[str, np.ndarray], list[str]]:
-    """Time of each message by topic [ns], and remarks. Raises FlatplankError without a time."""
+    """Time of each message by topic [ns], and remarks. Raises FlatplankError without a time.
+
+    `one_clock`: all stamps are those of the cycles of one bus, so that any delay is one.
+    """
     found = {name: _fault(times) for name, times in topics.items()}
-    faults = [fault for fault in found.values() if fault] or _two_clocks(topics, base)
+    if not one_clock:
+        found = {name: fault or _set_clock(topics[name]) for name, fault in found.items()}
+    faults = [fault for fault in found.values() if fault]
+    if not (faults or one_clock):
+        faults = _two_clocks(topics, base)
     if faults:
         logs = {name: times.log for name, times in topics.items()}
         if not all(_log_tells(times, bool(found[name])) for name, times in topics.items()):
@@ -64,7 +71,7 @@ def times_to_use(
         return logs, [f"{fault}: the log time is used; {SYNCHRONISE}" for fault in faults[:1]]
     found = {name: times.stamp for name, times in topics.items()}
     _check_overlap(found, base)
-    return found, _delays(topics, base)
+    return found, [] if one_clock else _delays(topics, base)
 
 
 def _log_tells(times: Times, faulty: bool) -> bool:
@@ -89,11 +96,13 @@ def _fault(times: Times) -> str:
     if (again & other).any():
         count = int((again & other).sum())
         return f"{count} of {stamp.size} stamps of {name} are those of other samples"
-    return _set_clock(times)
+    return ""
 
 
 def _set_clock(times: Times) -> str:
     """The delay from stamp to log time changes for good: the clock was set."""
+    if times.stamp.size < 2:
+        return ""
     delay = times.delay
     at = int(np.argmax(np.abs(np.diff(delay)))) + 1
     before, after = delay[:at], delay[at:]

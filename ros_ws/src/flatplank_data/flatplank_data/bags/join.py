@@ -31,7 +31,7 @@ def joined(
             tables[topic] = (one.order(), values)
             remarks += more
     times = {t: _times(series[t], order, values) for t, (order, values) in tables.items()}
-    found, more = times_to_use(times, topics.base)
+    found, more = times_to_use(times, topics.base, one_clock=topics is OWN)
     remarks += more
     sorted_ = {}
     for topic, (order, values) in tables.items():
