@@ -77,9 +77,7 @@ class BagWriter:
         """Number of messages written to disk."""
         return self._file.index.messages
 
-    def write(
-        self, topic: str, cdr: bytes, stamp_ns: int, received_ns: int | None = None
-    ) -> None:
+    def write(self, topic: str, cdr: bytes, stamp_ns: int, received_ns: int | None = None) -> None:
         """Write a serialised message; its stamp is the publish time, its reception (by default
         its stamp) the log time, both in bench time [ns]."""
         if self.error or self._closed:

@@ -121,12 +121,11 @@ class RecordingSession:
             self._begin()
         return bag.path
 
-    def write(
-        self, topic: str, cdr: bytes, stamp_ns: int, received_ns: int | None = None
-    ) -> None:
+    def write(self, topic: str, cdr: bytes, stamp_ns: int, received_ns: int | None = None) -> None:
         """Process a message; when idle only latched messages are kept, for the next bag.
 
-        `received_ns`: bench time of its reception, by default its stamp [ns]. When the disk is full, the run is closed as failed and RecordingError is raised, once.
+        `received_ns`: bench time of its reception, by default its stamp [ns]. When the disk is
+        full, the run is closed as failed and RecordingError is raised, once.
         """
         if topic not in self._names:
             return
