@@ -12,7 +12,7 @@ import pytest
 
 from flatplank_control.sequencer import SequencerParameters, SlipSequencer
 from flatplank_control.sequencer.sequencer import Follower
-from flatplank_control.sequencer.waveforms import MAX_SLIP, WAVEFORMS
+from flatplank_data.waveforms import MAX_SLIP, WAVEFORMS
 from flatplank_data.params import from_mapping, parameter_infos, to_mapping
 from flatplank_hw.samples import EncoderSample
 

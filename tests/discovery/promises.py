@@ -27,8 +27,8 @@ def broken(result: Diagnosis) -> list[str]:
         out += [f"{result.verdict}, and {left}"] if left else []
     if result.verdict == "found" and any(f.alike for f in result.found):
         out.append("found, and something could stand in for it")
-    if result.found and invariants.far_off(last):
-        out.append("something is named on a base that is far off everywhere")
+    if result.verdict.startswith("found") and invariants.far_off(last):
+        out.append(f"{result.verdict} on a base that is far off everywhere")
     claims = ("none of these", *(["partly"] if result.source.at_most == "found" else []))
     if result.verdict in claims and not invariants.residual_of_consequence(
         last, bool(result.found)

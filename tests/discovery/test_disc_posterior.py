@@ -152,19 +152,48 @@ def test_nothing_is_named_without_a_fall_of_the_error():
     assert withheld
 
 
+@dataclass(frozen=True)
+class Counted(Posterior):
+    """Sets whose effects are of consequence with given probabilities."""
+
+    def matters(self, weighed, index):
+        return weighed.sure[index]
+
+
 def test_instances_of_one_effect_are_counted():
     """Each instance needs one more of the name in the sets."""
 
     def weighed(**sure: float) -> SimpleNamespace:
-        names, matters = [name.rstrip("12") for name in sure], list(sure.values())
-        return SimpleNamespace(names=names, matters=lambda i: matters[i], parts=((0.0, 0.0),))
+        names = [name.rstrip("12") for name in sure]
+        return SimpleNamespace(names=names, sure=list(sure.values()), parts=((0.0, 0.0),))
 
     sets = {("a",): weighed(a=1.0), ("a", "a"): weighed(a1=1.0, a2=0.4), ("b",): weighed(b=0.5)}
-    posterior = Posterior(sets, 100.0, 1.0)
+    posterior = Counted(sets, 100.0, 1.0)
     assert posterior.in_set(["a"]) == pytest.approx(2.0 / 3.0)
     assert posterior.in_set(["a"], 2) == pytest.approx(0.4 / 3.0)
     assert posterior.in_set(["a", "b"]) == pytest.approx(2.5 / 3.0)
     assert posterior.nothing == pytest.approx(0.5 / 3.0)
+
+
+@pytest.mark.parametrize(
+    ("drop", "dispersion", "spread"),
+    [(900.0, 1.0, 0.1), (900.0, 4.0, 0.2), (1.0, 1.0, 2.0), (-1.0, 1.0, 2.0), (None, 1.0, 2.0)],
+)
+def test_a_size_is_as_sure_as_what_its_absence_leaves(drop, dispersion, spread):
+    """A gap of 3 times the least size of consequence, which a little more of it hardly changes."""
+    term = SimpleNamespace(effect=Drag)
+    least = Drag.main_parameter().matters
+    gap = SimpleNamespace(
+        key=("gap",), names=["gap"], sizes=((3.0 * least, 2.0 * least),), parts=((5.0, 0.0),),
+        fit=SimpleNamespace(terms=[term]),
+    )  # fmt: skip
+    sets = {("gap",): gap}
+    if drop is not None:
+        sets[()] = SimpleNamespace(key=(), parts=((5.0 + drop, 0.0),))
+    posterior = Posterior(sets, 1e9, dispersion)
+    assert posterior.towards_null(gap, 0) == pytest.approx(spread * least)
+    sure = posterior.matters(gap, 0)
+    assert sure > 0.999 if spread < 1.0 else 0.8 < sure < 0.95
 
 
 def test_sizes_of_the_model_errors_are_weighed_with_the_sets():

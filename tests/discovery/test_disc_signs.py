@@ -5,15 +5,18 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 import yaml
 from bristles import Truth, campaign, save
+from scipy.signal import lfilter
 from third_campaigns import tables
 
 from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.signs import wrong_signs
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError
+from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 
 
@@ -57,6 +60,57 @@ def test_one_wrong_sign_is_named_and_no_other(combined, name, said):
     assert "\n" not in str(found) and "turn: [" in str(found)
     if name in said:
         assert f"[{name}]" in found.remedy
+
+
+def shaped(wave, slip, names=()):
+    """Four runs of a wheel that follows slip(distance) from 0.5 m on and of a tire with a
+    relaxation length of 0.2 m; the columns `names` have the other sign."""
+    place = np.linspace(0.0, 4.0, 1601)
+    kappa = np.array([slip(x - 0.5) if x >= 0.5 else 0.0 for x in place])
+    step, sigma = place[1], 0.2
+    late = lfilter([step / (sigma + step)], [1.0, -sigma / (sigma + step)], kappa)
+    noise = np.random.default_rng(4)
+    out = []
+    for number in range(1, 5):
+        columns = {
+            "time": place / 0.03,
+            "plank_position": place,
+            "wheel_angle": np.cumsum(1.0 + kappa) * step / 0.31,
+            "fx": 6e4 * late + noise.normal(0.0, 5.0, len(place)),
+            "fy": noise.normal(0.0, 5.0, len(place)),
+            "fz": np.full(len(place), 3700.0),
+        }
+        turned = {n: -v if n in names else v for n, v in columns.items()}
+        info = RunRecord(
+            file=f"run{number}.parquet", kappa=0.02, fz=3700.0, alpha_deg=0.0, repeat=number,
+            step_position=0.5, waveform=wave,
+        )  # fmt: skip
+        out.append(MeasurementTable(turned, info))
+    return out
+
+
+WAVES = [
+    ({"name": "sine", "amplitude": 0.02, "wavelength": 1.3},
+     lambda x: 0.02 * np.sin(2.0 * np.pi * x / 1.3)),
+    ({"name": "triangle", "amplitude": -0.02, "wavelength": 2.0},
+     lambda x: -0.02 * (2.0 / np.pi) * np.arcsin(np.sin(np.pi * x))),
+    ({"name": "double_step", "kappa_1": 0.02, "kappa_2": -0.03, "length": 1.0},
+     lambda x: 0.02 if x < 1.0 else -0.03),
+    ({"name": "step", "kappa": 0.02, "length": 0.8}, lambda x: 0.02 if x < 0.8 else 0.0),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("wave", "slip"), WAVES, ids=[w["name"] for w, _ in WAVES])
+def test_slip_is_compared_with_the_commanded_waveform_sample_by_sample(wave, slip):
+    assert wrong_signs(shaped(wave, slip)) == ()
+    (found,) = wrong_signs(shaped(wave, slip, names=["fx"]))
+    assert found.names == ("fx",)
+
+
+def test_an_unknown_waveform_determines_no_sign():
+    wave, slip = WAVES[0]
+    assert wrong_signs(shaped({"name": "varying"}, slip)) == ()
+    assert wrong_signs(shaped({"name": "sine", "amplitude": "large"}, slip)) == ()
 
 
 def test_the_runs_carry_what_was_seen(combined):

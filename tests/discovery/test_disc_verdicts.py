@@ -89,20 +89,17 @@ def test_the_clearest_pattern_is_told_where_something_is_left(monkeypatch):
 
 
 def test_the_law_is_fitted_where_something_is_left(monkeypatch):
-    """Where nothing can be named, only the first step is told, and no law is asked."""
     monkeypatch.setattr(verdict, "fit_with_law_effects", lambda search: "fitted")
     monkeypatch.setattr(verdict, "_verdict", lambda *_: (verdict.AT_FLOOR, "nothing"))
-    for left, off, fitted in (("5 N", "", "fitted"), ("", "", None), ("5 N", "far", None)):
+    for left, fitted in (("5 N", "fitted"), ("", None)):
         search = searched(measured(1, (0.05, LONG.form)), LONG)
         search.last.left = left
-        monkeypatch.setattr(invariants, "far_off", lambda _state, off=off: off)
         found = unasked(search)
         assert found.search.with_law_effects == fitted
-        assert len(found.search.steps) == len(found.found) + 1 == (1 if off else 2)
-        assert found.verdict == (verdict.UNDECIDED if off else verdict.AT_FLOOR)
+        assert len(found.search.steps) == len(found.found) + 1 == 2
+        assert found.verdict == verdict.AT_FLOOR
         before = search.steps[0].state
         assert found.rmse_before == found.search.model.runs.rmse(before.residual[0])
-        assert (found.rmse_after == found.rmse_before) == bool(off)
 
 
 def test_a_campaign_that_cannot_be_decided_is_told_with_its_source():
@@ -178,21 +175,18 @@ def test_why_a_campaign_cannot_be_decided():
     assert verdict.undecidable(one).startswith("one condition only")
 
 
-def test_a_base_that_is_far_off_is_told_with_what_was_tried(monkeypatch):
-    monkeypatch.setattr(
-        invariants, "far_off", lambda state: {"off": "9 of 10 in x"}.get(state, "")
+def test_a_base_that_is_far_off_is_told_before_what_reduces_its_error(monkeypatch):
+    search = searched(measured(1, (0.05, LONG.form)), LONG)
+    near = unasked(search)
+    assert near.found and "far off" not in near.reason
+    monkeypatch.setattr(invariants, "far_off", lambda _state: "9 of 10 in x")
+    told = unasked(search)
+    assert [f.decision for f in told.found] == [f.decision for f in near.found]
+    assert told.reason.startswith(
+        "the base is far off in every condition, worst 9 of 10 in x, from 1 starts: check sign "
+        "and unit of each column; if they are right, "
     )
-    found = [AcceptedEffect(decision()), AcceptedEffect(decision(OTHER))]
-
-    def told(state, effects):
-        last = SimpleNamespace(state=state, found=effects)
-        model = SimpleNamespace(runs=measured(0).runs)
-        return verdict._unsettled(SimpleNamespace(model=model, last=last, starts=3))
-
-    assert told("near", found) == ("", "")
-    name, why = told("off", found)
-    assert name == verdict.UNDECIDED and "worst 9 of 10 in x; tried: 3 starts of the base, " in why
-    assert "and beside it long, other;" in why and "beside" not in told("off", [])[1]
+    assert told.reason.endswith(near.reason)
 
 
 def test_what_stands_beside_a_verdict(monkeypatch):

@@ -10,7 +10,7 @@ from bench_graph import graph, loopback, next_domain
 from std_srvs.srv import Trigger
 
 from flatplank_control.recording.bus_cycles import BEHIND_NS
-from flatplank_control.sequencer.waveforms import MAX_SLIP
+from flatplank_data.waveforms import MAX_SLIP
 from flatplank_msgs.srv import (
     LoadParasiticFit,
     MoveTo,

@@ -14,7 +14,7 @@ from flatplank_analysis.contact_patch.plans import plans_for
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import verdict
 from flatplank_control.runner.campaign import load_plan
-from flatplank_control.sequencer.waveforms import WAVEFORMS
+from flatplank_data.waveforms import WAVEFORMS
 from flatplank_panel.analysis.fit_jobs import runs_of
 from flatplank_panel.next_plan import block_of, plans_of, write_next
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from panel_samples import COLUMN, samples, strict
 
-from flatplank_control.sequencer.waveforms import WAVEFORMS
+from flatplank_data.waveforms import WAVEFORMS
 from flatplank_hw.bus.image import AXES
 from flatplank_hw.bus.timing import BusTiming, told_times
 from flatplank_panel.analysis.worker import to_strict_json

@@ -11,7 +11,7 @@ from rclpy.parameter import Parameter
 from rclpy.parameter import get_parameter_value as as_the_command_line_reads_it
 
 from flatplank_control.bench.setup import DRIVEN, BenchSetup
-from flatplank_control.sequencer.waveforms import WAVEFORMS
+from flatplank_data.waveforms import WAVEFORMS
 from flatplank_control.steering_hold import PROFILES, AngleControl, AngleParameters
 from flatplank_data.params import parameter_infos
 

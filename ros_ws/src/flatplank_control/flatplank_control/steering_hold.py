@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from flatplank_control.sequencer.waveforms import in_words, triangle
+from flatplank_data.waveforms import in_words, triangle
 from flatplank_data.limits import Limit
 from flatplank_data.names import nearest_hint
 from flatplank_data.params import (

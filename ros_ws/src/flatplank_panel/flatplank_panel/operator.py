@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
-from flatplank_control.sequencer.waveforms import WAVEFORMS
+from flatplank_data.waveforms import WAVEFORMS
 from flatplank_data.limits import LIMITS
 from flatplank_data.machine import ROAD_LENGTH
 from flatplank_data.measured import UNKNOWN

@@ -12,7 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flatplank_data.params import ParameterError, from_mapping
+from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
+from flatplank_data.waveforms import WAVEFORMS, Constant, Step
 
 CLEAR = 0.8
 """least share of the runs, weighted by their force, that must contradict a sign"""
@@ -47,14 +50,16 @@ class _Run:
     """Means of one run; forces [N]."""
 
     kappa: float
-    measured_kappa: float
+    """largest slip that was commanded; NaN where the commanded waveform is not known"""
+    rolled: float
+    """slip by the encoders, its mean in the direction of the commanded slip of each sample"""
     alpha: float
     gamma: float
     load: float
     turned: float
     """wheel angle times plank travel"""
-    step_x: float
-    """change of Fx by the step"""
+    pulled: float
+    """change of Fx by the slip, its mean in the direction of the commanded slip"""
     side: float
     """Fy before the step; without one, Fy of the second half"""
     fz: float
@@ -91,19 +96,49 @@ def _run(table: MeasurementTable) -> _Run:
         return float(np.nanmean(values)) if np.isfinite(values).any() else np.nan
 
     fz = mean("fz", late)
+    command = _commanded(info, place - step) if stepped else np.full(len(place), np.nan)
     return _Run(
-        kappa=info.kappa,
-        measured_kappa=_rolled(table, late) / _rolled(table, early) - 1.0 if stepped else np.nan,
+        kappa=float(np.abs(command).max()),
+        rolled=_along(command, _slip_of(table, place, early)),
         alpha=info.alpha_deg,
         gamma=info.gamma_deg,
         load=info.fz if np.isfinite(info.fz) else abs(fz),
         turned=float(np.ptp(place))
         * _change_of(table, "wheel_angle")
         * _change_of(table, "plank_position"),
-        step_x=mean("fx", late) - mean("fx", early) if stepped else np.nan,
+        pulled=_along(command, table["fx"] - mean("fx", early)) if table.has("fx") else np.nan,
         side=mean("fy", early),
         fz=fz,
     )
+
+
+def _commanded(info: RunRecord, distance: np.ndarray) -> np.ndarray:
+    """Slip that was asked for at distances from its start [m]; NaN where it is not known."""
+    given = dict(info.waveform or {})
+    kind = WAVEFORMS.get(str(given.pop("name", "") or "step"))
+    if kind in (Constant, Step):
+        given["kappa"] = info.kappa
+    try:
+        wave = from_mapping(kind, given, "waveform") if kind and given else None
+    except ParameterError:
+        wave = None
+    if wave is None:
+        return np.full(len(distance), np.nan)
+    return np.array([wave.slip(float(d)) if d >= 0.0 else 0.0 for d in distance])
+
+
+def _slip_of(table: MeasurementTable, place: np.ndarray, free: np.ndarray) -> np.ndarray:
+    """Slip of each sample by the encoders, against the wheel turn where the tire rolls freely."""
+    turn = np.abs(np.diff(table["wheel_angle"], append=np.nan))
+    way = np.abs(np.diff(place, append=np.nan))
+    return turn / _rolled(table, free) - way
+
+
+def _along(command: np.ndarray, seen: np.ndarray) -> float:
+    """Mean of what was seen, in the direction of the command; NaN without a command."""
+    good = np.isfinite(command) & np.isfinite(seen)
+    weight = float(np.abs(command[good]).sum())
+    return float(command[good] @ seen[good]) / weight if weight > 0.0 else np.nan
 
 
 def _change_of(table: MeasurementTable, name: str) -> float:
@@ -142,12 +177,13 @@ def _sign_of(
 
 
 def _slip(runs: Sequence[_Run]) -> Iterator[WrongSign]:
-    """Compare the record's kappa, the slip of the encoders and Fx: two decide against one."""
-    slipped = [r for r in runs if abs(r.kappa) >= SLIP and abs(r.step_x) > SEEN * r.load]
-    wrong, count = _contradictions([(r.kappa, r.step_x) for r in slipped])
-    turned, seen = _contradictions([(r.kappa, r.measured_kappa) for r in slipped])
+    """Compare the commanded slip, the slip of the encoders and Fx, sample by sample: two decide
+    against one."""
+    slipped = [r for r in runs if r.kappa >= SLIP and abs(r.pulled) > SEEN * r.load]
+    wrong, count = _contradictions([(1.0, r.pulled) for r in slipped])
+    turned, seen = _contradictions([(1.0, r.rolled) for r in slipped])
     if wrong and not turned:
-        text = f"a driving step lowers Fx in {wrong} of {count} runs, it must raise Fx"
+        text = f"driving slip lowers Fx in {wrong} of {count} runs, it must raise Fx"
         yield WrongSign(("fx",), text)
     elif turned:
         text = f"the encoders show the other slip than kappa says in {turned} of {seen} runs"

@@ -5,7 +5,7 @@ The verdict, the search and the verbs call this module; the tests check the rule
 
 1. One more effect never raises the fitted error.
 2. `found` and `found group`: the error is at the floor and no residual of consequence remains.
-3. Where the base is far off in every condition, nothing is named.
+3. Where the base is far off in every condition, the verdict is at most `partly`.
 4. A residual remains only when it is significant and of consequence.
 5. Signs of columns that physics contradicts prevent any fit (`RunSet.contradicted`).
 6. A parameter at an end of its range is reported.

@@ -171,8 +171,8 @@ def undecidable(runs: RunSet) -> str:
 def diagnose(search: Search, next_run: dict[str, Any] | None = None) -> Diagnosis:
     """Judge the end of a search."""
     runs = search.model.runs
-    verdict, reason = _unsettled(search)
-    if verdict:
+    why = undecidable(runs)
+    if why:
         search = replace(search, steps=search.steps[:1])
     elif search.last.left:
         search.with_law_effects = fit_with_law_effects(search)
@@ -180,8 +180,7 @@ def diagnose(search: Search, next_run: dict[str, Any] | None = None) -> Diagnosi
     levels = last.state.floors[0]
     residual = last.state.residual[0]
     source = source_of(runs)
-    if not verdict:
-        verdict, reason = limited_by_source(source, *_verdict(search, last))
+    verdict, reason = (UNDECIDED, why) if why else _judged(search, source)
     counts = invariants.limits(last.state)
     maps = where.make_maps(runs, residual, levels.by_condition)
     period, share = _period(runs, residual, verdict)
@@ -218,19 +217,20 @@ def diagnose(search: Search, next_run: dict[str, Any] | None = None) -> Diagnosi
     )
 
 
-def _unsettled(search: Search) -> tuple[str, str]:
-    """Verdict and reason when nothing can be named at all; otherwise two empty texts."""
-    why = undecidable(search.model.runs)
-    if why:
-        return UNDECIDED, why
+def _judged(search: Search, source: Source) -> tuple[str, str]:
+    """Verdict and its reason, as far as the source of the floor allows one."""
+    verdict, reason = limited_by_source(source, *_verdict(search, search.last))
+    return verdict, f"{_far_off(search)}{reason}"
+
+
+def _far_off(search: Search) -> str:
+    """What comes first about a base that fits in no condition; empty when it fits."""
     off = invariants.far_off(search.last.state)
     if not off:
-        return "", ""
-    tried = ", ".join(f.decision.term.effect.identifier for f in search.last.found)
-    beside = f", and beside it {tried}" if tried else ""
-    return UNDECIDED, (
-        f"the base is far off in every condition, worst {off}; tried: {search.starts} starts of "
-        f"the base{beside}; most likely the sign or the unit of a column or of a key is wrong"
+        return ""
+    return (
+        f"the base is far off in every condition, worst {off}, from {search.starts} starts: "
+        "check sign and unit of each column; if they are right, "
     )
 
 

@@ -30,7 +30,7 @@ class CarcassCreep(TireProperty):
     check = "The same run at 0.0015 m/s; hold the standing tire under a force."
 
     share: float = param(
-        0.0, unit="1", bounds=(-0.2, 2.0), screen=0.1, matters=0.05,
+        0.0, unit="1", bounds=(0.0, 2.0), screen=0.1, matters=0.05,
         note="late deflection over prompt deflection",
     )  # fmt: skip
     time: float = param(10.0, unit="s", bounds=(1.0, 60.0), note="time constant")

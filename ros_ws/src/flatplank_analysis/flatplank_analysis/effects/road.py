@@ -59,7 +59,7 @@ class SpeedDroop(TireEffect):
     removes = "A stiffer speed loop of the plank drive; measured plank position."
 
     give: float = param(
-        0.0, unit="1/N", bounds=(-4e-6, 4e-6), screen=4e-7, matters=2e-7,
+        0.0, unit="1/N", bounds=(0.0, 4e-6), screen=4e-7, matters=2e-7,
         note="relative speed per force",
     )  # fmt: skip
 

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from scipy.stats import t as student
 
 from flatplank_analysis.discovery.decision import FLAT, NEGLIGIBLE, Decision
@@ -54,7 +55,7 @@ def answer_of(posterior: Posterior, held: int) -> Answer:
         found = _effect(posterior, index)
         if found is not None:
             named.append(found)
-        elif best.matters(index) < NAMED:
+        elif posterior.matters(best, index) < NAMED:
             present.append(best.fit.terms[index])
     named.sort(key=lambda f: -f.decision.drop)
     return Answer(posterior, tuple(named), tuple(present))
@@ -67,7 +68,7 @@ def _effect(posterior: Posterior, index: int) -> AcceptedEffect | None:
     rivals = [
         Rival(w.fit.terms[place], _excess(posterior, w), True, odds < MEMBER)
         for w, place, odds in posterior.alternatives(index)
-        if w.matters(place) > MEMBER
+        if posterior.matters(w, place) > MEMBER
     ]
     members = {term.effect.identifier, *(r.name for r in rivals if not r.excluded)}
     probability = posterior.in_set(members, _rank(posterior, index, members))
@@ -101,6 +102,8 @@ def _decision(
     names.remove(term.effect.identifier)
     without = posterior.sets.get(tuple(names))
     wide = spread * float(student.ppf(0.5 + 0.5 * INTERVAL, posterior.freedom))
+    null = term.effect.main_parameter().null
+    low, high = (null, np.inf) if size > null else (-np.inf, null)
     return Decision(
         term=term,
         drop=_excess(posterior, without) if without else 0.0,
@@ -112,7 +115,8 @@ def _decision(
         level=1.0 - NAMED,
         matters=term.effect.main_parameter().matters,
         stretch_q=0.0, stretch_limit=0.0, condition_q=0.0, condition_limit=0.0,
-        interval=(size - wide, size + wide),
+        # on one side of the null: what is told is there
+        interval=(max(size - wide, low), min(size + wide, high)),
         held_out_gain=float("nan"),
         reasons=tuple(reasons),
     )  # fmt: skip
@@ -128,7 +132,7 @@ def present_without_name(answer: Answer, held: int) -> list[Decision]:
         if id(term) in taken:
             continue
         p = answer.posterior.marginal[term.effect.identifier]
-        reason = NEGLIGIBLE if best.matters(index) < 0.5 else f"P = {p:.2g}, below {NAMED:g}"
+        reason = NEGLIGIBLE if answer.posterior.matters(best, index) < 0.5 else f"P = {p:.2g}, below {NAMED:g}"
         reason = FLAT if id(term) in flat else reason
         out.append(_decision(answer.posterior, index, p, (reason,)))
     return out
@@ -153,7 +157,7 @@ def _against(posterior: Posterior, name: str) -> str:
     inside = [i for i, n in enumerate(best.names) if n == name]
     if inside:
         least = best.fit.terms[inside[0]].effect.main_parameter()
-        most = max(best.matters(i) for i in inside)
+        most = max(posterior.matters(best, i) for i in inside)
         return f"larger than {quantity(least.matters, least.unit)} with P = {most:.2g}"
     other = posterior.sets[next(k for k in posterior.probability if name in k)]
     gain = -0.5 * _excess(posterior, other)
@@ -173,7 +177,7 @@ def to_dict(posterior: Posterior) -> dict[str, Any]:
         "effects": {k: six_digits(p) for k, p in list(posterior.marginal.items())[:SHOWN]},
         "sets": [
             {
-                "effects": list(key),
+                "effects": sets[key].names,
                 "probability": six_digits(p),
                 "log_odds": six_digits(posterior.logs[key]),
                 "fit": six_digits(-0.5 * _excess(posterior, sets[key])),

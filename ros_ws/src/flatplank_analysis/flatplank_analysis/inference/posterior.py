@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 from scipy.special import logsumexp
+from scipy.stats import norm
 
 from flatplank_analysis.inference.weigh import Weighed
 
@@ -99,7 +100,7 @@ class Posterior:
         are present at a size of consequence."""
         wanted = set(names)
         return sum(
-            p * _at_least(count, [m for n, m in _members(self.sets[k]) if n in wanted])
+            p * _at_least(count, [m for n, m in self._members(self.sets[k]) if n in wanted])
             for k, p in self.probability.items()
         )
 
@@ -114,9 +115,34 @@ class Posterior:
     def nothing(self) -> float:
         """Probability that no effect of consequence is present."""
         return sum(
-            p * (1.0 - _at_least(1, [m for _, m in _members(self.sets[k])]))
+            p * (1.0 - _at_least(1, [m for _, m in self._members(self.sets[k])]))
             for k, p in self.probability.items()
         )
+
+    def towards_null(self, weighed: Weighed, index: int) -> float:
+        """Standard deviation of the size of an effect on the side of its null.
+
+        It is that at the most probable size, or less where the set without the effect fits worse
+        than this one says: a gap changes little by a little more of it, and much by its absence.
+        """
+        size, spread = weighed.sizes[index]
+        without = self.sets.get(_without(weighed.key, weighed.names[index]))
+        if without is None:
+            return spread
+        drop = self.fit_and_price(without)[0] - self.fit_and_price(weighed)[0]
+        drop /= max(self.dispersion, 1.0)
+        return min(spread, abs(size) / math.sqrt(drop)) if drop > 0.0 else spread
+
+    def matters(self, weighed: Weighed, index: int) -> float:
+        """Probability that the size of an effect is of consequence, in a set."""
+        least = weighed.fit.terms[index].effect.main_parameter().matters
+        size, spread = abs(weighed.sizes[index][0]), self.towards_null(weighed, index)
+        low, high = norm.cdf([(-least - size) / spread, (least - size) / spread])
+        return float(1.0 - high + low)
+
+    def _members(self, weighed: Weighed) -> list[tuple[str, float]]:
+        """Name of each effect of a set, and the probability that its size is of consequence."""
+        return [(name, self.matters(weighed, i)) for i, name in enumerate(weighed.names)]
 
     def alternatives(self, index: int) -> list[tuple[Weighed, int, float]]:
         """What may stand for effect `index` of the likeliest set: sets with another effect in its
@@ -133,11 +159,6 @@ class Posterior:
             place = len(key) - 1 - weighed.names[::-1].index(new[0])
             out.append((weighed, place, math.exp(self.logs[key])))
         return sorted(out, key=lambda item: -item[2])
-
-
-def _members(weighed: Weighed) -> list[tuple[str, float]]:
-    """Name of each effect of a set, and the probability that its size is of consequence there."""
-    return [(name, weighed.matters(i)) for i, name in enumerate(weighed.names)]
 
 
 def _without(key: Key, name: str) -> Key:

@@ -133,7 +133,7 @@ class _Inference:
             if best.key == key_of(state.fit.terms):
                 break
             self.say(f"noise beside {', '.join(best.key)}", 0.5 + 0.2 * number)
-            order = sorted(range(len(best.fit.terms)), key=best.matters)
+            order = sorted(range(len(best.fit.terms)), key=lambda i: posterior.matters(best, i))
             state = self.state_of(base, best, [best.fit.terms[i] for i in order])
             scales = Scales.of(state, self.effects)
             near = [posterior.sets[k] for k, log in posterior.logs.items() if log > -2.0 * REACH]
@@ -165,19 +165,28 @@ class _Inference:
         effect, size = found.decision.term.effect, found.decision.term.size
         own = [i for i, t in enumerate(fit.terms) if t.effect is effect]
         index = min(own, key=lambda i: abs(fit.terms[i].size - size))
-        less = fitter.fit(fit.base, fitter.without_term(fit, index).terms)
+        start = fitter.without_term(fit, index)
+        less = fitter.fit(start.base, start.terms, known=start)
         measured = state.runs.measured
         return not invariants.is_no_fall(less.residual(measured), fit, index, measured)
 
     def state_of(self, base: State, best: Weighed, terms: Sequence[Term]) -> State:
-        """State with some effects of a set; none of them raises the fitted error."""
+        """State with some effects of a set; together they do not raise the fitted error."""
+        fitter, near = base.fitter, self._near(best, terms)
+        fit = fitter.fit(best.fit.base, terms, known=near)
+        if invariants.is_raised(*(invariants.error_of(fitter, f) for f in (fit, base.fit))):
+            fit = self._one_by_one(base, best, terms)
+        return make_state(self.model, fitter, fit, self.effects, near)
+
+    def _one_by_one(self, base: State, best: Weighed, terms: Sequence[Term]) -> Fit:
+        """A fit with some effects, of which none raises the fitted error."""
         fitter, fit = base.fitter, base.fit
         for term in terms[len(fit.terms) :]:
             fits = [fitter.fit(b, [*fit.terms, term]) for b in (fit.base, best.fit.base)]
             fit = invariants.not_raising_error(fitter, fit, fits)
-        return make_state(self.model, fitter, fit, self.effects, self._near(best, fit))
+        return fit
 
-    def _near(self, best: Weighed, fit: Fit) -> Fit | None:
+    def _near(self, best: Weighed, terms: Sequence[Term]) -> Fit | None:
         """The whitened fit of the set, where its effects are in the same order."""
-        same = [t.effect for t in best.fit.terms] == [t.effect for t in fit.terms]
+        same = [t.effect for t in best.fit.terms] == [t.effect for t in terms]
         return best.fit if same else None

@@ -56,7 +56,7 @@ class Weighed:
     and logarithm of posterior over prior volume of all parameters, with that of the priors of the
     set and of this size"""
     sizes: tuple[tuple[float, float], ...]
-    """per effect: most probable size and its standard deviation, in the unit of the size"""
+    """per effect: most probable size and its standard deviation there, in the unit of the size"""
 
     @property
     def names(self) -> list[str]:
@@ -71,13 +71,6 @@ class Weighed:
     def log(self) -> float:
         """Logarithm of the evidence, but for a constant of the data."""
         return float(logsumexp([volume - 0.5 * chi2 for chi2, volume in self.parts]))
-
-    def matters(self, index: int) -> float:
-        """Probability that the size of an effect is of consequence, in this set."""
-        least = self.fit.terms[index].effect.main_parameter().matters
-        size, spread = self.sizes[index]
-        low, high = norm.cdf([(-least - size) / spread, (least - size) / spread])
-        return float(1.0 - high + low)
 
 
 @dataclass(frozen=True)

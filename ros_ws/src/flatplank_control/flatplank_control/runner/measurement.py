@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, asdict, dataclass, field, fields
 from typing import Any
 
-from flatplank_control.sequencer.waveforms import WAVEFORMS
+from flatplank_data.waveforms import WAVEFORMS
 from flatplank_control.steering_hold import PROFILES
 from flatplank_data.errors import FlatplankError
 from flatplank_data.limits import LIMITS, RECORDED, Limit, refusal

@@ -10,7 +10,7 @@ import numpy as np
 from nicegui import ui
 
 from flatplank_control.free_rolling import FreeRollingParameters
-from flatplank_control.sequencer.waveforms import WAVEFORMS
+from flatplank_data.waveforms import WAVEFORMS
 from flatplank_data.machine import USABLE_ROAD, USUAL_RADIUS
 from flatplank_data.params import parameter_infos
 from flatplank_panel.operator import PREDETERMINED, VALUES, waveform_of
