@@ -12,8 +12,8 @@ import pytest
 
 from flatplank_control.sequencer import SequencerParameters, SlipSequencer
 from flatplank_control.sequencer.sequencer import Follower
-from flatplank_data.waveforms import MAX_SLIP, WAVEFORMS
 from flatplank_data.params import from_mapping, parameter_infos, to_mapping
+from flatplank_data.waveforms import MAX_SLIP, WAVEFORMS
 from flatplank_hw.samples import EncoderSample
 
 P = SequencerParameters(follow_until=0.0)

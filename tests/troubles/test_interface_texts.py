@@ -11,9 +11,9 @@ from rclpy.parameter import Parameter
 from rclpy.parameter import get_parameter_value as as_the_command_line_reads_it
 
 from flatplank_control.bench.setup import DRIVEN, BenchSetup
-from flatplank_data.waveforms import WAVEFORMS
 from flatplank_control.steering_hold import PROFILES, AngleControl, AngleParameters
 from flatplank_data.params import parameter_infos
+from flatplank_data.waveforms import WAVEFORMS
 
 ROOT = Path(__file__).resolve().parents[2]
 DEFINITION = ROOT / "ros_ws/src/flatplank_msgs/srv/SetWaveform.srv"

@@ -13,7 +13,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from flatplank_data.waveforms import in_words, triangle
 from flatplank_data.limits import Limit
 from flatplank_data.names import nearest_hint
 from flatplank_data.params import (
@@ -23,6 +22,7 @@ from flatplank_data.params import (
     param,
     parameter_infos,
 )
+from flatplank_data.waveforms import in_words, triangle
 from flatplank_hw.answers import Answer, refused
 from flatplank_hw.samples import FOLLOW, EncoderSample, HubSample, Reference
 

@@ -16,11 +16,11 @@ from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
-from flatplank_data.waveforms import WAVEFORMS
 from flatplank_data.limits import LIMITS
 from flatplank_data.machine import ROAD_LENGTH
 from flatplank_data.measured import UNKNOWN
 from flatplank_data.params import from_mapping
+from flatplank_data.waveforms import WAVEFORMS
 from flatplank_data.yaml_text import dump_yaml
 from flatplank_hw.drive.modes import MODES
 from flatplank_panel import validation as check

@@ -132,7 +132,11 @@ def present_without_name(answer: Answer, held: int) -> list[Decision]:
         if id(term) in taken:
             continue
         p = answer.posterior.marginal[term.effect.identifier]
-        reason = NEGLIGIBLE if answer.posterior.matters(best, index) < 0.5 else f"P = {p:.2g}, below {NAMED:g}"
+        reason = (
+            NEGLIGIBLE
+            if answer.posterior.matters(best, index) < 0.5
+            else f"P = {p:.2g}, below {NAMED:g}"
+        )
         reason = FLAT if id(term) in flat else reason
         out.append(_decision(answer.posterior, index, p, (reason,)))
     return out

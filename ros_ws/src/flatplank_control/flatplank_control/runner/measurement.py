@@ -9,7 +9,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, asdict, dataclass, field, fields
 from typing import Any
 
-from flatplank_data.waveforms import WAVEFORMS
 from flatplank_control.steering_hold import PROFILES
 from flatplank_data.errors import FlatplankError
 from flatplank_data.limits import LIMITS, RECORDED, Limit, refusal
@@ -18,6 +17,7 @@ from flatplank_data.machine import ROAD_LENGTH, SLOW, USUAL_RADIUS
 from flatplank_data.names import nearest_hint
 from flatplank_data.params import ParameterError
 from flatplank_data.params import from_mapping as from_params
+from flatplank_data.waveforms import WAVEFORMS
 from flatplank_hw.hub import HubParameters
 
 DIRECTIONS = {"forward": 1, "reverse": -1}

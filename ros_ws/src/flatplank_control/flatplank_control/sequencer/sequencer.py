@@ -14,10 +14,10 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from flatplank_control.sequencer.params import FASTEST, JUMP, SETUP_CONSTANTS, SequencerParameters
-from flatplank_data.waveforms import WAVEFORMS, Waveform, in_words
 from flatplank_data.limits import Limit
 from flatplank_data.names import nearest_hint
 from flatplank_data.params import ParameterError, from_mapping, require_changes_only
+from flatplank_data.waveforms import WAVEFORMS, Waveform, in_words
 from flatplank_hw.answers import ActionQueue, Answer, refused
 from flatplank_hw.samples import EncoderSample, Reference
 

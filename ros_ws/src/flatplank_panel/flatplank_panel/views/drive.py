@@ -10,9 +10,9 @@ import numpy as np
 from nicegui import ui
 
 from flatplank_control.free_rolling import FreeRollingParameters
-from flatplank_data.waveforms import WAVEFORMS
 from flatplank_data.machine import USABLE_ROAD, USUAL_RADIUS
 from flatplank_data.params import parameter_infos
+from flatplank_data.waveforms import WAVEFORMS
 from flatplank_panel.operator import PREDETERMINED, VALUES, waveform_of
 from flatplank_panel.views.page import Page
 from flatplank_panel.views.plots import ACTUAL, AXIS_LINE, SOFT

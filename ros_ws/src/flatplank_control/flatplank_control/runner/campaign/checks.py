@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from flatplank_control.runner.campaign.tires import TireEntry
 from flatplank_control.runner.measurement import DRAGGED, PROFILED, ROAD_LENGTH, Measurement
 from flatplank_control.runner.plans import CLEAT_AT, PLANS, STANDS_AT
-from flatplank_data.waveforms import LENGTH, WAVEFORMS
 from flatplank_control.steering_hold import PROFILES
 from flatplank_data.limits import LIMITS, PILLAR_DEG
 from flatplank_data.names import nearest_hint
 from flatplank_data.params import ParameterError, from_mapping
+from flatplank_data.waveforms import LENGTH, WAVEFORMS
 
 """largest steering angle [deg]"""
 
