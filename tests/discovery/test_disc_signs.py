@@ -108,7 +108,7 @@ def test_slip_is_compared_with_the_commanded_waveform_sample_by_sample(wave, sli
 
 
 def test_an_unknown_waveform_determines_no_sign():
-    wave, slip = WAVES[0]
+    _, slip = WAVES[0]
     assert wrong_signs(shaped({"name": "varying"}, slip)) == ()
     assert wrong_signs(shaped({"name": "sine", "amplitude": "large"}, slip)) == ()
 
