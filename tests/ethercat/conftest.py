@@ -28,12 +28,37 @@ def stub_plants() -> Iterator[None]:
         os.environ["PYTHONPATH"] = before
 
 
+class Rig:
+    """The bench of a module; after a test that has failed, a new one for the next test."""
+
+    def __init__(self) -> None:
+        self._bench: Bench | None = None
+
+    def bench(self) -> Bench:
+        if self._bench is None:
+            self._bench = Bench()
+            self._bench.unload()
+        return self._bench
+
+    def close(self) -> None:
+        bench, self._bench = self._bench, None
+        if bench is not None:
+            bench.close()
+
+
 @pytest.fixture(scope="module")
-def bench() -> Iterator[Bench]:
-    rig = Bench()
-    rig.unload()
-    yield rig
-    rig.close()
+def rig() -> Iterator[Rig]:
+    made = Rig()
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def bench(rig: Rig, request: pytest.FixtureRequest) -> Iterator[Bench]:
+    failed = request.session.testsfailed
+    yield rig.bench()
+    if request.session.testsfailed > failed:
+        rig.close()
 
 
 @pytest.fixture(scope="session")

@@ -32,7 +32,7 @@ OTHERS = (
     Other("test_second_master_is_refused", "second master", "another master of ours is started",
           "it says 'in use by process N'; the running bus counts nothing"),
     Other("test_foreign_master_on_the_wire", "foreign master", "pysoem without our lock scans",
-          "LOST, recovery REOPEN; counted from the moment a slave leaves OP"),
+          "LOST, recovery RECONFIGURE or RESCAN; counted from the moment a slave leaves OP"),
     Other("test_link_down_on_the_near_side", "link down on the near side", "`ip link set down`",
           "LOST, 'the interface is down'; counted from the last frame"),
     Other("test_another_slave_in_the_place_of_one", "another slave in the place of one",

@@ -100,7 +100,11 @@ class Control:
         """Send a request; returns the answer, ControlError with the reason when refused."""
         self._socket.sendall(json.dumps({"do": do, **arguments}).encode() + b"\n")
         while b"\n" not in self._rest:
-            data = self._socket.recv(65536)
+            try:
+                data = self._socket.recv(65536)
+            except TimeoutError:
+                self.close()  # a late answer must not be taken for that of the next request
+                raise
             if not data:
                 raise ConnectionError("the emulator is gone")
             self._rest += data
