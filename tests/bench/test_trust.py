@@ -18,7 +18,7 @@ from flatplank_validation.trust.registry import Options, Result, Tally, rows
 from flatplank_validation.trust.rows import work
 from flatplank_validation.trust.rows.twin import APART, pairs, triples
 from flatplank_validation.trust.scenario import MOTIONS, Scenario, failure
-from flatplank_validation.verbs.bench_trust import main
+from flatplank_validation.verbs.bench_trust import FORMAT, main
 
 WORST = ("reference Inf", "reference 1e308", "drive deaf to set-points", "drive deaf")
 """faults that once left the wheel turning"""
@@ -72,10 +72,12 @@ def test_every_pair_and_every_fault_is_asked():
 
 
 def test_the_table_has_every_row_and_counts(monkeypatch, capsys):
-    found = {name: Result(Tally(10, ["a", "b"]), 1.5, 0.05, 3) for name in rows()}
+    found = {name: Result(Tally(10, ["a", "b"]), 1.5, 0.05, (3,), "here") for name in rows()}
     lines = table(found)
     assert len(lines) == 2 + len(rows())
-    assert all("| 10 | 5 %, seed 3 | 2 | 2 s |" in line for line in lines[2:])
+    assert all("| 10 | 5 %, seed 3 | 2 | 2 s | here |" in line for line in lines[2:])
+    found["large"].tally.notes.append("1 GB in 2 s")
+    assert table(found)[-2:] == ["", "- `large`: 1 GB in 2 s"]
     monkeypatch.setattr(
         scenario, "failure", lambda case: "" if case.motion != "hanging" else "bad"
     )
@@ -86,16 +88,20 @@ def test_the_table_has_every_row_and_counts(monkeypatch, capsys):
 
 
 def test_results_of_earlier_runs_are_put_together(tmp_path, capsys):
-    parts = {"a": ("triples", 7, []), "b": ("pairs", 3, ["bad"])}
-    for file, (name, many, failures) in parts.items():
-        row = {"many": many, "failures": failures, "seconds": 2.0, "share": 0.5, "seed": 1}
-        text = json.dumps({"format": "flatplank-bench-trust/1", "rows": {name: row}})
+    parts = {
+        "a": ("triples", 7, [], 1), "b": ("pairs", 3, ["bad"], 1),
+        "c": ("triples", 5, [], 2), "d": ("triples", 4, [], 2),
+    }  # fmt: skip
+    for file, (name, many, failures, seed) in parts.items():
+        row = {"many": many, "failures": failures, "seconds": 2.0, "share": 0.25, "on": "here"}
+        row |= {"seeds": [seed], "notes": []}
+        text = json.dumps({"format": FORMAT, "rows": {name: row}})
         (tmp_path / file).write_text(text)
     files = [str(tmp_path / file) for file in parts]
     assert main(["--from", *files, "--write", str(tmp_path / "page.md")]) == 1
     lines = [line for line in (tmp_path / "page.md").read_text().splitlines() if "seed 1" in line]
     assert [line.split("|")[3:6] for line in lines] == [
-        [" 3 ", " 50 %, seed 1 ", " 1 "], [" 7 ", " 50 %, seed 1 ", " 0 "]
+        [" 3 ", " 25 %, seed 1 ", " 1 "], [" 11 ", " 50 %, seed 1, 2 ", " 0 "]
     ]  # fmt: skip
     assert "pairs: bad" in capsys.readouterr().err
     missing = set(rows()) - {"pairs", "triples"}

@@ -46,20 +46,21 @@ EtherCAT drive has. What stops what:
 
 
 def table(found: Found) -> list[str]:
-    """Markdown table: what, how many, how many failed."""
+    """Markdown table: how many of what, how many failed, where; then what else was measured."""
     known = rows()
     lines = [
-        "| what is tried | failed means | how many | share of a night | failed | time |",
-        "|---|---|---|---|---|---|",
+        "| what is tried | failed means | how many | share of a night | failed | time | on |",
+        "|---|---|---|---|---|---|---|",
     ]
     for name, result in found.items():
         row, tally = known[name], result.tally
-        share = f"{100.0 * result.share:g} %, seed {result.seed}"
+        share = f"{100.0 * result.share:.3g} %, seed {', '.join(map(str, result.seeds))}"
         lines.append(
             f"| {row.what} (`{name}`) | {row.bar} | {tally.many} | {share} "
-            f"| {len(tally.failures)} | {result.seconds:.0f} s |"
+            f"| {len(tally.failures)} | {result.seconds:.0f} s | {result.place} |"
         )
-    return lines
+    notes = [f"- `{name}`: {note}" for name, r in found.items() for note in r.tally.notes]
+    return [*lines, "", *notes] if notes else lines
 
 
 MUTANTS = """\
@@ -102,7 +103,9 @@ def page(found: Found, journals: Sequence[Path] = ()) -> str:
     return "\n".join(
         [
             HEAD,
-            "Measured by `./flatplank bench-trust --only ROW --share SHARE --seed SEED`.",
+            "Measured by `./flatplank bench-trust --only ROW --share SHARE --seed SEED --json`,",
+            "put together with `--from FILE... --write FILE`. A row of several seeds was measured",
+            "in several runs; its share is the sum of theirs.",
             "",
             *table(found),
             "",

@@ -36,6 +36,8 @@ class Tally:
     """one line for each failed case: what was done and what came out"""
     refused: int = 0
     """cases that passed because they were refused"""
+    notes: list[str] = field(default_factory=list)
+    """what was measured beside the count: times, memory"""
 
     def add(self, failure: str) -> None:
         """Count a case; `failure` is empty when it passed."""
@@ -48,17 +50,31 @@ class Tally:
         self.many += other.many
         self.refused += other.refused
         self.failures += other.failures
+        self.notes += other.notes
 
 
 @dataclass(frozen=True)
 class Result:
-    """A row as it was measured."""
+    """A row as it was measured, in one run or in several with other seeds."""
 
     tally: Tally
     seconds: float
     share: float
     """of the cases of a night"""
-    seed: int
+    seeds: tuple[int, ...]
+    place: str = ""
+    """commit and kind of machine"""
+
+    def join(self, other: Result) -> Result:
+        """Both together."""
+        both = Tally()
+        both.join(self.tally)
+        both.join(other.tally)
+        place = "; ".join(dict.fromkeys(p for p in (self.place, other.place) if p))
+        return Result(
+            both, self.seconds + other.seconds, self.share + other.share,
+            (*self.seeds, *other.seeds), place,
+        )  # fmt: skip
 
 
 Run = Callable[[Options], Tally]

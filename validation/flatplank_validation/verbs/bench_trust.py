@@ -6,10 +6,12 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import platform
+import subprocess
 import sys
 import time
 from collections.abc import Sequence
-from functools import partial
+from functools import partial, reduce
 from pathlib import Path
 
 from flatplank_data.arguments import Parser, add_json
@@ -18,7 +20,7 @@ from flatplank_data.params import nearest_hint
 from flatplank_validation.trust.page import page, table
 from flatplank_validation.trust.registry import Options, Result, Tally, rows
 
-FORMAT = "flatplank-bench-trust/1"
+FORMAT = "flatplank-bench-trust/2"
 SHARE = 0.01
 """share of a night's cases without --long"""
 
@@ -34,7 +36,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--write", type=Path, metavar="FILE", help="write the page of the docs")
     p.add_argument(
         "--from", dest="earlier", nargs="+", type=Path, default=[], metavar="FILE",
-        help="print what earlier runs have written with --json, and measure nothing",
+        help="put together what earlier runs have written with --json, and measure nothing",
     )  # fmt: skip
     p.add_argument(
         "--mutants", nargs="+", type=Path, default=[], metavar="FILE",
@@ -51,19 +53,33 @@ def say(name: str, done: int, count: int) -> None:
 
 
 def earlier(files: Sequence[Path]) -> dict[str, Result]:
-    """Results of earlier runs, in the order of the table; of two of a row the later file's."""
-    found: dict[str, Result] = {}
+    """Results of earlier runs, in the order of the table; those of other seeds are added."""
+    found: dict[str, dict[tuple[int, ...], Result]] = {}
     for file in files:
         try:
             raw = json.loads(file.read_text(encoding="utf-8"))
             if raw["format"] != FORMAT:
                 raise ValueError(f"format is {raw['format']!r}, must be {FORMAT!r}")
             for name, r in raw["rows"].items():
-                tally = Tally(int(r["many"]), [str(text) for text in r["failures"]])
-                found[name] = Result(tally, float(r["seconds"]), float(r["share"]), int(r["seed"]))
+                tally = Tally(int(r["many"]), list(r["failures"]), notes=list(r["notes"]))
+                seeds = tuple(map(int, r["seeds"]))
+                found.setdefault(name, {})[seeds] = Result(
+                    tally, float(r["seconds"]), float(r["share"]), seeds, str(r["on"])
+                )
         except (OSError, KeyError, TypeError, ValueError) as error:
             raise SystemExit(f"bench-trust: {file}: {error}; give an output of --json") from None
-    return {name: found[name] for name in rows() if name in found}
+    return {name: reduce(Result.join, found[name].values()) for name in rows() if name in found}
+
+
+def place() -> str:
+    """Commit, where the code has one, and kind of machine."""
+    words = ["git", "-C", str(Path(__file__).parent), "describe", "--always", "--dirty", "--tags"]
+    try:
+        told = subprocess.run(words, capture_output=True, text=True, check=False).stdout.strip()
+    except OSError:
+        told = ""
+    kind = f"{platform.system()} {platform.machine()}, {os.cpu_count()} processors"
+    return ", ".join(filter(None, (told, kind)))
 
 
 def measure(o: argparse.Namespace, share: float) -> dict[str, Result]:
@@ -76,7 +92,8 @@ def measure(o: argparse.Namespace, share: float) -> dict[str, Result]:
         began = time.monotonic()
         options = Options(share, o.seed, o.jobs, partial(say, name))
         tally = known[name].run(options)
-        found[name] = Result(tally, time.monotonic() - began, share, o.seed)
+        lasted = time.monotonic() - began
+        found[name] = Result(tally, lasted, share, (o.seed,), place())
     return found
 
 
@@ -90,8 +107,8 @@ def main(argv: list[str]) -> int:
     if o.json:
         plain = {
             name: {"many": r.tally.many, "failed": len(r.tally.failures),
-                   "failures": r.tally.failures, "seconds": r.seconds, "share": r.share,
-                   "seed": r.seed}
+                   "failures": r.tally.failures, "notes": r.tally.notes, "seconds": r.seconds,
+                   "share": r.share, "seeds": r.seeds, "on": r.place}
             for name, r in found.items()
         }  # fmt: skip
         print(json.dumps({"format": FORMAT, "rows": plain}, indent=1))

@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import sys
-
 from flatplank_validation.fits.large_bag import measure
 from flatplank_validation.trust.registry import Options, Tally, row
 
@@ -26,7 +24,7 @@ def large(o: Options) -> Tally:
     else:
         size = f"{found['size_gb']:.3g} GB, {found['rows']:.0f} rows"
         spent = f"{found['time_s']:.1f} s, {found['memory_mb']:.0f} MB"
-        print(f"large: {size}, {spent}", file=sys.stderr)
+        out.notes.append(f"{size}, {spent}")
         out.add("")
     o.progress(out.many, 1)
     return out

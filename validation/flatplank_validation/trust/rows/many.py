@@ -125,7 +125,8 @@ def many(o: Options) -> Tally:
             code, processor, memory = measured(words(folder), asked, log)
             lasted = time.monotonic() - began
             text = f"{name}: {count} runs, {lasted:.1f} s, {processor:.1f} s of processor"
-            print(f"{text}, {memory:.0f} MB", file=sys.stderr)
+            out.notes.append(f"{text}, {memory:.0f} MB")
+            print(out.notes[-1], file=sys.stderr)
             failed = complaint(code, asked, log)
             out.add(f"{text}: {failed}" if failed else "")
             o.progress(out.many, len(READERS))
