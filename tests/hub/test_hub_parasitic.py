@@ -5,6 +5,7 @@ forces."""
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -64,6 +65,8 @@ def test_file_round_trip(tmp_path):
     path = tmp_path / "fit.yaml"
     path.write_text(fit_to_text(FIT), encoding="utf-8")
     assert parasitic.load_fit(path) == FIT
+    path.write_text(fit_to_text(replace(FIT, date="2026-11-29")).replace("'", ""))
+    assert parasitic.load_fit(path).date == "2026-11-29"  # YAML has a type for dates
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import re
 from types import SimpleNamespace
 from unittest.mock import MagicMock
 
@@ -89,8 +90,9 @@ def test_a_node_that_ends_by_itself_is_told_once(bench, monkeypatch):
     ended["encoders"] = -9
     bench.log_ended_nodes()
     bench.log_ended_nodes()
-    (line,) = [text for _, text in bench.link.state.log]
+    ((at, line),) = bench.link.state.log
     assert line.startswith("encoders has ended by itself (exit code -9)")
+    assert re.fullmatch(r"[0-2]\d:[0-5]\d:[0-5]\d", at)
 
 
 @pytest.mark.parametrize(

@@ -97,8 +97,15 @@ def test_what_is_put_away_is_forgotten(service):
         analysis = PageAnalysis(service)
         await analysis.open("x")
         analysis.next_run = {"runs": [{}]}
+        search = asyncio.create_task(analysis.diagnose())
+        while not analysis.busy:
+            await asyncio.sleep(0)
         analysis.close_campaign()
+        # at once, although the work has yet to hear of it
+        assert not analysis.busy and analysis.progress == ("", 0.0) and not search.done()
         assert analysis.next_run == {}
+        with pytest.raises(ValueError, match="cancelled"):
+            await search
         for ask in (
             analysis.compare,
             analysis.diagnose,
