@@ -12,7 +12,9 @@ import yaml
 from bristles import Truth, campaign, save
 
 from flatplank_analysis.cli import change, compare, diagnose, effects
+from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import modelfile
+from flatplank_analysis.effects.registry import library
 from flatplank_data import files
 from flatplank_data.errors import FlatplankError
 from flatplank_sim.sealed import seal
@@ -48,6 +50,8 @@ def test_loop(folder, tmp_path, capsys):
     assert [e["name"] for e in content["effects"]] == ["drive_backlash"]
     assert [h["action"] for h in content["history"]] == ["start", "add"]
     added_content = content
+    (entry,) = content["effects"]
+    assert entry.get("or", []) == [m["name"] for m in added.get("class", [])]
 
     assert compare.main([str(folder), "--model", str(model)]) == 0
     assert "floor" in capsys.readouterr().out
@@ -179,3 +183,23 @@ def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
         files.write_atomic(path, "new")
     assert path.read_text() == "old"
     assert [p.name for p in tmp_path.iterdir()] == ["m.yaml"]
+
+
+def test_a_model_file_keeps_a_class_and_refuses_its_other_member(tmp_path):
+    """'A or B' in the file, also after a refit; B cannot be added beside it. Files without a class
+    are as they were."""
+    path = tmp_path / "model.yaml"
+    model = modelfile.ModelFile(effects=(modelfile.Entry("rack_backlash", {"gap": 7e-4}),))
+    assert "or" not in model.state()["effects"][0]
+    modelfile.save_model(
+        model.with_class(["road_play"]).with_step("add", "rack_backlash", {}), path
+    )
+    read = modelfile.load_model(path)
+    assert read.effects[0].words == "rack_backlash or road_play"
+    assert read.history[0]["effects"][0]["or"] == ["road_play"]
+    session = SimpleNamespace(effect_of=lambda *_: library()["road_play"])
+    with pytest.raises(FlatplankError, match="may be what is in the model as 'rack_backlash or"):
+        Session.add(session, read, "road_play")
+    path.write_text(path.read_text().replace("  - road_play", "    road_play", 1))
+    with pytest.raises(FlatplankError, match="no list"):
+        modelfile.load_model(path)

@@ -41,11 +41,11 @@ def test_backlash_of_the_rack_and_play_of_the_road_are_one_class():
     names = [effect["name"], *effect["class"]]
     assert {"rack_backlash", "road_play"} <= set(names) and len(names) <= LARGEST_CLASS
     assert effect["size"] == pytest.approx(8e-4, rel=0.15)
-    assert [a["name"] for a in effect["advice"]] == names
-    assert all(a["check"] and a["removes"] for a in effect["advice"])
+    assert [a["name"] for a in effect["members"]] == names
+    assert all(a["check"] and a["removes"] for a in effect["members"])
     assert result.next_run["what"]
     told = text_of(result)
-    assert all(a["check"] in told and a["removes"] in told for a in effect["advice"])
+    assert all(a["check"] in told and a["removes"] in told for a in effect["members"])
 
 
 def test_the_data_exclude_a_gap_that_slip_travel_crosses():

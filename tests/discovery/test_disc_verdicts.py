@@ -18,6 +18,7 @@ from flatplank_analysis.discovery.runs import Coordinate
 from flatplank_analysis.discovery.sources import source_of
 from flatplank_analysis.discovery.steps import AcceptedEffect
 from flatplank_analysis.discovery.verdict import diagnose as unasked
+from flatplank_analysis.discovery.view import cause_dict
 
 
 def judged(found, left="", lawful=None, unseen=(), refits=(), monkeypatch=None):
@@ -143,13 +144,13 @@ def test_programs_get_what_is_known_of_an_effect():
     found = AcceptedEffect(
         decision(size=0.123456789, held_out_gain=0.5123456, p_repeats=1.23456e-7), rivals=others
     )
-    told = verdict.effect_dict(found)
+    told = cause_dict(found)
     assert (told["name"], told["kind"], told["unit"]) == ("long", "machine", "1")
     assert told["size"] == told["parameters"]["a"] == 0.123457
     assert told["interval"] == [0.0617284, 0.185185] and told["held_out_gain"] == 0.512346
     assert told["p_value"] == 1.23e-7
     assert told["class"] == ["alike"] and told["weakly"] == ["like"]
-    assert [a["name"] for a in told["advice"]] == ["long", "alike"]
+    assert [a["name"] for a in told["members"]] == ["long", "alike"]
 
 
 def test_programs_get_the_four_clearest_places_of_a_residual():

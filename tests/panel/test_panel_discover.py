@@ -112,7 +112,7 @@ def test_two_analysts_do_not_disturb_each_other(analyst, visitor, challenge, oth
     analyst.click("Open")
     wait_for(lambda: "beyond the floor" in status(analyst), 120.0, "A is back")
     b.click("Diagnose")
-    b.page.get_by_text("Next run: the conditions that show it").wait_for(timeout=240_000)
+    b.page.get_by_text("measure the conditions that show it").wait_for(timeout=240_000)
     send_the_next_run(b, data)
     add = b.page.get_by_role("button", name=re.compile("^Add ")).first
     name = add.get_attribute("aria-label").removeprefix("Add ")
@@ -133,7 +133,7 @@ def test_the_hidden_effect_is_found_by_mouse(analyst, challenge, data, pictures)
     looked_after(analyst)
     analyst.page.get_by_role("button", name="Add road_play", exact=True).click()
     wait_for(lambda: effects(challenge) == ["road_play"], 120.0, "the model file has the effect")
-    said = analyst.page.get_by_text("road_play added: error")
+    said = analyst.page.get_by_text("road_play or rack_backlash added: error")
     said.wait_for(timeout=120_000)
     numbers = [float(w.strip(",")) for w in said.text_content().split() if w[0].isdigit()]
     before, after, floor = numbers

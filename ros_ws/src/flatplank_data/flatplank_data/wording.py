@@ -66,6 +66,11 @@ def sized(value: float, interval: Sequence[float], unit: str, digits: int = 3) -
     return f"{plain(factor * value, digits)}{unit_word} (90 %: {low} to {high})"
 
 
+def one_of(names: Sequence[str]) -> str:
+    """'A', 'A or B', 'A, B or C'."""
+    return " or ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
+
+
 def table(rows: Sequence[tuple[str, ...]]) -> str:
     """Text table; the first column is left-aligned, the others right-aligned."""
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]

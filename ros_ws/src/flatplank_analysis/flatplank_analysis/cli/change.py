@@ -4,13 +4,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 from flatplank_analysis.cli import common, loop
+from flatplank_analysis.contact_patch import alternatives
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.modelfile import ModelFile, load_model, save_unchanged
 from flatplank_data.arguments import Parser, add_json
-from flatplank_data.wording import sized
+from flatplank_data.wording import one_of, sized
 
 Change = Callable[[Session, ModelFile, str], tuple[ModelFile, Any, dict[str, Any]]]
 """session, model, effect -> changed model, its fit, numbers by name"""
@@ -19,16 +21,21 @@ Words = Callable[[str, dict[str, Any]], str]
 
 
 def add(argv: Sequence[str] | None = None) -> int:
-    """Put an effect into the model file and refit everything."""
+    """Put an effect into the model file and refit everything.
+
+    What these runs cannot tell from the effect is recorded with it.
+    """
 
     def words(effect: str, n: dict[str, Any]) -> str:
+        name = one_of([effect, *(m["name"] for m in n.get("class", ()))])
+        as_it = f", as {effect}" if "class" in n else ""
         return (
-            f"{effect}: {sized(n['size'], n['interval'], n['unit'])}\n"
+            f"{name}: {sized(n['size'], n['interval'], n['unit'])}{as_it}\n"
             f"error of Fx {n['rmse_before']:.1f} -> {n['rmse']:.1f} N, "
             f"held out {n['held_out']:.1f} N, floor {n['floor']:.1f} N"
         )
 
-    return _refit("add", add.__doc__, argv, Session.add, words)
+    return _refit("add", add.__doc__, argv, partial(Session.add, alike=None), words)
 
 
 def remove(argv: Sequence[str] | None = None) -> int:
@@ -59,6 +66,8 @@ def _refit(
             common.print_json({"model": str(path), "effect": arguments.effect, **numbers})
         else:
             print(f"{words(arguments.effect, numbers)}; written to {path}")
+            for line in alternatives.words(numbers.get("class", ())):
+                print(line)
             for doubt in numbers.get("doubts", ()):
                 print(f"doubt: {doubt}")
         return 0

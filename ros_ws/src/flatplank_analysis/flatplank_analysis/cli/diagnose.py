@@ -16,7 +16,7 @@ from flatplank_analysis.cli import common, loop
 from flatplank_analysis.contact_patch.session import DEFAULT, SEARCHES, Session
 from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.discovery.report.text import text_of
-from flatplank_analysis.discovery.verdict import NONE, PARTLY, Diagnosis
+from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_data.errors import FlatplankError
 from flatplank_data.files import write_atomic
 from flatplank_data.yaml_text import parse_yaml
@@ -54,9 +54,7 @@ def _run(arguments) -> int:
     if arguments.json:
         common.print_json(result.to_dict())
     else:
-        print(text_of(result))
-        if result.verdict in (NONE, PARTLY):
-            print(f"what is left as an effect file: flatplank propose {arguments.folder}")
+        print(text_of(result, arguments.folder))
     if arguments.out:
         write_atomic(Path(arguments.out), common.json_text(result.to_dict()) + "\n")
     if arguments.report:

@@ -174,6 +174,7 @@ def text_of(effect: type[Effect]) -> str:
         )
     table, name = "\n".join(rows), effect.identifier
     shown = ", ".join(f"{p.name} {quantity(p.null + p.screen, p.unit)}" for p in effect.linear())
+    runs = f"\n**Runs that show it.** {effect.shown_by}\n" if effect.shown_by else ""
     return f"""# {effect.title}
 
 `{name}`: {KINDS[effect.kind]}; shows over **{effect.coordinate}**.
@@ -181,7 +182,7 @@ def text_of(effect: type[Effect]) -> str:
 **What it is.** {effect.what}
 
 **How to check it.** {effect.check}
-
+{runs}
 **What removes it.** {effect.removes}
 
 ![what a fit of the tire leaves of it]({name}.svg)

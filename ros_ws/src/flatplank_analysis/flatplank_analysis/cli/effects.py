@@ -44,7 +44,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def describe(effect: type[Effect]) -> dict:
     """Texts and parameters of an effect as plain values, for JSON."""
-    words = ("title", "kind", "coordinate", "source", "what", "check", "removes")
+    words = ("title", "kind", "coordinate", "source", "what", "check", "shown_by", "removes")
     return {
         "name": effect.identifier,
         **{k: getattr(effect, k) for k in words},
@@ -72,8 +72,9 @@ def _one(effect: type[Effect], as_json: bool) -> int:
         common.print_json(data)
         return 0
     print(f"{data['name']}: {data['title']} ({data['kind']}; shows over {data['coordinate']})")
-    for key in ("what", "check", "removes", "source"):
-        print(f"  {key}: {data[key]}")
+    for key in ("what", "check", "shown_by", "removes", "source"):
+        if data[key]:
+            print(f"  {key.replace('_', ' ')}: {data[key]}")
     rows = [("parameter", "unit", "null", "range", "matters")]
     for p in data["parameters"]:
         low, high = p["bounds"]

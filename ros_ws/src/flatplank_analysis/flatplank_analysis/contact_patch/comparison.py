@@ -11,6 +11,7 @@ from flatplank_analysis.discovery import invariants, where
 from flatplank_analysis.discovery.floor import BELOW, beyond
 from flatplank_analysis.discovery.sources import source_of
 from flatplank_analysis.discovery.steps import Step
+from flatplank_analysis.discovery.where import P_FROM, p_words
 from flatplank_data.wording import six_digits, span, table
 
 
@@ -72,12 +73,15 @@ def text_of(data: Mapping[str, Any]) -> str:
         lines.append("* not repeated: the floor of all")
     if any(c["floors"] < 1.0 for c in data["conditions"]):
         lines.append(BELOW)
-    for m in data["where"][:4] if data["beyond"] > 0.0 else ():
+    shown = data["where"][:4] if data["beyond"] > 0.0 else []
+    for m in shown:
         low, high = m["range"]
         where = span(low, high, m["unit"])
         lines.append(
-            f"over {m['coordinate']}: {m['share']:.0%} within {where} (p = {m['p_value']:.2g})"
+            f"over {m['coordinate']}: {m['share']:.0%} within {where} ({p_words(m['p_value'])})"
         )
+    if shown:
+        lines.append(P_FROM)
     if data["at_end"]:
         lines.append("at an end of its range: " + ", ".join(data["at_end"]))
     return "\n".join(lines)

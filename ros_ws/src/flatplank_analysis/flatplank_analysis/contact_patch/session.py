@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from flatplank_analysis.contact_patch import alternatives
 from flatplank_analysis.contact_patch.data import from_tables, load_runs
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.parameters import BASE, FORMER, NAMES
@@ -179,11 +180,23 @@ class Session:
         return Step(state, screen.screen(state), [])
 
     def add(
-        self, model: ModelFile, name: str, before: Step | None = None
+        self,
+        model: ModelFile,
+        name: str,
+        before: Step | None = None,
+        alike: Sequence[Term] | None = (),
     ) -> tuple[ModelFile, Step, dict[str, Any]]:
-        """Add an effect to the model and refit everything; before: result of `fit(model)`, if
-        available."""
+        """Add an effect to the model and refit everything.
+
+        before: result of `fit(model)`, if available; alike: other members of its class, which the
+        model file records ('A or B'); None: they are found by refits.
+        """
         effect = self.effect_of(name, (), "add")
+        for other in (e for e in model.effects if name in e.alike):
+            raise FlatplankError(
+                f"'{name}' may be what is in the model as '{other.words}'", "add",
+                f"`flatplank remove {other.name}` takes it out; then add '{name}'",
+            )  # fmt: skip
         if sum(e.name == name for e in model.effects) >= effect.instances:
             raise FlatplankError(
                 f"'{name}' is in the model already", "add", "`flatplank remove` takes it out"
@@ -221,6 +234,15 @@ class Session:
             "doubts": [*decision.reasons, *(f"at an end of its range: {t}" for t in ends)],
         }
         grown = self.file_of(refitted, after.state.fit)
+        if alike is None:
+            alike = alternatives.class_of(self.model, before, after, decision)
+        if alike:
+            without = replace(grown, effects=grown.effects[:-1])
+            others = [(term, self.fit(without, [term], before)) for term in alike]
+            numbers["class"] = [
+                alternatives.member(term, self.numbers(step), after, step) for term, step in others
+            ]
+            grown = grown.with_class([term.effect.identifier for term in alike])
         return grown.with_step("add", name, numbers), after, numbers
 
     def remove(self, model: ModelFile, name: str) -> tuple[ModelFile, Step, dict[str, Any]]:
@@ -240,10 +262,11 @@ class Session:
     def file_of(self, model: ModelFile, fit: Fit) -> ModelFile:
         """The model file with the parameters and effects of a fit."""
         names = [p.name for p in self.model.parameters]
-        own = {e.name: e.file for e in model.effects}
+        own = {e.name: replace(e, file=e.file or self.effects[e.name].file) for e in model.effects}
         pairs = [(t, t.effect.identifier) for t in fit.terms]
         entries = tuple(
-            Entry(name, t.named(), own.get(name, "") or t.effect.file) for t, name in pairs
+            replace(own.get(name, Entry(name, file=t.effect.file)), parameters=t.named())
+            for t, name in pairs
         )
         parameters = dict(zip(names, (float(v) for v in fit.base), strict=True))
         return replace(model, parameters=parameters, effects=entries, campaign=self.campaign.path)

@@ -35,6 +35,8 @@ class Effect:
     """physical description on the machine"""
     check: ClassVar[str] = ""
     """how to check it on the machine"""
+    shown_by: ClassVar[str] = ""
+    """runs of the bench in which it shows; empty where any run does"""
     removes: ClassVar[str] = ""
     """remedy on the machine"""
     main: ClassVar[str] = ""

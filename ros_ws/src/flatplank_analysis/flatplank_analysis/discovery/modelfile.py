@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -20,6 +20,7 @@ import yaml
 
 from flatplank_data.errors import FlatplankError
 from flatplank_data.files import only_writer, write_atomic
+from flatplank_data.wording import one_of
 from flatplank_data.yaml_text import dump_yaml, parse_yaml
 
 FORMAT = "flatplank-discovery-model/1"
@@ -33,6 +34,20 @@ class Entry:
     parameters: Mapping[str, float] = field(default_factory=dict)
     file: str = ""
     """path of the user's file that defines it; empty for a shipped effect"""
+    alike: tuple[str, ...] = ()
+    """other members of its class: the runs cannot tell which of them it is"""
+
+    @property
+    def words(self) -> str:
+        """'A or B'."""
+        return one_of([self.name, *self.alike])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for YAML."""
+        more: dict[str, Any] = {"file": self.file} if self.file else {}
+        more |= {"or": list(self.alike)} if self.alike else {}
+        parameters = {k: float(v) for k, v in self.parameters.items()}
+        return {"name": self.name, "parameters": parameters, **more}
 
 
 @dataclass(frozen=True)
@@ -63,12 +78,13 @@ class ModelFile:
         """State for a step of the history: base parameters and effects with their files."""
         return {
             "parameters": {k: float(v) for k, v in self.parameters.items()},
-            "effects": [
-                {"name": e.name, "parameters": {k: float(v) for k, v in e.parameters.items()}}
-                | ({"file": e.file} if e.file else {})
-                for e in self.effects
-            ],
+            "effects": [e.to_dict() for e in self.effects],
         }
+
+    def with_class(self, alike: Sequence[str]) -> ModelFile:
+        """The model in which the last effect is one of a class, by the names of the others."""
+        *others, last = self.effects
+        return replace(self, effects=(*others, replace(last, alike=tuple(alike))))
 
     def with_step(self, action: str, effect: str, numbers: Mapping[str, Any]) -> ModelFile:
         """The model with one more line of history, which stores the present state."""
@@ -113,7 +129,7 @@ class ModelFile:
 
 
 _KEYS = {"format", "base", "campaign", "parameters", "effects", "history"}
-_ENTRY_KEYS = {"name", "parameters", "file"}
+_ENTRY_KEYS = {"name", "parameters", "file", "or"}
 
 
 def load_model(path: str | os.PathLike[str]) -> ModelFile:
@@ -210,7 +226,12 @@ def _entry(raw: Any, where: str) -> Entry:
             f"effect {name}: unknown key '{unknown[0]}'", where, f"known: {sorted(_ENTRY_KEYS)}"
         )
     place = f"{where}, effect {name}"
-    return Entry(name, _numbers(raw.get("parameters"), place), str(raw.get("file") or ""))
+    return Entry(
+        name,
+        _numbers(raw.get("parameters"), place),
+        str(raw.get("file") or ""),
+        tuple(map(str, _list(raw, "or", place))),
+    )
 
 
 def _numbers(raw: Any, where: str) -> dict[str, float]:

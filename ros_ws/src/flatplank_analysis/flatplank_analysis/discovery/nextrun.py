@@ -28,7 +28,7 @@ runs breaks one promise in twenty"""
 CLEAR = 2.0
 """factor on the difference that decides: runs that would exceed it only barely are not proposed,
 because there the form of the models decides, not the machine"""
-NO_RUN = "no run of the bench tells these apart; check on the machine"
+NO_RUN = "none of the planned runs tells these apart; check on the machine"
 
 
 class PlannedRun(Protocol):

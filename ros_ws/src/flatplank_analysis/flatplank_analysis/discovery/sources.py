@@ -20,7 +20,9 @@ from flatplank_analysis.discovery.recurring import (
 from flatplank_analysis.discovery.runs import RunSet
 
 FOUND, PARTLY, UNDECIDED = "found", "partly", "not decidable"
-CLAIMS = (FOUND, "found group", "tire law only")
+AT_FLOOR, GROUP = "at floor", "found group"
+LAW, NONE = "tire law only", "none of these"
+CLAIMS = (FOUND, GROUP, LAW)
 """verdicts that claim that everything is explained"""
 
 

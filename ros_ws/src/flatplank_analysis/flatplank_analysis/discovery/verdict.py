@@ -9,13 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from flatplank_analysis.discovery import invariants, where
+from flatplank_analysis.discovery import invariants, view, where
 from flatplank_analysis.discovery.detectable import detectable_sizes
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.discovery.search import fit_with_law_effects
 from flatplank_analysis.discovery.shortlist import unidentifiable
 from flatplank_analysis.discovery.sources import (
+    AT_FLOOR,
     FOUND,
+    GROUP,
+    LAW,
+    NONE,
     PARTLY,
     UNDECIDED,
     Source,
@@ -26,10 +30,6 @@ from flatplank_analysis.discovery.steps import LARGEST_CLASS, AcceptedEffect, Se
 from flatplank_data.errors import FlatplankError
 from flatplank_data.wording import brief, quantity, six_digits
 
-AT_FLOOR = "at floor"
-GROUP = "found group"
-LAW = "tire law only"
-NONE = "none of these"
 LEAST_RUNS = 6
 """least number of runs for a verdict"""
 
@@ -80,7 +80,7 @@ class Diagnosis:
         return {
             "verdict": self.verdict,
             "reason": self.reason,
-            "effects": [effect_dict(f) for f in self.found],
+            "effects": [view.cause_dict(f) for f in self.found],
             "runs": self.search.last.state.runs.runs if self.search else 0,
             "floor_rmse": six_digits(self.floor),
             "conditions": list(self.conditions),
@@ -114,6 +114,7 @@ class Diagnosis:
                 "coherence": six_digits(self.coherence),
             },
             "next_run": self.next_run,
+            "to_do": [view.task_dict(t) for t in view.tasks(self)],
             "detectable": {
                 k: {"size": six_digits(v), "unit": u} for k, (v, u) in self.detectable.items()
             },
@@ -126,30 +127,6 @@ class Diagnosis:
         """Probabilities, where the search states them."""
         stated = self.search.posterior if self.search else None
         return {"posterior": stated} if stated else {}
-
-
-def effect_dict(found: AcceptedEffect) -> dict[str, Any]:
-    """One accepted effect for programs."""
-    d = found.decision
-    effect = d.term.effect
-    alike = [r.term.effect for r in found.reported]
-    return {
-        "name": effect.identifier,
-        "title": effect.title,
-        "kind": effect.kind,
-        "size": six_digits(d.term.size),
-        "unit": effect.main_parameter().unit,
-        "interval": [six_digits(d.interval[0]), six_digits(d.interval[1])],
-        "class": [e.identifier for e in alike],
-        "weakly": list(found.excluded_names),
-        "advice": [
-            {"name": e.identifier, "check": e.check, "removes": e.removes}
-            for e in (effect, *alike)
-        ],
-        "held_out_gain": six_digits(d.held_out_gain),
-        "p_value": float(f"{d.p_value:.3g}"),
-        "parameters": {k: six_digits(v) for k, v in d.term.named().items()},
-    }
 
 
 def undecidable(runs: RunSet) -> str:
@@ -297,7 +274,7 @@ def _notes(runs: RunSet, search: Search) -> Iterator[str]:
     if known.size and np.ptp(known) < 0.05:
         yield (
             "one step position in all runs: plank position and distance since the step are one "
-            "coordinate; runs with a second step position tell them apart"
+            "coordinate"
         )
     unseen = unidentifiable(search.last.screen, search.looked_at)
     if unseen:

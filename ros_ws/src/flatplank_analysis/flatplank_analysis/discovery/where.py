@@ -18,6 +18,17 @@ REMAINS = 0.5
 """share of a stretch that must remain without any one repeat of its condition"""
 
 
+DRAWS = 60
+"""random arrangements of the runs for the p-value of a map"""
+P_FROM = f"p-values are from {DRAWS} random arrangements of the runs"
+
+
+def p_words(p_value: float) -> str:
+    """The p-value of a map; where no arrangement was as good it is only a bound."""
+    least = 1.0 / (DRAWS + 1.0)
+    return f"p = {p_value:.2g}" if p_value > 1.5 * least else f"p at most {least:.2g}"
+
+
 @dataclass(frozen=True)
 class Map:
     """The mean residual of every condition over one coordinate, in bins."""
@@ -135,15 +146,14 @@ def _ordered(place, residual, bins, seed) -> tuple[float, float]:
 
     real = explained(residual)
     rng = np.random.default_rng(seed)
-    draws = 60
     hits = 0
-    for _ in range(draws):
+    for _ in range(DRAWS):
         # whole runs are shifted and their signs flipped, which keeps the spectrum of the noise
         shift = rng.integers(0, residual.shape[1], len(residual))
         sign = rng.choice([-1.0, 1.0], len(residual))
         moved = np.stack([np.roll(r, s) for r, s in zip(residual, shift, strict=True)])
         hits += explained(moved * sign[:, None]) >= real
-    return real, (hits + 1.0) / (draws + 1.0)
+    return real, (hits + 1.0) / (DRAWS + 1.0)
 
 
 def _half(edges: np.ndarray, share: np.ndarray) -> tuple[float, float, float]:

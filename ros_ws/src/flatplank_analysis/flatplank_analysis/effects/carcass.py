@@ -27,7 +27,8 @@ class CarcassCreep(TireProperty):
     law = True
     source = "the tire itself, not the thesis's machine"
     what = "Rubber creeps: the deflection goes on under a constant force."
-    check = "The same run at 0.0015 m/s; hold the standing tire under a force."
+    check = "Hold the standing tire under a force."
+    shown_by = "The same run at 0.0015 m/s."
 
     share: float = param(
         0.0, unit="1", bounds=(0.0, 2.0), screen=0.1, matters=0.05,
@@ -62,7 +63,8 @@ class CarcassLoad(TireProperty):
         "The relaxation length grows otherwise with the load than the slip stiffness alone "
         "would make it."
     )
-    check = "Runs at three loads."
+    check = "Stiffness test of the standing tire at three loads."
+    shown_by = "Runs at three loads."
 
     slope: float = param(
         0.0, unit="1", bounds=(-1.0, 2.0), screen=0.2, matters=0.05,
@@ -90,7 +92,8 @@ class CarcassPressure(TireProperty):
     coordinate = "slip level"
     source = "thesis figure 7.24"
     what = "A soft tire has a soft carcass."
-    check = "Runs at two pressures."
+    check = "Stiffness test of the standing tire at two pressures."
+    shown_by = "Runs at two pressures."
 
     slope: float = param(
         0.0, unit="1", bounds=(-1.0, 3.0), screen=0.2, matters=0.05,

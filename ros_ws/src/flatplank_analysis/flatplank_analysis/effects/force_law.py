@@ -76,7 +76,8 @@ class SlidingFriction(TireEffect):
     coordinate = "slip level"
     source = "thesis 2.3; with one plank speed it cannot be told from the force law"
     what = "Rubber loses (or gains) grip with the sliding speed."
-    check = "The same slips at 0.0015 m/s; runs at one speed do not name it."
+    check = "Nothing to check on the machine."
+    shown_by = "The same slips at 0.0015 m/s; runs at one speed do not name it."
     removes = "Nothing: it belongs to the tire; the law needs it when the speed changes."
 
     drop: float = param(
@@ -101,7 +102,8 @@ class CombinedSlip(TireProperty):
     coordinate = "slip level"
     source = "thesis 6.3: friction ellipse, figures 6.12 and 6.13"
     what = "Friction that is used in one direction is missing in the other."
-    check = "Runs at 5 deg of side slip."
+    check = "Nothing to check on the machine."
+    shown_by = "Runs at 5 deg of side slip."
 
     share: float = param(
         0.0, unit="1", bounds=(0.0, 2.0), screen=0.3, matters=0.1, note="1: isotropic patch"

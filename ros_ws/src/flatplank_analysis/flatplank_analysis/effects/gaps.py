@@ -75,8 +75,9 @@ class DriveBacklash(Gap):
     )
     check = (
         "Lock the wheel, reverse a small torque and read the motor encoder; compare motor and "
-        "wheel encoder over a reversed step; look at the first 0.1 m after a 1 % step."
+        "wheel encoder over a reversed step."
     )
+    shown_by = "The first 0.1 m after a 1 % step."
     removes = "Preloaded gears, or a pre-turn of the motor by the gap before the step."
 
     def motion(self, motion: Motion) -> None:
@@ -146,9 +147,9 @@ class RoadPlay(Gap):
         "then repeats of one condition begin on either side of the gap."
     )
     check = (
-        "Dial gauge between plank and rack, push and pull the plank by hand with the drive "
-        "locked. A driving step out of a driving preload shows no dead travel."
+        "Dial gauge between plank and rack, push and pull the plank by hand with the drive locked."
     )
+    shown_by = "A driving step out of a driving preload: no dead travel."
     removes = "Shim or preload the coupling between plank and rack; or keep the force on one side."
 
     rest: float = param(

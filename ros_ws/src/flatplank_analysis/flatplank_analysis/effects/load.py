@@ -101,7 +101,8 @@ class RollingResistance(TireProperty):
         "The rolling tire resists. The base fits a constant force while rolling already; runs "
         "at other loads show the difference."
     )
-    check = "Free-rolling runs at three loads."
+    check = "Nothing to check on the machine."
+    shown_by = "Free-rolling runs at three loads."
 
     share: float = param(0.0, unit="1", bounds=(-0.05, 0.05), screen=0.005, matters=0.002)
 

@@ -63,7 +63,8 @@ class LoadUndulation(Wave):
     coordinate = "plank position"
     source = "thesis 6.3, figure 6.6: support bearings and plank undulation"
     what = "Bearings and bending of the plank change the load at fixed plank positions."
-    check = "Dial gauge along the plank; reverse the direction: the places stay."
+    check = "Dial gauge along the plank."
+    shown_by = "A reversed run: the places stay."
     removes = "Level the plank; measure the load at the contact."
 
     cos: float = param(0.0, unit="1", bounds=(-0.2, 0.2), screen=0.02, matters=0.005)
@@ -99,10 +100,8 @@ class MeshRipple(Wave):
         "Tooth errors and an eccentric pinion move the plank ahead and back while the pinion "
         "turns evenly. It is the same in every run, at zero slip too."
     )
-    check = (
-        "Second encoder on the plank, or the force of a run at zero slip: 200 N per mm. The "
-        "period is a tooth or a turn of the pinion."
-    )
+    check = "Second encoder on the plank: the period is a tooth or a turn of the pinion."
+    shown_by = "A run at zero slip: 200 N per mm."
     removes = "New pinion or rack; or the position of the plank from its own encoder."
 
     cos: float = param(0.0, unit="m", bounds=(-2e-3, 2e-3), screen=5e-5, matters=2e-5)

@@ -76,7 +76,8 @@ class Wear(TireEffect):
     coordinate = "run order"
     source = "thesis 3.1: the sandpaper wears during a campaign"
     what = "The sandpaper loses grip during the campaign; runs with much sliding show it."
-    check = "Repeat the first run at the end."
+    check = "Look at the tread."
+    shown_by = "The first run once more at the end."
     removes = "New sandpaper; order of the runs at random, so that wear is no trend in the slip."
 
     loss: float = param(
@@ -99,7 +100,8 @@ class WornPatch(TireEffect):
     coordinate = "plank position"
     source = "thesis 3.1: worn sandpaper at 0.15, 2.35 and 3.90 m"
     what = "The sandpaper is worn or loose at one place of the plank."
-    check = "Look at the place; move the step to another position: the dip stays on the plank."
+    check = "Look at the place."
+    shown_by = "With the step at another position the dip stays on the plank."
     removes = "New sandpaper."
     instances = 3
 

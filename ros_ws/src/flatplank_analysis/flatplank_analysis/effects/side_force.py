@@ -21,7 +21,8 @@ class CamberThrust(TireProperty):
     coordinate = "slip level"
     source = "thesis 6.3, figures 6.16 and 6.17"
     what = "A cambered tire pulls sideways."
-    check = "Runs at two camber angles."
+    check = "Nothing to check on the machine."
+    shown_by = "Runs at two camber angles."
 
     share: float = param(
         0.0, unit="1", bounds=(-0.5, 0.5), screen=0.05, matters=0.01,
@@ -68,7 +69,8 @@ class PlySteer(TireProperty):
     coordinate = "slip level"
     source = "tire uniformity practice (ISO 8855 terms)"
     what = "The cords of the belt make the tire roll at an angle."
-    check = "Reversed run: ply steer changes its sign, conicity does not."
+    check = "Turn the tire on the rim: ply steer keeps its sign, conicity does not."
+    shown_by = "A reversed run: ply steer changes its sign, conicity does not."
 
     angle: float = param(
         0.0, unit="rad", bounds=(-0.02, 0.02), screen=1e-3, matters=PROTRACTOR,
@@ -92,7 +94,8 @@ class SteeringZero(TireEffect):
         "The steering is not straight at its zero. With one direction of travel it cannot be "
         "told from ply steer."
     )
-    check = "Straight edge along the rim; reversed run."
+    check = "Straight edge along the rim."
+    shown_by = "A reversed run."
     removes = "Set the slip angle offset in the parameters."
 
     zero: float = param(

@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from flatplank_analysis.discovery.view import stored
 from flatplank_analysis.investigation.evidence import ALPHA, Evidence, e_value_words
 from flatplank_analysis.investigation.loop import (
     ANSWER,
@@ -130,7 +131,7 @@ def verdict_of(log: Mapping[str, Any]) -> str:
         return "none yet"
     limit = 1.0 / ALPHA
     enough = log["log_e"] >= math.log(limit)
-    named = ", ".join(" or ".join([e["name"], *e["class"]]) for e in v["effects"])
+    named = ", ".join(stored(e)["text"]["name"] for e in v["effects"])
     what = f"{v['verdict']}{': ' + named if named else ''} ({v['reason']})"
     if not named:
         return f"{what}; {e_value_words(log['log_e'])} against the tire alone"

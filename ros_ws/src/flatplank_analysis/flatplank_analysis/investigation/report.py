@@ -13,11 +13,11 @@ from matplotlib.figure import Figure
 
 from flatplank_analysis.discovery.report.figures import BLUE, GREY, ORANGE, clean, figure_of
 from flatplank_analysis.discovery.report.page import FigureWriter, template
+from flatplank_analysis.discovery.view import stored
 from flatplank_analysis.investigation.evidence import ALPHA
 from flatplank_analysis.investigation.loop import decoy_words
 from flatplank_analysis.investigation.notebook import entries_of, proposal_of, summary, verdict_of
 from flatplank_data.files import write_atomic
-from flatplank_data.wording import sized
 
 DIAGNOSIS = "diagnosis"
 """folder of the last diagnosis beside the page"""
@@ -40,10 +40,7 @@ def write_notebook(events: Sequence[Mapping[str, Any]], folder: Path, campaign: 
         verdict=verdict_of(content),
         entries=entries,
         svg={name: book.add(name, figure) for name, figure in drawn.items() if figure},
-        effects=[
-            e | {"text": sized(e["size"], e["interval"], e["unit"])}
-            for e in (content["verdict"] or {}).get("effects", ())
-        ],
+        effects=[stored(e) for e in (content["verdict"] or {}).get("effects", ())],
         decoys=decoy_words(content["batches"]),
         limit=f"{1.0 / ALPHA:.0f}",
         proposal=proposal_of(content["proposal"]) if content["proposal"] else "",

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping
+from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,10 +16,13 @@ import numpy as np
 from flatplank_analysis.contact_patch.comparison import errors
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import screen, verdict, where
+from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.modelfile import ModelFile, load_model, save_unchanged
 from flatplank_analysis.discovery.report.collapse import collapse_of
+from flatplank_analysis.discovery.state import term_of
 from flatplank_analysis.discovery.steps import Step
 from flatplank_analysis.discovery.verdict import Diagnosis
+from flatplank_analysis.discovery.view import Member
 from flatplank_analysis.effects import consent
 from flatplank_control.bench.simulator import simulator
 from flatplank_data.errors import FlatplankError
@@ -93,7 +97,7 @@ def allow(progress: Progress, file: str, digest: str) -> dict[str, Any]:
 
 def _model(at: _Open) -> dict[str, Any]:
     return {
-        "effects": [{"name": e.name, **e.parameters} for e in at.model.effects],
+        "effects": [{"name": e.name, "text": e.words, **e.parameters} for e in at.model.effects],
         "history": list(at.model.history),
         "writable": os.access(at.path.parent, os.W_OK),
         "file": str(at.path),
@@ -129,7 +133,7 @@ def _map(m: where.Map) -> dict[str, Any]:
         "unit": m.unit,
         "edges": m.edges,
         "mean": m.mean,
-        "text": f"{m.words()} (p = {m.p_value:.2g})",
+        "text": f"{m.words()} ({where.p_words(m.p_value)})",
     }
 
 
@@ -155,16 +159,21 @@ def _ranked(step: Step) -> list[dict[str, Any]]:
     """Screened candidates with their gain before any refit."""
     out = []
     for item in screen.best_per_effect(step.screen)[:RANKED]:
-        effect = item.candidate.effect
-        row = {"name": effect.identifier, "gain": item.gain, "visible": item.visible}
-        words = ("title", "kind", "what", "check", "removes", "coordinate")
-        out.append(row | {word: getattr(effect, word) for word in words})
+        member = Member.of(term_of(item.candidate, item.sizes))
+        row = {"name": member.name, "gain": item.gain, "visible": item.visible}
+        coordinate = item.candidate.effect.coordinate
+        out.append(row | {"members": [asdict(member)], "coordinate": coordinate})
     return out
+
+
+def _state(at: _Open) -> str:
+    """The present model, as `_Open.diagnoses` has it."""
+    return repr(at.start and at.start.state())
 
 
 def _diagnosis(at: _Open, progress: Progress) -> Diagnosis:
     """Diagnosis of the present model."""
-    state = repr(at.start and at.start.state())
+    state = _state(at)
     if state not in at.diagnoses:
         at.diagnoses.clear()
         at.diagnoses[state] = at.session.diagnose(at.start, progress)
@@ -186,8 +195,7 @@ def diagnose(progress: Progress, folder: str, model: str) -> dict[str, Any]:
             decision = refits[row["name"]]
             row |= {"gain": decision.drop, "reasons": list(decision.reasons)}
     for effect, found in zip(answer["effects"], result.found, strict=True):
-        kind = found.decision.term.effect
-        effect |= {"what": kind.what, "check": kind.check, "removes": kind.removes}
+        effect["coordinate"] = found.decision.term.effect.coordinate
     collapse = [_collapse(result.search, i) for i in range(len(result.found))]
     return answer | {"ranked": ranked, "collapse": collapse}
 
@@ -216,8 +224,18 @@ def add(progress: Progress, folder: str, model: str, effect: str) -> dict[str, A
     """Put an effect into the model and refit everything."""
     at = _opened(folder, model)
     progress("refit of everything", 0.3)
-    changed, step, numbers = at.session.add(at.model, effect)
+    changed, step, numbers = at.session.add(at.model, effect, alike=_others(at, effect))
     return _kept(at, changed, step) | {"added": numbers}
+
+
+def _others(at: _Open, name: str) -> list[Term]:
+    """Other members of the class of an effect, as the present model was diagnosed."""
+    result = at.diagnoses.get(_state(at))
+    for found in result.found if result else ():
+        terms = [found.decision.term, *(r.term for r in found.reported)]
+        if name in [t.effect.identifier for t in terms]:
+            return [t for t in terms if t.effect.identifier != name]
+    return []
 
 
 def undo(progress: Progress, folder: str, model: str) -> dict[str, Any]:

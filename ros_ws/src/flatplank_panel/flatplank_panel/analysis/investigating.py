@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from flatplank_analysis.discovery.view import stored
 from flatplank_analysis.investigation.evidence import e_value_words
 from flatplank_analysis.investigation.loop import Loop, decoy_words
 from flatplank_analysis.investigation.notebook import proposal_of, summary, verdict_of
@@ -25,7 +26,6 @@ from flatplank_control.investigate.opening import (
 )
 from flatplank_control.runner.campaign import SUFFIX
 from flatplank_control.runner.steps import PlanFailed
-from flatplank_data.wording import sized
 from flatplank_data.yaml_text import parse_yaml
 from flatplank_panel.analysis.client import Progress
 
@@ -119,9 +119,8 @@ def _content(events: list[dict[str, Any]]) -> dict[str, Any]:
         "runs": log["runs"], "evidence": e_value_words(log["log_e"]), "limit": 1.0 / log["alpha"],
         "verdict": verdict_of(log),
         "effects": [
-            {"title": e["title"], "size": sized(e["size"], e["interval"], e["unit"]),
-             "advice": e["advice"]}
-            for e in (log["verdict"] or {}).get("effects", ())
+            {k: e[k] for k in ("text", "members")}
+            for e in map(stored, (log["verdict"] or {}).get("effects", ()))
         ],
         "decoys": decoy_words(log["batches"]),
         "proposal": proposal_of(log["proposal"]) if log["proposal"] else "",

@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from nicegui import ui
 
-from flatplank_data.wording import sized, with_unit
+from flatplank_data.wording import one_of, with_unit
 from flatplank_panel.analysis.client import ConsentNeeded
 from flatplank_panel.service import PageAnalysis
 from flatplank_panel.signals import CHANNELS, OVER
@@ -18,6 +19,11 @@ from flatplank_panel.views.page import Page
 from flatplank_panel.views.proposal import ProposalCard
 
 ASK = "Diagnose ranks the effects of the library."
+WORDS = (
+    ("What it is", "what"), ("How to check it", "check"), ("Runs that show it", "shown_by"),
+    ("What removes it", "removes"),
+)  # fmt: skip
+"""text of an effect -> its key"""
 
 
 def build(page: Page) -> None:
@@ -103,8 +109,8 @@ class _Discover:
         with self.page.card("What it may be"):
             self.verdict = ui.label(ASK).classes("fp-quiet")
             self.list_box = ui.column().classes("w-full").style("gap:4px")
+            self.to_do = ui.column().classes("w-full").style("gap:4px")
             with self.page.row():
-                self.next_text = ui.label("").classes("fp-quiet grow")
                 self.next_button = self.button("Send to the plan", self.send)
                 self.next_button.set_visibility(False)
 
@@ -181,9 +187,8 @@ class _Discover:
         self.show_status(f"{f['verdict']}: {f['reason']}{took}")
         self.verdict.set_text(f"Verdict: {f['verdict']}. {f['reason']}")
         self.draw_ranking()
-        proposal = f.get("next_run") or {}
-        self.next_text.set_text(f"Next run: {proposal['what']}" if proposal else "")
-        self.next_button.set_visibility(bool(proposal.get("settings")))
+        self.draw_to_do(f["to_do"])
+        self.next_button.set_visibility(bool((f.get("next_run") or {}).get("settings")))
         if f["effects"]:
             self.show(f["effects"][0]["name"])
 
@@ -191,8 +196,9 @@ class _Discover:
         picture = await self.analysis.add(name)
         numbers = picture["added"]
         self.show_model(picture)
+        others = [m["name"] for m in numbers.get("class", ())]
         self.show_status(
-            f"{name} added: error {numbers['rmse_before']:.1f} to {numbers['rmse']:.1f} N, "
+            f"{one_of([name, *others])} added: error {numbers['rmse_before']:.1f} to {numbers['rmse']:.1f} N, "
             f"floor {numbers['floor']:.1f} N"
         )
 
@@ -226,14 +232,14 @@ class _Discover:
         """Close the campaign and clear all results."""
         self.analysis.close_campaign()
         self.picture, self.ranked, self.found = {}, [], {}
-        for text in (self.next_text, self.effect_name, self.map_text, self.in_model):
+        for text in (self.effect_name, self.map_text, self.in_model):
             text.set_text("")
         self.verdict.set_text(ASK)
         self.proposal.close_campaign()
         self.show_status("Open the campaign.")
         self.next_button.set_visibility(False)
-        self.list_box.clear()
-        self.effect_text.clear()
+        for box in (self.list_box, self.effect_text, self.to_do):
+            box.clear()
         for field in (self.condition, self.coordinate):
             field.set_options([], value=None)
         for chart in (self.curve_chart, self.map_chart, self.collapse_chart):
@@ -265,7 +271,7 @@ class _Discover:
         if not history and "rmse" in model:
             history = [{"action": "start", **{k: model[k] for k in ("rmse", "floor", "held_out")}}]
         self.page.draw(self.fall_chart, charts.waterfall(history))
-        names = ", ".join(e["name"] for e in model["effects"]) or "no effect yet"
+        names = ", ".join(e["text"] for e in model["effects"]) or "no effect yet"
         self.in_model.set_text(f"In {Path(model['file']).name}: {names}")
         self.undo_button.set_enabled(len(model["history"]) > 1)
 
@@ -283,29 +289,51 @@ class _Discover:
 
     def draw_ranking(self) -> None:
         self.list_box.clear()
-        accepted = {e["name"]: e for e in self.found.get("effects", [])}
-        rows = sorted(self.ranked, key=lambda r: (r["name"] not in accepted, -r["gain"]))
         with self.list_box:
-            for row in rows[:8]:
+            for row in self.rows():
                 with ui.element("div").classes("fp-rank"):
-                    name, why = row["name"], _words(row, accepted.get(row["name"]))
-                    ui.label(row["title"]).classes("fp-rank-title")
-                    ui.label(why).classes("fp-quiet fp-rank-why")
-                    for word, work in (("Show", self.show), ("Add", self.add)):
-                        button = self.button(word, partial(work, name))
-                        button.props(f'aria-label="{word} {name}"')
+                    ui.label(_title(row)).classes("fp-rank-title")
+                    ui.label(_words(row)).classes("fp-quiet fp-rank-why")
+                    self.row_button("Show", self.show, row["name"])
+                    with ui.row().style("gap:4px"):
+                        for member in row["members"]:
+                            self.row_button("Add", self.add, member["name"], row["members"])
+
+    def row_button(
+        self, word: str, work: Callable[..., Any], name: str, of: Sequence[Any] = ()
+    ) -> None:
+        """A button of a row; those of the members of a class have their names."""
+        button = self.button(f"{word} {name}" if len(of) > 1 else word, partial(work, name))
+        button.props(f'aria-label="{word} {name}"')
+
+    def rows(self) -> Sequence[dict[str, Any]]:
+        """What was found, each class as one row, and below it other effects of the ranking."""
+        found = self.found.get("effects", [])
+        known = {m["name"] for e in found for m in e["members"]}
+        others = sorted((r for r in self.ranked if r["name"] not in known), key=_gain)
+        return [*found, *others][:8]
+
+    def draw_to_do(self, tasks: Sequence[dict[str, Any]]) -> None:
+        self.to_do.clear()
+        with self.to_do:
+            if tasks:
+                ui.label("What to do, in this order").classes("fp-rank-title")
+            for number, task in enumerate(tasks, 1):
+                ui.label(f"{number}. {task['do']}" + (":" if task["each"] else ""))
+                for one in task["each"]:
+                    ui.label(f"{one['name']}: {one['text']}").classes("fp-quiet")
 
     def show(self, name: str) -> None:
-        row = next(r for r in self.ranked if r["name"] == name)
-        self.effect_name.set_text(row["title"])
+        row = next(r for r in self.rows() if r["name"] == name)
+        self.effect_name.set_text(_title(row))
         self.effect_text.clear()
         with self.effect_text:
-            for head, key in (
-                ("What it is", "what"),
-                ("How to check it", "check"),
-                ("What removes it", "removes"),
-            ):
-                ui.label(f"{head}: {row[key]}")
+            for member in row["members"]:
+                if len(row["members"]) > 1:
+                    ui.label(member["title"]).classes("fp-rank-title")
+                for head, key in WORDS:
+                    if member[key]:
+                        ui.label(f"{head}: {member[key]}")
         for c in self.found.get("collapse", []):
             if c["name"] == name:
                 self.page.draw(self.collapse_chart, charts.collapse(c))
@@ -313,11 +341,18 @@ class _Discover:
         self.page.draw(self.collapse_chart, charts.axes(row["coordinate"], ""))
 
 
-def _words(row: dict[str, Any], accepted: dict[str, Any] | None) -> str:
-    if accepted:
-        alike = f"; looks like {', '.join(accepted['class'])}" if accepted["class"] else ""
-        size = sized(accepted["size"], accepted["interval"], accepted["unit"])
-        return f"found: {size}{alike}"
+def _gain(row: dict[str, Any]) -> float:
+    return -row["gain"]
+
+
+def _title(row: dict[str, Any]) -> str:
+    """'A or B' of a class."""
+    return row["text"]["title"] if "text" in row else row["members"][0]["title"]
+
+
+def _words(row: dict[str, Any]) -> str:
+    if "text" in row:
+        return f"found: {row['text']['size']}"
     if row.get("reasons"):
         return "refused: " + row["reasons"][0]
     return "not visible here" if row["visible"] < 0.03 else f"gain {row['gain']:.0f}, not tried"

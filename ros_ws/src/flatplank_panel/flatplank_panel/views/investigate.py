@@ -172,9 +172,10 @@ class _Investigate:
             effects = content.get("effects", ())
             self.found.set_visibility(bool(effects or content.get("proposal")))
             for effect in effects:
-                ui.label(f"{effect['title']}: {effect['size']}").classes("fp-rank-title")
-                for a in effect["advice"]:
-                    ui.label(f"{a['name']}, check: {a['check']}").classes("fp-quiet")
+                text = effect["text"]
+                ui.label(f"{text['title']}: {text['size']}").classes("fp-rank-title")
+                for m in effect["members"]:
+                    ui.label(f"{m['name']}, check: {m['check']}").classes("fp-quiet")
             if content.get("proposal"):
                 ui.label(content["proposal"])
 

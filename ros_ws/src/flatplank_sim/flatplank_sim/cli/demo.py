@@ -14,6 +14,7 @@ from pathlib import Path
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.modelfile import ModelFile, save_model
 from flatplank_analysis.discovery.report.page import BEFORE_AND_AFTER, write_report
+from flatplank_analysis.discovery.report.text import to_do_lines
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.report.analysis import analyse
 from flatplank_analysis.report.results import CampaignResult
@@ -131,7 +132,7 @@ def _diagnosed(folder: Path, printer: StepPrinter) -> tuple[Session, Diagnosis, 
         None, lambda text, share: printer.print_progress(f"{share:4.0%} {text}")
     )
     data = result.to_dict()
-    named = ", ".join(" or ".join([e["name"], *e["class"]]) for e in data["effects"])
+    named = ", ".join(e["text"]["name"] for e in data["effects"])
     text = (
         f"{data['runs']} runs: verdict {data['verdict']}{': ' if named else ''}{named}; error "
         f"{data['rmse_before']:.1f} N, floor {data['floor_rmse']:.1f} N"
@@ -154,8 +155,7 @@ def _named(session: Session, result: Diagnosis, folder: Path, printer: StepPrint
             f"{n['rmse_before']:.1f} -> {n['rmse']:.1f} N (held out {n['held_out']:.1f} N)"
         )
         printer.print_progress(lines[-1].strip())
-        for a in effect["advice"]:
-            lines.append(f"    {a['name']}: {a['check']} Removed by: {a['removes']}")
+    lines += [f"  {line}" for line in to_do_lines(result, str(folder))]
     printer.print_progress("page and figures")
     page = write_report(result, folder / "report", session.campaign.path, model.history)
     answer = unseal(folder)

@@ -23,10 +23,11 @@ from flatplank_analysis.discovery.report.collapse import collapse_of
 from flatplank_analysis.discovery.report.text import amount, channel_of
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.discovery.steps import AcceptedEffect, Search
-from flatplank_analysis.discovery.verdict import Diagnosis, effect_dict
+from flatplank_analysis.discovery.verdict import Diagnosis
+from flatplank_analysis.discovery.view import Cause, causes, tasks
 from flatplank_data.errors import FlatplankError
 from flatplank_data.files import write_atomic
-from flatplank_data.wording import quantity, sized, span
+from flatplank_data.wording import quantity, span
 
 HERE = Path(__file__).parent
 BEFORE_AND_AFTER = "before_and_after"
@@ -103,12 +104,14 @@ def _render(
         maps=[
             {
                 "svg": book.add(f"map{i}", figures.map_of(m, runs)),
-                "text": f"{m.words()} (p = {m.p_value:.2g})",
+                "text": f"{m.words()} ({where.p_words(m.p_value)})",
             }
             for i, m in enumerate(maps[:4])
         ],
         effects=[_effect(search, book, i, found) for i, found in enumerate(result.found)],
         refused=_refused(result, search),
+        tasks=tasks(result, campaign),
+        p_from=where.P_FROM,
         events=[_event(runs, e) for e in result.events[:8]],
         detectable=[(k, quantity(*v, 2)) for k, v in sorted(result.detectable.items())],
     )
@@ -117,20 +120,19 @@ def _render(
 def _effect(
     search: Search, book: FigureWriter, number: int, found: AcceptedEffect
 ) -> dict[str, Any]:
-    data = effect_dict(found)
-    effect = found.decision.term.effect
+    cause = Cause.of(found)
     runs, shown = search.model.runs, collapse_of(search, number)
     caption = (
         f"Over the {shown.coordinate}: what a model without the effect leaves (dots), and the "
         f"effect (lines). Dots and lines differ by {amount(runs, shown.off)}"
     )
-    return data | {
-        "text": sized(data["size"], data["interval"], data["unit"]),
+    return {
+        "cause": cause,
+        "p_value": f"{found.decision.p_value:.2g}",
+        "held_out_gain": found.decision.held_out_gain,
+        "weakly": found.excluded_names,
         "svg": book.add(f"collapse{number}", figures.collapse(search, number)),
         "caption": caption,
-        "what": effect.what,
-        "check": effect.check,
-        "removes": effect.removes,
     }
 
 
@@ -144,7 +146,7 @@ def _event(runs: RunSet, event: where.Event) -> dict[str, Any]:
 
 
 def _refused(result: Diagnosis, search: Search) -> list[dict[str, str]]:
-    taken = {f.decision.term.effect.identifier for f in result.found}
+    taken = {m.name for c in causes(result) for m in c.members}
     out: dict[str, dict[str, str]] = {}
     for step in search.steps:
         for d in step.refits:

@@ -7,7 +7,8 @@ from collections.abc import Iterator
 
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.discovery.verdict import Diagnosis
-from flatplank_data.wording import brief, quantity, sized
+from flatplank_analysis.discovery.view import Cause, Member, causes, tasks
+from flatplank_data.wording import brief
 
 NAMES = {"fx": "Fx", "fy": "Fy"}
 """display names of channels"""
@@ -28,34 +29,18 @@ def amount(runs: RunSet, value: float, digits: int = 1) -> str:
     return f"{brief(value, digits)} {unit_of(runs)}".rstrip()
 
 
-def text_of(result: Diagnosis) -> str:
-    """The text that `flatplank diagnose` prints."""
+def text_of(result: Diagnosis, folder: str = "DIR") -> str:
+    """The text that `flatplank diagnose` prints; `folder`: of the campaign."""
     lines = [f"verdict: {result.verdict} ({result.reason})"]
     runs = result.search.model.runs if result.search else None
     if runs is not None:
         lines += _errors(result, runs)
-    for found in result.found:
-        d = found.decision
-        effect, unit = d.term.effect, d.term.effect.main_parameter().unit
+    for found, cause in zip(result.found, causes(result), strict=True):
         lines += [
-            f"{effect.identifier}: {sized(d.term.size, d.interval, unit)}, {effect.kind}, "
-            f"p = {d.p_value:.2g}",
-            f"  {effect.what}",
-            f"  check: {effect.check}",
+            f"{cause.name}: {cause.sized}, {cause.members[0].kind}, "
+            f"p = {found.decision.p_value:.2g}",
+            *(f"  {_of(m, cause)}{m.what}" for m in cause.members),
         ]
-        lines += [f"  removed by: {effect.removes}"] if effect.removes else []
-        if found.reported:
-            lines.append(
-                f"  cannot be told apart here: {', '.join(r.name for r in found.reported)}"
-            )
-        for rival in found.reported:
-            other = rival.term.effect
-            size = quantity(rival.term.size, other.main_parameter().unit)
-            lines += [
-                f"  or {rival.name}: {size}",
-                f"    check: {other.check}",
-                f"    removed by: {other.removes}",
-            ]
     if runs is not None and result.verdict in ("none of these", "partly"):
         for m in result.maps[:3]:
             lines.append(f"left over {m.coordinate}: {m.words()}")
@@ -65,10 +50,24 @@ def text_of(result: Diagnosis) -> str:
                 f"event: {event.coordinate} {event.start:.2f} .. {event.end:.2f}, "
                 f"{amount(runs, event.level, 0)}, in {who}"
             )
-    if result.next_run:
-        lines.append(f"next run: {result.next_run['what']}")
+    lines += to_do_lines(result, folder)
     lines += [f"note: {note}" for note in result.notes]
     return "\n".join(lines + [f"{result.seconds:.1f} s"])
+
+
+def _of(member: Member, cause: Cause) -> str:
+    return f"{member.name}: " if len(cause.members) > 1 else ""
+
+
+def to_do_lines(result: Diagnosis, folder: str = "DIR") -> Iterator[str]:
+    """What to do, numbered in its order; nothing where nothing is to be done."""
+    known = tasks(result, folder)
+    if known:
+        yield "to do, in this order:"
+    for number, task in enumerate(known, 1):
+        first, *rest = task.lines()
+        yield f"  {number}. {first}"
+        yield from (f"     {line}" for line in rest)
 
 
 def _errors(result: Diagnosis, runs: RunSet) -> Iterator[str]:
@@ -97,8 +96,8 @@ def _errors(result: Diagnosis, runs: RunSet) -> Iterator[str]:
     stretch = ""
     if along:
         stretch = (
-            f", within 5 cm {brief(limits.stretch, 0)}, a longer bump of {brief(limits.bump, 0)}, "
-            f"a wave of {amount(runs, limits.wave, 0)}"
+            f", within 5 cm {amount(runs, limits.stretch, 0)}, a longer bump of "
+            f"{amount(runs, limits.bump, 0)}, a wave of {amount(runs, limits.wave, 0)}"
         )
     yield (
         f"what counts: a mean rest of more than {with_unit(limits.rest)}{stretch}; "
