@@ -70,7 +70,19 @@ class Diagnosed:
     @property
     def effects(self) -> pd.DataFrame:
         """Found effects: name, size, unit, interval, indistinguishable names, p-value."""
-        return pd.DataFrame(self.to_dict()["effects"])
+        nested = ("members", "text", "parameters")
+        effects = self.to_dict()["effects"]
+        return pd.DataFrame([{k: v for k, v in e.items() if k not in nested} for e in effects])
+
+    @property
+    def to_do(self) -> pd.DataFrame:
+        """What to do next, the first thing first; a row for every member of a class."""
+        rows = [
+            {"order": i, "do": task["do"], **one}
+            for i, task in enumerate(self.to_dict()["to_do"], 1)
+            for one in task["each"] or [{"name": "", "text": ""}]
+        ]
+        return pd.DataFrame(rows)
 
     @property
     def next_run(self) -> dict[str, Any]:
@@ -107,7 +119,7 @@ class Diagnosed:
         return write_report(self.result, Path(folder), self.campaign, self._history)
 
     def __repr__(self) -> str:
-        return text_of(self.result)
+        return text_of(self.result, self.campaign)
 
     def _repr_html_(self) -> str:
         drawn = [self.plot("conditions"), self.plot("ranking")] if self.result.search else []

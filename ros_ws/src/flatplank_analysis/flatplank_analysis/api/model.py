@@ -13,7 +13,7 @@ import pandas as pd
 
 from flatplank_analysis.api.runs import campaign_of, figure_of, page, same_runs, warn
 from flatplank_analysis.cli import loop
-from flatplank_analysis.contact_patch import comparison
+from flatplank_analysis.contact_patch import alternatives, comparison
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import determined
 from flatplank_analysis.discovery.modelfile import ModelFile, load_model, save_unchanged
@@ -117,7 +117,7 @@ class Model:
 
     def add(self, effect: str) -> Model:
         """The model with one more effect, refitted; `flatplank add` does the same."""
-        return self._refitted(lambda: self.session.add(self._begin, effect, self.step))
+        return self._refitted(lambda: self.session.add(self._begin, effect, self.step, None))
 
     def remove(self, effect: str) -> Model:
         """The model without the last instance of an effect, refitted."""
@@ -168,10 +168,11 @@ class Model:
 
     def __repr__(self) -> str:
         now = self.session.numbers(self.step)
-        lines = [f"model: {' + '.join(['tire', *self.effects])}"]
+        lines = [f"model: {' + '.join(['tire', *(e.words for e in self.file.effects)])}"]
         if "size" in self.numbers:
             n = self.numbers
             lines.append(f"{self.effects[-1]}: {sized(n['size'], n['interval'], n['unit'])}")
+            lines += alternatives.words(n.get("class", ()))
         lines.append(f"error of Fx {now['rmse']:.1f} N, floor {now['floor']:.1f} N")
         return "\n".join(lines + [f"doubt: {d}" for d in self.numbers.get("doubts", ())])
 

@@ -198,8 +198,8 @@ class _Discover:
         self.show_model(picture)
         others = [m["name"] for m in numbers.get("class", ())]
         self.show_status(
-            f"{one_of([name, *others])} added: error {numbers['rmse_before']:.1f} to {numbers['rmse']:.1f} N, "
-            f"floor {numbers['floor']:.1f} N"
+            f"{one_of([name, *others])} added: error {numbers['rmse_before']:.1f} to "
+            f"{numbers['rmse']:.1f} N, floor {numbers['floor']:.1f} N"
         )
 
     async def undo(self) -> None:
