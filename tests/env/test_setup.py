@@ -74,22 +74,20 @@ def test_a_linked_environment_of_another_folder_is_left_alone(
     assert not (copied / ".venv").is_symlink()
 
 
-def test_the_options_of_a_verb_need_the_set_up(copied: Path) -> None:
-    line = failed_in_one_line(start(copied, "help", "slip", **NOTHING_TO_REACH))
-    assert "package index cannot be reached" in line
-
-
 @pytest.mark.parametrize(
-    "verb, code, said",
+    "words, code, said",
     [
         ("help", 0, "diagnose"),
+        ("help diagnose", 0, "write a page with figures there"),
+        ("slip --help", 0, "--free-rolling"),
+        ("help diagnos", 2, "did you mean diagnose?"),
         ("--version", 0, "flatplank "),
         ("diagnos", 2, "did you mean diagnose?"),
         ("doctor", 1, "MISSING"),
     ],
 )
-def test_questions_install_nothing(copied: Path, verb: str, code: int, said: str) -> None:
-    done = start(copied, verb, **NOTHING_TO_REACH)
+def test_questions_install_nothing(copied: Path, words: str, code: int, said: str) -> None:
+    done = start(copied, *words.split(), **NOTHING_TO_REACH)
     assert (done.returncode, said in done.stdout + done.stderr) == (code, True), done.stderr
     assert not any((copied / made).exists() for made in (".venv", ".cache", "ros_ws/install"))
 

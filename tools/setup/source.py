@@ -36,12 +36,10 @@ def declared() -> tuple[dict[str, EntryPoint], str]:
 
 
 def needs_no_setup(argv: list[str]) -> bool:
-    """Whether a command is answered from the source; `help VERB` needs what the verb imports."""
+    """Whether a command is answered from the source."""
     verb, *words = argv or ["help"]
-    known = {*declared()[0], *OWN}
-    if verb in WITHOUT_SETUP:
-        return not (words and words[0] in known)
-    return verb not in known
+    asked = bool(words) and words[0] in ("-h", "--help")
+    return verb in WITHOUT_SETUP or asked or verb not in {*declared()[0], *OWN}
 
 
 def run_from_source(argv: list[str]) -> int:

@@ -15,7 +15,7 @@ import sys
 from collections.abc import Callable
 from importlib.metadata import version
 
-from flatplank_analysis.cli.verbs import GROUPS, Verbs, installed, listing
+from flatplank_analysis.cli.verbs import GROUPS, Verbs, described, installed, listing
 from flatplank_data.names import similar_names
 from flatplank_data.traces import keep_trace
 
@@ -101,6 +101,8 @@ def main(
         return 0
     if verb not in known:
         return _unknown(verb, known)
+    if rest and rest[0] in HELP[1:]:
+        return run_reporting_errors(verb, lambda: _help(known, [verb]))
     return run_reporting_errors(verb, lambda: int(known[verb].load()(rest) or 0))
 
 
@@ -111,7 +113,13 @@ def _help(known: Verbs, words: list[str]) -> int:
         return 0
     if words[0] not in known:
         return _unknown(words[0], known)
-    return int(known[words[0]].load()(["--help"]) or 0)
+    entry = known[words[0]]
+    try:
+        verb = entry.load()
+    except ImportError:  # before the set-up
+        print(described(entry))
+        return 0
+    return int(verb(["--help"]) or 0)
 
 
 def _unknown(verb: str, known: Verbs) -> int:
