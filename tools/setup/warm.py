@@ -16,8 +16,11 @@ def kernels() -> None:
     """Machine code of the simulated plant and of the analysis."""
     from flatplank_analysis.kernels import compile_all
     from flatplank_sim.plant import Plant, PlantConfig
+    from flatplank_sim.plant.campaign import Campaign, CampaignRun
 
-    Plant(PlantConfig.load("toyo"), seed=1, rate_hz=250).step()
+    config = PlantConfig.load("toyo")
+    Plant(config, seed=1, rate_hz=250).step()
+    next(Campaign(config).simulate([CampaignRun(length=0.0)]))
     compile_all()
     write_byte_code()
 

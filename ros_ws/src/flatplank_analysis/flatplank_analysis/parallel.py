@@ -40,10 +40,10 @@ def worker_pool(
 ) -> ProcessPoolExecutor:
     """Worker processes, spawned by default, that end when this process ends in any way."""
     chosen = context or multiprocessing.get_context("spawn")
-    return ProcessPoolExecutor(jobs, mp_context=chosen, initializer=_end_with_parent)
+    return ProcessPoolExecutor(jobs, mp_context=chosen, initializer=end_with_parent)
 
 
-def _end_with_parent() -> None:
+def end_with_parent() -> None:
     """End this worker with its parent: it keeps its own pipe open, and so would wait for ever."""
     parent = multiprocessing.parent_process()
     if parent is not None:

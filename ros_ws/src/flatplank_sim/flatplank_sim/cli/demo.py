@@ -30,6 +30,7 @@ from flatplank_data.arguments import Parser
 from flatplank_data.campaign import Campaign
 from flatplank_data.files import write_atomic
 from flatplank_data.wording import quantity
+from flatplank_sim.cli.beside import Beside, Steps
 from flatplank_sim.cli.step_printer import StepPrinter
 from flatplank_sim.sealed.generate import make_challenge, measure_next
 from flatplank_sim.sealed.score import DIAGNOSIS, score, text_of
@@ -105,7 +106,7 @@ def _found(result: CampaignResult) -> list[str]:
     return lines
 
 
-def sealed_challenge(folder: Path, seed: int, printer: StepPrinter) -> list[str]:
+def sealed_challenge(folder: Path, seed: int, printer: Steps) -> list[str]:
     """Go once through the loop of diagnosis: a group, the run that separates it, the cause;
     returns the result as text."""
     printer.step("a sealed challenge: a campaign with something hidden")
@@ -125,7 +126,7 @@ def sealed_challenge(folder: Path, seed: int, printer: StepPrinter) -> list[str]
     return [*lines, *_named(session, result, folder, printer)]
 
 
-def _diagnosed(folder: Path, printer: StepPrinter) -> tuple[Session, Diagnosis, str]:
+def _diagnosed(folder: Path, printer: Steps) -> tuple[Session, Diagnosis, str]:
     """Diagnose the runs of the challenge; returns the verdict as text, too."""
     session = Session.open(str(folder))
     result = session.diagnose(
@@ -141,7 +142,7 @@ def _diagnosed(folder: Path, printer: StepPrinter) -> tuple[Session, Diagnosis, 
     return session, result, text
 
 
-def _named(session: Session, result: Diagnosis, folder: Path, printer: StepPrinter) -> list[str]:
+def _named(session: Session, result: Diagnosis, folder: Path, printer: Steps) -> list[str]:
     """Add what a diagnosis named, write its page and open the answer; returns the result as
     text."""
     data, model, lines = result.to_dict(), ModelFile(campaign=str(folder)), []
@@ -175,14 +176,18 @@ def parser() -> argparse.ArgumentParser:
 
 
 def main(argv: list[str]) -> int:
-    """Make everything and return 0; the last lines state the results and where they are."""
+    """Make everything and return 0; the last lines state the results and where they are.
+
+    The challenge needs nothing of the bench, and has a process of its own beside it.
+    """
     o = parser().parse_args(argv)
     out = o.out.resolve()
     campaign = out / "campaign"
-    with StepPrinter(steps=8) as printer:
+    beside = Beside(sealed_challenge, out / "challenge", o.hidden)
+    with StepPrinter(steps=8) as printer, beside:
         radius = measure(campaign, o.seed, o.jobs, printer)
         page, found = fit_and_report(campaign, out / "report", o.jobs, printer)
-        challenge = sealed_challenge(out / "challenge", o.hidden, printer)
+        challenge = beside.print_steps(printer)
         printer.close(
             [
                 f"effective rolling radius (free rolling, Toyo, 3700 N): {radius:.4f} m",

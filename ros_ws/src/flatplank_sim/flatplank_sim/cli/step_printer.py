@@ -22,7 +22,7 @@ class StepPrinter:
         """quiet: longest silence [s]."""
         self._steps, self._quiet = steps, quiet
         self._step = 0
-        self._begin = self._said = time.monotonic()
+        self._first = self._begin = self._said = time.monotonic()
         self._open = False
         self._text = self._progress = ""
         self._lock, self._ended = threading.RLock(), threading.Event()
@@ -36,13 +36,17 @@ class StepPrinter:
     def __exit__(self, *_error: object) -> None:
         self._ended.set()
 
-    def step(self, text: str) -> None:
-        """Begin a new step."""
+    def step(self, text: str, began: float | None = None) -> None:
+        """Begin a new step; `began`: where it was begun before, beside others, by the monotonic
+        clock [s]."""
         with self._lock:
-            self._finish()
+            now = time.monotonic()
+            began = now if began is None else began
+            # a step that was begun earlier than the one that ends is no step after it
+            self.end_step(began if began > self._begin else now)
             self._step += 1
             self._text = self._progress = text
-            self._begin = self._said = time.monotonic()
+            self._begin, self._said = began, now
             print(f"[{self._step}/{self._steps}] {text}", flush=True)
 
     def print_progress(self, text: str) -> None:
@@ -75,24 +79,27 @@ class StepPrinter:
         """Print the closing lines, with the durations of the steps."""
         self._ended.set()
         with self._lock:
-            self._finish()
+            self.end_step(time.monotonic())
         print("\n" + "\n".join([*lines, *self._times()]), flush=True)
 
     def _times(self) -> list[str]:
         rows = [(f"[{i}] {text}", seconds) for i, (text, seconds) in enumerate(self.took, 1)]
-        rows.append(("all of the demo", sum(seconds for _, seconds in self.took)))
+        rows.append(("all of the demo, with parts beside each other", self._end - self._first))
         if (set_up := set_up_time()) is not None:
             rows.append(("set-up before the first start (tools/setup)", set_up))
         return ["times:", *(f"  {seconds:5.0f} s  {text}" for text, seconds in rows)]
 
-    def _finish(self) -> None:
-        if self._open:
-            print()
-            self._open = False
-        if self._step:
-            took = time.monotonic() - self._begin
-            self.took.append((self._text, took))
-            print(f"      {took:.0f} s", flush=True)
+    def end_step(self, ended: float) -> None:
+        """End the present step, if there is one, at a time of the monotonic clock [s]."""
+        with self._lock:
+            if self._open:
+                print()
+                self._open = False
+            self._end = time.monotonic()
+            if len(self.took) < self._step:
+                took = ended - self._begin
+                self.took.append((self._text, took))
+                print(f"      {took:.0f} s", flush=True)
 
 
 def set_up_time() -> float | None:
