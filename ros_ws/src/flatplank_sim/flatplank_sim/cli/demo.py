@@ -40,6 +40,9 @@ from flatplank_sim.twin.campaign import SLIPS, simulate_many, slips_by_starts
 FREE_ROLLING = Measurement(measurement="free_rolling", end_position=2.2, run_index=0)
 SLIP_ON_GRAPH = (0.05, 1)
 """slip and start of the run that is made on the graph"""
+ONE_THREAD = ("OPENBLAS_NUM_THREADS", "1")
+"""of linear algebra, in each process: the threads of one wait for each other on cores that the
+others need"""
 STARTS = (1, 2)
 """two repeats of every slip: enough for the fits and their floor"""
 
@@ -183,6 +186,7 @@ def main(argv: list[str]) -> int:
     o = parser().parse_args(argv)
     out = o.out.resolve()
     campaign = out / "campaign"
+    os.environ.setdefault(*ONE_THREAD)
     beside = Beside(sealed_challenge, out / "challenge", o.hidden)
     with StepPrinter(steps=8) as printer, beside:
         radius = measure(campaign, o.seed, o.jobs, printer)

@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
+import gc
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, as_completed, wait
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 
 from flatplank_analysis.parallel import worker_pool
@@ -64,8 +66,16 @@ def fresh_bench(
     return bench
 
 
+@lru_cache(maxsize=1)
+def keep_modules() -> None:
+    """Exempt what is imported from garbage collection, which the samples of runs start often."""
+    gc.collect()
+    gc.freeze()
+
+
 def simulate_one(m: Measurement, setup: BenchSetup, folder: Path, bags: bool) -> Path:
     """Make one measurement on a new bench."""
+    keep_modules()
     bench = fresh_bench(setup, m.run_index, 1, folder, bags)
     bench.perform(plan_of(m))
     return bench.kept[0]
@@ -123,6 +133,7 @@ def setup_for(plan: CampaignPlan, setup: BenchSetup) -> BenchSetup:
 
 def make_run(job: Job, setup: BenchSetup, folder: Path, bags: bool, limits: Limits) -> Outcome:
     """Make one run on a new bench and check its quality; a stop on the way ends this run only."""
+    keep_modules()
     bench = fresh_bench(setup, job.measurement.run_index, job.attempt, folder, bags)
     before, after = Standstill("before the run"), Standstill("after the run")
     turn = TurnWatch()

@@ -43,6 +43,7 @@ class FigureWriter:
     def add(self, name: str, figure: Figure) -> Markup:
         """Save as PNG and SVG; return the SVG text with ids that are unique on the page."""
         (self.folder / f"{name}.png").write_bytes(figures.png(figure))
+        figure.set_layout_engine("none")  # it has been laid out, which takes as long as drawing
         text = io.StringIO()
         FigureCanvasSVG(figure).print_svg(text)
         svg = text.getvalue()
