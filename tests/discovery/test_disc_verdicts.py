@@ -12,13 +12,14 @@ from decisions import decision, rival
 from shapes import LONG, OTHER, measured, searched, shape
 
 from flatplank_analysis.discovery import invariants, verdict, where
-from flatplank_analysis.discovery.decision import UNEVEN
+from flatplank_analysis.discovery.decision import NEGLIGIBLE, UNEVEN
 from flatplank_analysis.discovery.patterns import Pattern
 from flatplank_analysis.discovery.runs import Coordinate
 from flatplank_analysis.discovery.sources import source_of
 from flatplank_analysis.discovery.steps import AcceptedEffect
 from flatplank_analysis.discovery.verdict import diagnose as unasked
 from flatplank_analysis.discovery.view import cause_dict
+from flatplank_data.wording import quantity
 
 
 def judged(found, left="", lawful=None, unseen=(), refits=(), monkeypatch=None):
@@ -198,7 +199,7 @@ def test_what_stands_beside_a_verdict(monkeypatch):
 
     def notes(steps=(), unseen=(), found=(), fits=("", "")):
         state = SimpleNamespace(fitter=None, whitened=SimpleNamespace(fit=fits[0]), fit=fits[1])
-        last = SimpleNamespace(state=state, screen=None, found=found)
+        last = SimpleNamespace(state=state, screen=None, found=found, left="")
         runs = SimpleNamespace(facts={"step": np.array(steps)} if steps else {})
         search = SimpleNamespace(last=last, looked_at={"names": list(unseen)}, notes=())
         return list(verdict._notes(runs, search))
@@ -214,6 +215,24 @@ def test_what_stands_beside_a_verdict(monkeypatch):
     assert note.startswith(f"long: {UNEVEN[0]}, {UNEVEN[1]}; ")
     assert notes(fits=("white", "plain")) == ["at an end of its range: g = 15, late = 0.1"]
     assert notes(fits=("", "plain")) == ["at an end of its range: late = 0.1"]
+
+
+def test_what_was_refused_is_told_where_something_is_left():
+    """What explains most comes first, with what speaks against it; no chance, nothing slight."""
+    against = ("its 99 % interval covers zero",)
+    refits = [
+        decision(OTHER, drop=500.0, reasons=against), decision(reasons=(NEGLIGIBLE,), drop=400.0),
+        decision(drop=300.0, p_repeats=0.3, reasons=("not beyond the scatter among repeats",)),
+        *(decision(drop=200.0, reasons=UNEVEN) for _ in range(3)),
+    ]  # fmt: skip
+    state = SimpleNamespace(whitened=SimpleNamespace(chi2=1000.0))
+    told = list(verdict._refused(SimpleNamespace(refits=refits, state=state)))
+    size = quantity(refits[0].term.size, OTHER.main_parameter().unit)
+    assert told[0] == (
+        f"other of {size} would take 50 % of what is left, in units of the noise, and is not "
+        "named: its 99 % interval covers zero"
+    )
+    assert len(told) == 4 and all(t.startswith("long of ") for t in told[1:])
 
 
 def test_a_period_is_looked_for_only_where_something_is_left():

@@ -267,8 +267,25 @@ def _period(runs: RunSet, residual: np.ndarray, verdict: str) -> tuple[float, fl
     return where.period_of(runs, residual, "plank position", 0.015)
 
 
+def _refused(last: Step) -> Iterator[str]:
+    """Effects beyond chance that were refused where something is left, and what speaks against
+    each; the one that explains most comes first."""
+    for d in last.refits:
+        if d.slight or d.accepted or d.p_repeats > d.level:
+            continue
+        effect = d.term.effect
+        size = quantity(d.term.size, effect.main_parameter().unit)
+        share = 100.0 * d.drop / last.state.whitened.chi2
+        yield (
+            f"{effect.identifier} of {size} would take {share:.2g} % of what is left, in units "
+            f"of the noise, and is not named: {', '.join(d.reasons)}"
+        )
+
+
 def _notes(runs: RunSet, search: Search) -> Iterator[str]:
     yield from search.notes
+    if search.last.left:
+        yield from _refused(search.last)
     steps = runs.facts.get("step", np.array([]))
     known = steps[np.isfinite(steps)]
     if known.size and np.ptp(known) < 0.05:

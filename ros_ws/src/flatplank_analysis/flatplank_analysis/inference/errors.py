@@ -8,6 +8,7 @@ transient error is a length of the model (`FormError.shift`).
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from copy import copy
 
 import numpy as np
 
@@ -24,7 +25,7 @@ between stretches of a run, equally probable: a fault of the form of the library
 law of the model imitates by about this share, and one of another form"""
 STRETCHES = 5
 """stretches of a run, of equal share of what is divided"""
-WORSE = (1.0, 2.0, 4.0)
+WORSE = (1.0, 2.0, 4.0, 8.0, 16.0)
 """factors of the errors of law and transient that a tire may have, each half as probable as the
 one before"""
 
@@ -43,14 +44,20 @@ class WithLawErrors(Metric):
 
     def __init__(self, plain: Metric, groups: Sequence[np.ndarray], loose: np.ndarray) -> None:
         """groups: rows of the runs of one law; loose (k, channels, runs, samples): columns of the
-        errors, each with its standard deviation."""
+        errors, each with its standard deviation. `factor` is how much larger they are here."""
         self.whitener, self.scatter, self.plain = plain.whitener, plain.scatter, plain
-        self.groups = groups
+        self.groups, self.factor = groups, WORSE[0]
         self.parts = [_principal(plain(loose)[:, rows]) for rows in groups]
 
     def __call__(self, values: np.ndarray) -> np.ndarray:
         """Values (n, channels, runs, samples) in units of the noise: (n, runs, m)."""
-        return self.down_weighted(self.plain(values), 1.0)
+        return self.down_weighted(self.plain(values), self.factor)
+
+    def larger(self, factor: float) -> WithLawErrors:
+        """The metric in which the errors are larger by a factor."""
+        other = copy(self)
+        other.factor = factor
+        return other
 
     def by_runs(self, runs: int) -> Iterator[tuple[slice, Metric]]:
         """All at once: the errors are the same in all runs of one law."""

@@ -153,22 +153,32 @@ class _Inference:
             if [t.effect for t in answer.terms] != [t.effect for t in state.fit.terms]:
                 state = self.state_of(base, best, answer.terms)
             least_gain_first = reversed(answer.named)
-            flat = next((f for f in least_gain_first if not self._lowers_error(state, f)), None)
+            flat = next(
+                (f for f in least_gain_first if not self._lowers_error(base, state, f)), None
+            )
             if flat is None:
                 return answer, state
             named = tuple(f for f in answer.named if f is not flat)
             answer = replace(answer, named=named, flat=(*answer.flat, flat))
 
-    def _lowers_error(self, state: State, found: AcceptedEffect) -> bool:
-        """False when the plain error is the same without a named effect."""
+    def _lowers_error(self, base: State, state: State, found: AcceptedEffect) -> bool:
+        """False when the plain error is the same without a named effect, wherever the fit without
+        it begins."""
         fit, fitter = state.fit, state.fitter
         effect, size = found.decision.term.effect, found.decision.term.size
         own = [i for i, t in enumerate(fit.terms) if t.effect is effect]
         index = min(own, key=lambda i: abs(fit.terms[i].size - size))
         start = fitter.without_term(fit, index)
-        less = fitter.fit(start.base, start.terms, known=start)
+        fits = [
+            fitter.fit(start.base, start.terms, known=start),
+            fitter.fit(base.fit.base, start.terms),
+        ]
+        if not start.terms[len(base.fit.terms) :]:
+            fits.append(base.fit)
         measured = state.runs.measured
-        return not invariants.is_no_fall(less.residual(measured), fit, index, measured)
+        return not invariants.is_no_fall(
+            [f.residual(measured) for f in fits], fit, index, measured
+        )
 
     def state_of(self, base: State, best: Weighed, terms: Sequence[Term]) -> State:
         """State with some effects of a set; together they do not raise the fitted error."""

@@ -87,8 +87,11 @@ class Scales:
 
     @classmethod
     def of(cls, state: State, effects: Sequence[type[Effect]]) -> Scales:
-        """Noise of a state, and the errors of its model."""
-        return cls(state, with_law_errors(state), effects, screen(state))
+        """Noise of a state, and the errors of its model, of the size that is likeliest for it."""
+        scales = cls(state, with_law_errors(state), effects, screen(state))
+        parts = scales.fitted(state.whitened.fit).parts
+        best = max(range(len(WORSE)), key=lambda i: parts[i][1] - 0.5 * parts[i][0])
+        return replace(scales, metric=scales.metric.larger(WORSE[best]))
 
     @property
     def library(self) -> int:
