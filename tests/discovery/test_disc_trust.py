@@ -108,6 +108,21 @@ def test_what_needs_no_effect_neither_runs_nor_asks(look, hostile, tmp_path):
     assert not (tmp_path / "mark").exists()
 
 
+def test_the_text_that_is_read_is_what_runs(hostile, tmp_path):
+    """An encoding in which a comment ends early, bytes that are no text, marks that reorder."""
+    file = hostile / "some.py"
+    hidden = "# -*- coding: utf-7 -*-\n# +AAo-" + MARK.format(str(tmp_path / "mark"))
+    file.write_text(hidden + OWN)
+    assert compare.main([str(hostile), "--trust", str(file)]) == 0
+    assert not (tmp_path / "mark").exists()
+    file.write_bytes(b"# \xff\n" + OWN.encode())
+    with pytest.raises(FlatplankError, match="is not UTF-8"):
+        compare.main([str(hostile), "--trust", str(file)])
+    assert consent.shown("a = 1\r\n\tb # \u202e\u200b\x0c\rü") == (
+        "a = 1\n\tb # \\u202e\\u200b\\x0c\\rü"
+    )
+
+
 def test_consent_is_for_this_content_and_remembered(hostile, tmp_path, capsys):
     file = hostile / "some.py"
     assert compare.main([str(hostile), "--trust", str(file)]) == 0

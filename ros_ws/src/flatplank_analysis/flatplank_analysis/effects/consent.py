@@ -21,10 +21,10 @@ _HERE: set[str] = set()
 
 
 class ConsentError(FlatplankError):
-    """An effect file that may not run yet, with the content that would have run."""
+    """An effect file that may not run yet, with the content that would have run, as text, too."""
 
     def __init__(self, path: Path, content: bytes) -> None:
-        self.path, self.content = path, content
+        self.path, self.content, self.text = path, content, text_of(path, content)
         super().__init__(WORDS, str(path), f"read it, then add: --trust {path}")
 
 
@@ -78,3 +78,18 @@ def read(path: Path) -> bytes:
     except OSError as error:
         what = f"cannot be read ({error.strerror})"
         raise FlatplankError(what, str(path), "give the path of an effect file") from error
+
+
+def text_of(path: Path, content: bytes) -> str:
+    """The text that runs: UTF-8, whatever encoding the file names for itself."""
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise FlatplankError("is not UTF-8", str(path), "save it as UTF-8") from None
+
+
+def shown(text: str) -> str:
+    """The text for the eye: a character that would hide or reorder others is written as its
+    number."""
+    lines = text.replace("\r\n", "\n")
+    return "".join(c if c in "\n\t" or c.isprintable() else ascii(c)[1:-1] for c in lines)

@@ -81,7 +81,7 @@ def load_file(path: str | Path) -> list[type[Effect]]:
     elif not consent.is_given(content):
         raise consent.ConsentError(path, content)
     else:
-        found = effects_in(_run(path, content))
+        found = effects_in(_run(path, consent.text_of(path, content)))
     if not found:
         remedy = "define a frozen dataclass of TireEffect with identifier"
         raise FlatplankError("holds no effect", str(path), remedy)
@@ -98,19 +98,19 @@ def proposal_of(path: Path, content: bytes) -> Sentence | None:
 
 
 class _Allowed(SourceFileLoader):
-    """Runs the content that was allowed, not what the file or its byte code has become since."""
+    """Runs the text that was allowed, not what the file or its byte code has become since."""
 
-    content = b""
+    text = ""
 
     def get_code(self, fullname: str) -> CodeType:
-        return self.source_to_code(self.content, self.path)
+        return self.source_to_code(self.text, self.path)
 
 
-def _run(path: Path, content: bytes) -> ModuleType:
+def _run(path: Path, text: str) -> ModuleType:
     # files with the same name in two folders are two modules
     name = f"{_USER}{path.stem}_{crc32(bytes(path.resolve())):08x}"
     loader = _Allowed(name, str(path))
-    loader.content = content
+    loader.text = text
     spec = importlib.util.spec_from_file_location(name, path, loader=loader)
     assert spec is not None
     module = importlib.util.module_from_spec(spec)

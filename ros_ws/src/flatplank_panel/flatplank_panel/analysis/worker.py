@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from importlib import import_module
 from typing import Any
 
-from flatplank_analysis.effects.consent import ConsentError, digest
+from flatplank_analysis.effects.consent import ConsentError, digest, shown
 from flatplank_hw.process import end_with_parent
 from flatplank_panel.analysis.client import Progress
 
@@ -46,7 +46,7 @@ def do_request(request: Mapping[str, Any], progress: Progress) -> dict[str, Any]
     try:
         return {"result": to_strict_json(job(progress, **request.get("with", {})))}
     except ConsentError as error:
-        text = error.content.decode("utf-8", errors="replace")
+        text = shown(error.text)
         asked = {"file": str(error.path), "text": text, "digest": digest(error.content)}
         return {"error": str(error), "consent": asked}
     except (ValueError, OSError) as error:
