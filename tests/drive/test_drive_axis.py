@@ -177,6 +177,18 @@ def test_a_new_target_is_taken_on_the_way():
     assert rig.run(5).position == pytest.approx(-0.2, abs=2e-9)
 
 
+def test_a_move_ends_the_mode_of_an_axis_that_rests():
+    rig = up("velocity", 0.1)
+    rig.run(100)
+    assert "turns" in rig.drive.move_to(0.2).reason
+    assert rig.drive.set_operation_mode("velocity", 0.0).accepted
+    rig.run(200)
+    assert rig.drive.move_to(0.2).accepted
+    rig.run(20_000, until=lambda s: rig.drive.at_target)
+    assert rig.drive.mode == "position"
+    assert rig.run(5).position == pytest.approx(0.2, abs=2e-9)
+
+
 @pytest.mark.parametrize("ahead", [1e-6, -1e-6, -0.01])
 def test_a_target_near_a_moving_axis_is_reached_without_a_jump_of_the_speed(ahead):
     """It is too late to stop there: the axis brakes, and comes back."""
