@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 from draws import RUNS, SPARE, numbers, without
 from scipy.stats import f as f_distribution
-from shapes import CONDITIONS, NOISE, OTHER, REPEATS, measured, shape, wave
+from shapes import CONDITIONS, LONG, NOISE, OTHER, REPEATS, measured, shape, wave
 
 from flatplank_analysis.discovery import floor
 from flatplank_analysis.discovery.fit import Fitter, Term
 from flatplank_analysis.discovery.invariants import is_fall_by_chance
 from flatplank_analysis.discovery.state import channel_weights, make_state, start_base
+from flatplank_analysis.discovery.steps import Step
 
 
 def test_contrasts_lose_what_differs_between_repeats_and_is_known():
@@ -32,7 +33,9 @@ def test_contrasts_lose_what_differs_between_repeats_and_is_known():
         for share, kept in ((0.49, 0), (0.51, 1)):
             mixed = scale * (share * turned + np.sqrt(1.0 - share**2) * shared)
             assert len(floor.contrast_blocks(runs, [mixed])) == kept
-    cleaned = floor.clean_contrasts
+
+    def cleaned(runs, residual, blocks):
+        return floor.clean_contrasts(runs, residual, floor.contrast_blocks(runs, blocks))
 
     def left(residual, blocks):
         return cleaned(runs, residual, blocks).contrasts
@@ -75,7 +78,9 @@ def test_columns_must_explain_more_than_as_many_numbers_of_noise(others):
 
     def kept(share: float) -> bool:
         contrast = (np.sqrt(share) * inside + np.sqrt(1.0 - share) * beside)[:, None] * form
-        found = floor.clean_contrasts(runs, contrast, [*idle, columns])
+        found = floor.clean_contrasts(
+            runs, contrast, floor.contrast_blocks(runs, [*idle, columns])
+        )
         # either all is left, or what is beside
         rest = np.sqrt(1.0 - share) * beside[:, None] * form
         whole = np.allclose(found.contrasts, contrast)
@@ -239,6 +244,25 @@ def test_what_a_known_effect_adds_to_the_scatter_is_no_floor():
         assert found.floor == pytest.approx(NOISE, rel=0.1) and found.varying > 0.4 * NOISE
     for terms, effects in (([], []), ([OTHER], []), ([], [OTHER])):
         assert floor_with(terms, effects).floor > 1.3 * NOISE
+
+
+def test_the_floor_needs_the_columns_of_one_effect_at_a_time(monkeypatch):
+    """Those of all effects, in the memory together, are for a ranking that is asked for."""
+    model = measured(32)
+    fitter = Fitter(model, channel_weights(model, [NOISE]))
+    fit, predict = fitter.fit(start_base(model)), type(model).predict
+    asked = []
+
+    def noted(self, sets):
+        asked.append({effect for one in sets for effect, _ in one.effects})
+        return predict(self, sets)
+
+    monkeypatch.setattr(type(model), "predict", noted)
+    state = make_state(model, fitter, fit, [OTHER, LONG])
+    assert max(map(len, asked)) == 1 and {OTHER} in asked and {LONG} in asked
+    step = Step(state, None, [])
+    assert "candidates" not in vars(state)
+    assert {item.candidate.effect for item in step.screen.ranked} == {OTHER, LONG}
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

@@ -177,7 +177,7 @@ class Session:
         if before:
             fit = invariants.not_raising_error(fitter, before.state.fit, [fit])
         state = make_state(self.model, fitter, fit, effects)
-        return Step(state, screen.screen(state), [])
+        return Step(state, None, [])
 
     def add(
         self,

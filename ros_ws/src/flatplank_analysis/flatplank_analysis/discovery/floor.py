@@ -136,16 +136,17 @@ def effective_freedom(runs: RunSet, contrast: np.ndarray) -> float:
 
 
 def clean_contrasts(
-    runs: RunSet, residual: np.ndarray, blocks: Sequence[np.ndarray], level: float = 0.005
+    runs: RunSet, residual: np.ndarray, pool: Sequence[np.ndarray], level: float = 0.005
 ) -> Cleaned:
     """Take effects that differ between repeats out of the contrasts of a channel.
 
-    Blocks are regressed out one at a time, the best first, as long as an F test with the effective
-    freedom of the contrasts requires it: with red noise a regression on all of them would remove
-    the noise itself.
+    pool: blocks of their columns (k, runs, samples), by `contrast_blocks`. Blocks are regressed
+    out one at a time, the best first, as long as an F test with the effective freedom of the
+    contrasts requires it: with red noise a regression on all of them would remove the noise
+    itself.
     """
     contrast = runs.contrast(residual)
-    pool = contrast_blocks(runs, blocks)
+    pool = list(pool)
     freedom = effective_freedom(runs, contrast)
     chosen: list[np.ndarray] = []
     energy = float(np.sum(contrast**2))

@@ -4,9 +4,10 @@ effects that may be added."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
+from itertools import chain
 
 import numpy as np
 
@@ -52,7 +53,8 @@ class State:
     fitter: Fitter
     fit: Fit
     residual: np.ndarray
-    candidates: list[Candidate]
+    offered: Callable[[], list[Candidate]]
+    """makes `candidates`, which are large"""
     floors: list[floors.Floor]
     """per channel"""
     metric: grams.Metric
@@ -63,6 +65,11 @@ class State:
     @property
     def runs(self) -> RunSet:
         return self.model.runs
+
+    @cached_property
+    def candidates(self) -> list[Candidate]:
+        """Columns of all effects that may be added."""
+        return self.offered()
 
     @cached_property
     def independent(self) -> float:
@@ -121,29 +128,33 @@ def make_candidates(
     model: Model, fit: Fit, effects: Sequence[type[Effect]], residual: np.ndarray
 ) -> list[Candidate]:
     """Columns of all effects that are not (or not often enough) in the model yet."""
-    sets: list[ParameterSet] = []
-    plan: list[tuple[type[Effect], dict[str, float], slice]] = []
+    return list(_candidates(model, fit, effects, residual))
+
+
+def _candidates(
+    model: Model, fit: Fit, effects: Sequence[type[Effect]], residual: np.ndarray
+) -> Iterator[Candidate]:
+    """The same, one after the other: the columns of one effect are in memory at a time."""
     own = fit.parameter_set()
     for effect in effects:
         present = sum(t.effect is effect for t in fit.terms)
         if present >= effect.instances or not effect.separable(model.runs):
             continue
-        for setting in variants_of(effect, model.runs, residual):
-            begin = len(sets)
-            for p in effect.linear():
-                values = effect.vector(setting | {p.name: p.null + p.screen})
-                sets.append(ParameterSet(own.base, (*own.effects, (effect, values))))
-            plan.append((effect, setting, slice(begin, len(sets))))
-    if not sets:
-        return []
-    changes = model.predict(sets)
-    changes -= fit.predicted
-    made = [Candidate(effect, setting, changes[rows]) for effect, setting, rows in plan]
-    for c in made:
-        if not np.isfinite(c.columns.sum()):
-            where = f"effect {c.effect.identifier}"
+        settings, linear = list(variants_of(effect, model.runs, residual)), effect.linear()
+        vectors = [
+            effect.vector(s | {p.name: p.null + p.screen}) for s in settings for p in linear
+        ]
+        if not vectors:
+            continue
+        sets = [ParameterSet(own.base, (*own.effects, (effect, values))) for values in vectors]
+        changes = model.predict(sets)
+        changes -= fit.predicted
+        if not np.isfinite(changes.sum()):
+            where = f"effect {effect.identifier}"
             raise FlatplankError("predicts NaN or infinity", where, "check its range")
-    return [c for c in made if can_show(model.runs, c.columns)]
+        for setting, columns in zip(settings, np.split(changes, len(settings)), strict=True):
+            if can_show(model.runs, columns):
+                yield Candidate(effect, setting, columns)
 
 
 def scatter_columns(model: Model, fit: Fit) -> np.ndarray:
@@ -170,10 +181,9 @@ def make_state(
     """
     runs = model.runs
     residual = fit.residual(runs.measured)
-    candidates = make_candidates(model, near or fit, effects, residual)
-    cleaned, levels = _cleaned(runs, fit, candidates, residual), []
-    if near is None:
-        candidates = []  # large, and made again from the whitened fit
+    known = None if near is None else make_candidates(model, near, effects, residual)
+    beside = _candidates(model, fit, effects, residual) if known is None else known
+    cleaned, levels = _cleaned(runs, fit, beside, residual), []
     contrasts = np.stack([one.contrasts for one in cleaned])
     directions = scatter_columns(model, fit)
     bound = source_of(runs).lower_bound
@@ -192,24 +202,27 @@ def make_state(
     metric = grams.Metric(whitener, directions, scatter)
     found = fit_whitened(metric, fitter, near or fit)
     found = replace(found, fit=fitter.derivative(found.fit))
-    if near is None:
-        # the whitened fit may be far from the plain one, where the columns differ
-        candidates = make_candidates(model, found.fit, effects, residual)
-    return State(model, fitter, fit, residual, candidates, levels, metric, found)
+    # the whitened fit may be far from the plain one, where the columns differ
+    offered = partial(make_candidates, model, found.fit, effects, residual)
+    if known is not None:
+        offered = partial(list, known)
+    return State(model, fitter, fit, residual, offered, levels, metric, found)
 
 
 def _cleaned(
-    runs: RunSet, fit: Fit, candidates: Sequence[Candidate], residual: np.ndarray
+    runs: RunSet, fit: Fit, candidates: Iterable[Candidate], residual: np.ndarray
 ) -> list[floors.Cleaned]:
     """Contrasts of each channel without what the effects of the model and the candidates show."""
     owners = np.array([term for term, _ in fit.free])
-    present = [fit.jacobian[owners == i] for i in range(len(fit.terms))]
-    blocks = [c.columns for c in candidates] + present
-    cleaned = []
-    for c in range(len(runs.channels)):
-        alive = [b[np.abs(b[:, c]).max(axis=(1, 2)) > 0.0, c] for b in blocks]
-        cleaned.append(floors.clean_contrasts(runs, residual[c], [b for b in alive if len(b)]))
-    return cleaned
+    present = (fit.jacobian[owners == i] for i in range(len(fit.terms)))
+    pools: list[list[np.ndarray]] = [[] for _ in runs.channels]
+    for block in chain((c.columns for c in candidates), present):
+        for c, pool in enumerate(pools):
+            alive = block[np.abs(block[:, c]).max(axis=(1, 2)) > 0.0, c]
+            pool += floors.contrast_blocks(runs, [alive] if len(alive) else [])
+    return [
+        floors.clean_contrasts(runs, one, pool) for one, pool in zip(residual, pools, strict=True)
+    ]
 
 
 def channel_weights(model: Model, levels: Sequence[float]) -> np.ndarray:

@@ -13,7 +13,7 @@ from flatplank_analysis.discovery.decision import Decision
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.model import Model
 from flatplank_analysis.discovery.rivals import AlternativeEffect, Rival
-from flatplank_analysis.discovery.screen import Screen
+from flatplank_analysis.discovery.screen import Screen, screen
 from flatplank_analysis.discovery.state import State
 
 LARGEST_CLASS = 4
@@ -54,10 +54,16 @@ class Step:
     """The state of the search after a number of accepted effects."""
 
     state: State
-    screen: Screen
+    ranking: Screen | None
+    """of the candidates; None: made when `screen` is asked for"""
     found: list[AcceptedEffect]
     refits: list[Decision] = field(default_factory=list)
     """tests of the refits from this state, best first"""
+
+    @cached_property
+    def screen(self) -> Screen:
+        """All candidates, best first."""
+        return screen(self.state) if self.ranking is None else self.ranking
 
     @cached_property
     def held_out(self) -> float:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from scipy.special import logsumexp
@@ -157,10 +157,10 @@ class Scales:
     def ranked(self, fit: Fit) -> tuple[State, Screen]:
         """Candidates beside a fit, with the columns that they would have there."""
         residual = fit.residual(self.state.runs.measured)
-        candidates = make_candidates(self.state.model, fit, self.effects, residual)
+        offered = partial(make_candidates, self.state.model, fit, self.effects, residual)
         whitened = Whitened(fit, math.nan)
         state = replace(
-            self.state, fit=fit, residual=residual, candidates=candidates, metric=self.metric,
+            self.state, fit=fit, residual=residual, offered=offered, metric=self.metric,
             whitened=whitened,
         )  # fmt: skip
         return state, screen(state)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from typing import Any, ClassVar, cast
 from zlib import crc32
 
@@ -54,7 +55,8 @@ def decoys_of(search: Search) -> Decoys:
         for item in best_per_effect(last.screen)
         if item.visible >= VISIBLE and not item.candidate.effect.generic
     ]
-    state = replace(last.state, candidates=[Candidate(k, {}, k.column[None]) for k in kinds])
+    offered = [Candidate(k, {}, k.column[None]) for k in kinds]
+    state = replace(last.state, offered=partial(list, offered))
     ranking = screens.screen(state)
     looked_at = bonferroni_divisors(kinds, state.model)
     before = tuple(f.decision for f in last.found)

@@ -6,6 +6,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -301,8 +302,8 @@ def _participating(energy: np.ndarray) -> float:
 def _with_candidate(step: Step, effect: type[Effect]) -> Step:
     """The step with the columns of the new effect, as `add` needs it."""
     old = step.state
-    columns = make_candidates(old.model, old.whitened.fit, [effect], old.residual)
-    state = replace(old, candidates=columns)
+    offered = partial(make_candidates, old.model, old.whitened.fit, [effect], old.residual)
+    state = replace(old, offered=offered)
     return Step(state, replace(screen(state), typical=step.screen.typical), [])
 
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from flatplank_analysis.discovery.floor import clean_contrasts, scatter_of_repeats
+from flatplank_analysis.discovery.floor import clean_contrasts, contrast_blocks, scatter_of_repeats
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.starts import by_start
 
@@ -36,7 +36,7 @@ def floor_of_runs(force: np.ndarray, angle: np.ndarray, keep: np.ndarray) -> flo
         order=np.arange(count, dtype=float),
     )
     blocks = [np.stack([np.cos(k * angle), np.sin(k * angle)]) for k in ORDERS]
-    cleaned = clean_contrasts(runs, force, blocks)
+    cleaned = clean_contrasts(runs, force, contrast_blocks(runs, blocks))
     return math.sqrt(scatter_of_repeats(cleaned, runs.groups, keep)[0])
 
 
