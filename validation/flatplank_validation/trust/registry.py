@@ -70,10 +70,10 @@ class Result:
         both = Tally()
         both.join(self.tally)
         both.join(other.tally)
-        place = "; ".join(dict.fromkeys(p for p in (self.place, other.place) if p))
+        places = [*self.place.split("; "), *other.place.split("; ")]
         return Result(
             both, self.seconds + other.seconds, self.share + other.share,
-            (*self.seeds, *other.seeds), place,
+            (*self.seeds, *other.seeds), "; ".join(dict.fromkeys(filter(None, places))),
         )  # fmt: skip
 
 
