@@ -150,9 +150,12 @@ def _named(session: Session, result: Diagnosis, folder: Path, printer: Steps) ->
     text."""
     data, model, lines = result.to_dict(), ModelFile(campaign=str(folder)), []
     write_atomic(folder / DIAGNOSIS, json.dumps(data, indent=1) + "\n")
+    search = result.search
+    # the diagnosis has fitted the model without effects, of these runs or of parts of them
+    before = search.steps[0] if search and search.model is session.model else None
     for effect in data["effects"]:
         printer.print_progress(f"{effect['name']} is added, and everything is fitted again")
-        model, _, n = session.add(model, effect["name"])
+        model, before, n = session.add(model, effect["name"], before)
         save_model(model, folder / "model.yaml")
         lines.append(
             f"  + {effect['name']} {quantity(n['size'], n['unit'])}: error "
