@@ -125,3 +125,20 @@ def test_calls_are_served_without_gathering_all_entities_anew(question: Question
         assert question.spin_to_the_end().success
     assert [executor._watch for executor in executors] == watches
     assert not any(executor._tasks for executor in executors)
+
+
+def test_samples_do_not_wait_with_services(question: Question) -> None:
+    """A wait costs with every entity: those of the samples are not waited for with services; a
+    service that comes later is answered all the same, and one that goes leaves the others."""
+    executor, node = question.executors[0], question.server
+    executor.spin_once(timeout_sec=0.0)
+    size = executor._watch.sizes
+    more = [node.create_service(Trigger, f"~/more{i}", node.on_ask) for i in range(20)]
+    node.create_timer(3600.0, lambda: None)
+    executor.spin_once(timeout_sec=0.0)
+    executor.spin_once(timeout_sec=0.0)
+    assert executor._watch.sizes == [size[0], size[1] + 1, size[2]]
+    assert len(executor._watch.rare.services) >= len(more)
+    node.destroy_service(more[0])
+    question.server.go.set_result(True)
+    assert question.spin_to_the_end().success

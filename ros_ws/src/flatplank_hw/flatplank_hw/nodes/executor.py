@@ -11,15 +11,13 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from contextlib import ExitStack
-from itertools import chain
-from operator import attrgetter, is_not
 from typing import Any
 
 from rclpy.exceptions import InvalidHandle
 from rclpy.executors import ShutdownException, SingleThreadedExecutor, TimeoutException
-from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.task import Task
+
+from flatplank_hw.nodes.wait_sets import Watch
 
 MOST_AT_ONCE = 50
 """largest number of messages taken from one subscription before the others are served"""
@@ -30,89 +28,11 @@ def _never() -> bool:
     return False
 
 
-class _Watch:
-    """Wait set of all entities that can wake the nodes and their executor.
-
-    `wake`: the guard by which rclpy wakes the executor, for instance for a new entity; `guards`:
-    further ones.
-    """
-
-    def __init__(self, nodes, wake, guards, context) -> None:
-        self.keep = ExitStack()
-        self._gathered = _entities_of(nodes)
-        self.subscriptions = self._hold(chain.from_iterable(n.subscriptions for n in nodes))
-        self.timers = self._hold(chain.from_iterable(n.timers for n in nodes))
-        self.clients = self._hold(chain.from_iterable(n.clients for n in nodes))
-        self.services = self._hold(chain.from_iterable(n.services for n in nodes))
-        others = [*chain.from_iterable(n.guards for n in nodes), *guards]
-        self.guards = self._hold([wake, *others])
-        self._wake = wake.handle.pointer
-        self.waitables = self._hold(chain.from_iterable(n.waitables for n in nodes), lambda w: w)
-        extra = [w.get_num_entities() for w in self.waitables]
-        self.keep.enter_context(context.handle)
-        self.set = _rclpy.WaitSet(
-            len(self.subscriptions) + sum(n.num_subscriptions for n in extra),
-            len(self.guards) + sum(n.num_guard_conditions for n in extra),
-            len(self.timers) + sum(n.num_timers for n in extra),
-            len(self.clients) + sum(n.num_clients for n in extra),
-            len(self.services) + sum(n.num_services for n in extra),
-            sum(n.num_events for n in extra),
-            context.handle,
-        )
-        self.rare = {g.handle.pointer for g in self.guards} - {self._wake}
-
-    def _hold(self, entities, handle=attrgetter("handle")) -> list:
-        """Entities that still exist; holding their handles keeps them alive during the wait."""
-        held = []
-        for entity in entities:
-            try:
-                self.keep.enter_context(handle(entity))
-            except InvalidHandle:
-                continue
-            held.append(entity)
-        return held
-
-    def wait(self, nanoseconds: int) -> None:
-        add = self.set
-        add.clear_entities()
-        for entity in self.subscriptions:
-            add.add_subscription(entity.handle)
-        for entity in self.services:
-            add.add_service(entity.handle)
-        for entity in self.timers:
-            add.add_timer(entity.handle)
-        for entity in self.guards:
-            add.add_guard_condition(entity.handle)
-        for entity in self.clients:
-            add.add_client(entity.handle)
-        for waitable in self.waitables:
-            waitable.add_to_wait_set(add)
-        add.wait(nanoseconds)
-
-    def outdated(self, nodes) -> bool:
-        """True when rclpy has woken the executor and the entities have changed."""
-        if self._wake not in self.set.get_ready_entities("guard_condition"):
-            return False
-        now = _entities_of(nodes)
-        return len(now) != len(self._gathered) or any(map(is_not, now, self._gathered))
-
-    def rare_entity_ready(self) -> bool:
-        if not self.rare.isdisjoint(self.set.get_ready_entities("guard_condition")):
-            return True
-        return any(waitable.is_ready(self.set) for waitable in self.waitables)
-
-
-def _entities_of(nodes) -> list:
-    """All entities of the nodes."""
-    kinds = attrgetter("subscriptions", "timers", "clients", "services", "guards", "waitables")
-    return [*chain.from_iterable(chain.from_iterable(kinds(node)) for node in nodes)]
-
-
 class StreamExecutor(SingleThreadedExecutor):
     """Single-threaded executor: subscriptions and timers first, callback groups only for rare
     events. `due` are functions that it calls once, in its next round."""
 
-    _watch: _Watch | None = None
+    _watch: Watch | None = None
     _tasks: list[tuple[Task, Any, Any]]
 
     def __init__(self) -> None:
@@ -126,13 +46,16 @@ class StreamExecutor(SingleThreadedExecutor):
             timeout_sec: longest wait [s]; None waits for ever.
         """
         if self._watch is None:
-            self._watch = _Watch(self.get_nodes(), self._guard, (self._sigint_gc,), self.context)
+            self._watch = Watch(self.get_nodes(), self._guard, (self._sigint_gc,), self.context)
         watch = self._watch
         if self.due:
             timeout_sec = 0.0
         try:
             watch.wait(-1 if timeout_sec is None else int(timeout_sec * 1e9))
         except InvalidHandle:  # a callback has destroyed an entity: gather the entities again
+            self.release_entities()
+            return
+        if watch.rare.stale:
             self.release_entities()
             return
         if watch.rare_entity_ready():
@@ -151,8 +74,10 @@ class StreamExecutor(SingleThreadedExecutor):
             for subscription in watch.subscriptions:
                 if subscription.handle.pointer in messages:
                     self._take_all(subscription)
-        self._serve(watch.services, watch.set.get_ready_entities("service"), self._take_service)
-        self._serve(watch.clients, watch.set.get_ready_entities("client"), self._take_client)
+        if (rare := watch.rare).ready:
+            self._serve(rare.services, rare.set.get_ready_entities("service"), self._take_service)
+            self._serve(rare.clients, rare.set.get_ready_entities("client"), self._take_client)
+            rare.go_on()
         if watch.outdated(self.get_nodes()):
             self.release_entities()
         self._call_due()
