@@ -92,6 +92,29 @@ def test_cancel_ends_only_the_work_of_the_page_that_asks(service, tmp_path):
     assert service.fit_jobs.ended == [str(tmp_path / "x")]
 
 
+def test_a_search_goes_on_without_its_page_and_other_pages_show_it(service, tmp_path):
+    async def work():
+        a, b = PageAnalysis(service), PageAnalysis(service)
+        await a.open("x")
+        await b.open("x")
+        search = asyncio.create_task(a.diagnose())
+        while not a.progress[0]:
+            await asyncio.sleep(0)
+        a.leave()  # as a refresh does
+        assert not service.fit_jobs.ended and b.searched and b.progress == ("diagnose", 0.5)
+        again = asyncio.create_task(b.diagnose())
+        await asyncio.sleep(0)
+        assert service.fit_jobs.asked.count(("diagnose", str(tmp_path / "x"))) == 1
+        b.cancel()
+        for own in (search, again):
+            with pytest.raises(ValueError, match="cancelled"):
+                await own
+        assert not b.searched
+
+    finished(work())
+    assert service.fit_jobs.ended == [str(tmp_path / "x")]
+
+
 def test_what_is_put_away_is_forgotten(service):
     async def work():
         analysis = PageAnalysis(service)

@@ -38,12 +38,18 @@ def serve(operator: Operator, service: AnalysisService, host: str, port: int, to
     app.add_static_files("/assets", STATIC, max_cache_age=0)
     app.add_middleware(Guard, host=host, token=token)
 
+    async def show(page: Page, tab: str) -> None:
+        shell.build(page, tabs, tab if tab in tabs else next(iter(tabs)))
+        await page.client.connected()
+        page.client.run_javascript(live.start())
+
     @ui.page("/", title="Flat Plank")
     async def index(client: Client, tab: str = "") -> None:
-        page = Page(operator, service, client)
-        shell.build(page, tabs, tab if tab in tabs else next(iter(tabs)))
-        await client.connected()
-        client.run_javascript(live.start())
+        await show(Page(operator, service, client), tab)
+
+    @ui.page("/discover/{campaign:path}", title="Flat Plank")
+    async def discovery(client: Client, campaign: str, condition: str = "") -> None:
+        await show(Page(operator, service, client, (campaign, condition)), "Discover")
 
     async def push() -> None:
         due = time.monotonic()

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Sequence
+from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,26 @@ FITS = "parasitic"
 """folder of the parasitic fits below the data folder"""
 
 
+Key = tuple[str, Path]
+"""campaign and model file"""
+
+
+@dataclass(eq=False)
+class Search:
+    """A search belongs to its campaign: it goes on without the page that began it, and every page
+    of the campaign shows it."""
+
+    task: asyncio.Task[Any]
+    pages: set[PageAnalysis]
+    progress: tuple[str, float] = ("", 0.0)
+
+    @property
+    def alive(self) -> bool:
+        """False after it was cancelled or has failed."""
+        ended = self.task.done()
+        return not ended or not (self.task.cancelled() or self.task.exception())
+
+
 class AnalysisService:
     """Checked analysis requests of all pages; a ValueError is a refusal."""
 
@@ -26,6 +47,8 @@ class AnalysisService:
         self.browse_jobs = Analysis(log)
         self.fit_jobs = Analysis(log)
         self.investigating = Analysis(log)
+        self.searches: dict[Key, Search] = {}
+        """running and finished searches of the present models"""
 
     def close(self) -> None:
         self.browse_jobs.close()
@@ -82,27 +105,61 @@ class PageAnalysis:
         self.next_run: dict[str, Any] = {}
         self._open = ""
         self._model = Path()
+        self._key: Key = ("", Path())
         self._work: set[asyncio.Task[Any]] = set()
+
+    @property
+    def campaign(self) -> str:
+        """The open campaign; empty without one."""
+        return self._open
 
     @property
     def progress(self) -> tuple[str, float]:
         """Text about the present job and its completed share; empty text without a job."""
-        return self._progress if self.busy else ("", 0.0)
+        search = self._search
+        if search and not search.task.done():
+            return search.progress
+        return self._progress if self._work else ("", 0.0)
 
     @property
     def busy(self) -> bool:
-        return bool(self._work)
+        return bool(self._work) or bool(self._search and not self._search.task.done())
+
+    @property
+    def _search(self) -> Search | None:
+        found = self.service.searches.get(self._key)
+        return found if found and found.alive else None
+
+    @property
+    def searched(self) -> bool:
+        """Whether the present model was searched, or is being searched, by whatever page."""
+        return self._search is not None
 
     def cancel(self) -> None:
-        """Cancel the running and waiting jobs of this page."""
+        """Cancel the running and waiting jobs of this page, and the search of its campaign."""
         for task in self._work:
             task.cancel()
+        if self._search and not self._search.task.done():
+            self._search.task.cancel()
+
+    def leave(self) -> None:
+        """Cancel what only this page waits for; the search of the campaign goes on."""
+        search = self._search
+        for task in self._work:
+            if not search or task is not search.task:
+                task.cancel()
+        if search:
+            search.pages.discard(self)
+        self._work.clear()
 
     def close_campaign(self) -> None:
-        """Cancel all jobs and close the campaign."""
-        self.cancel()
+        """Close the campaign and cancel its jobs, but no search that another page shows."""
+        if self._search and self._search.pages - {self}:
+            self.leave()
+        else:
+            self.cancel()
         self._work.clear()
-        self._open, self.next_run = "", {}
+        self._open, self._key, self.next_run = "", ("", Path()), {}
 
     async def open(self, folder: str, model: str = "") -> dict[str, Any]:
         """Open a campaign; an empty `model` means its model.yaml."""
@@ -110,6 +167,7 @@ class PageAnalysis:
         path = check.inside(self.service.data, model, "model file") if model else where / MODEL
         if path.suffix != ".yaml":
             raise ValueError("a model file ends in .yaml")
+        self._key = (folder, path)
         opened = await self._do("open", folder=str(where), model=str(path))
         self._open, self._model, self.next_run = folder, path, {}
         return opened
@@ -134,15 +192,22 @@ class PageAnalysis:
         return await self._think("compare")
 
     async def diagnose(self) -> dict[str, Any]:
-        found = await self._think("diagnose")
+        """Search for what the model lacks, or wait for the search that another page began."""
+        self._checked()
+        search = self._search
+        if search is None:
+            search = Search(self._task_of_search(), {self})
+            self.service.searches[self._key] = search
+        search.pages.add(self)
+        found = await self._done(search.task)
         self.next_run = found.get("next_run") or {}
         return found
 
     async def add(self, effect: str) -> dict[str, Any]:
-        return await self._think("add", effect=check.note(effect)[:80])
+        return await self._change("add", effect=check.note(effect)[:80])
 
     async def undo(self) -> dict[str, Any]:
-        return await self._think("undo")
+        return await self._change("undo")
 
     async def propose(self) -> dict[str, Any]:
         """Propose an effect file for the residual."""
@@ -150,11 +215,11 @@ class PageAnalysis:
 
     async def accept(self, name: str) -> dict[str, Any]:
         """Add the last proposal to the model under a name."""
-        return await self._think("accept", name=check.name(name))
+        return await self._change("accept", name=check.name(name))
 
     async def rename(self, old: str, new: str) -> dict[str, Any]:
         """Rename the proposal, or an effect of the model that was one."""
-        return await self._think("rename", old=check.name(old), new=check.name(new))
+        return await self._change("rename", old=check.name(old), new=check.name(new))
 
     async def confirm(self, name: str, new: str) -> dict[str, Any]:
         """Test whether the runs of another campaign agree with an effect."""
@@ -179,10 +244,30 @@ class PageAnalysis:
         about = {"folder": str(self._checked()), "model": str(self._model)}
         return await self._do(job, **about, **arguments)
 
+    async def _change(self, job: str, **arguments: Any) -> Any:
+        """A job that changes the model: what was found in it before is no longer so."""
+        self.service.searches.pop(self._key, None)
+        return await self._think(job, **arguments)
+
+    def _task_of_search(self) -> asyncio.Task[Any]:
+        key = self._key
+
+        def say(text: str, share: float) -> None:
+            if search := self.service.searches.get(key):
+                search.progress = (text, share)
+
+        about = {"folder": str(self._checked()), "model": str(self._model)}
+        return asyncio.create_task(self.service.fit_jobs.ask("diagnose", say, **about))
+
     async def _do(self, job: str, **arguments: Any) -> Any:
-        if not self.busy:
+        if not self._work:
             self._say("", 0.0)
-        task = asyncio.create_task(self.service.fit_jobs.ask(job, self._say, **arguments))
+        return await self._done(
+            asyncio.create_task(self.service.fit_jobs.ask(job, self._say, **arguments))
+        )
+
+    async def _done(self, task: asyncio.Task[Any]) -> Any:
+        """Result of a task, unless the page has closed the campaign meanwhile."""
         self._work.add(task)
         await asyncio.wait([task])
         wanted = task in self._work

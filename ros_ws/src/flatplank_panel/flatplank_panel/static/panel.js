@@ -11,6 +11,7 @@
     ticks: 0, tickTimes: [], drawn: 0, pause: DRAW_MS,
   };
   window.fp = fp;
+  window.addEventListener("popstate", () => window.location.reload()); // Back: the campaign before
 
   fp.start = (event, signals, rows, serial, begun) => {
     fp.signals = signals;

@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 from nicegui import ui
 
@@ -33,12 +35,24 @@ def build(page: Page) -> None:
 class _Discover:
     def __init__(self, page: Page) -> None:
         self.page, self.service, self.analysis = page, page.service, PageAnalysis(page.service)
-        self.button = page.free_button
         self.picture: dict[str, Any] = {}
         self.ranked: list[dict[str, Any]] = []
         self.found: dict[str, Any] = {}
-        self.last_message = ""
+        self.last_message = self.wanted = ""
         self.proposal = ProposalCard(self)
+
+    def button(self, text: str, work: Callable[[], Any], *, strong: bool = False) -> ui.button:
+        """A button whose refusal stays in the status line."""
+
+        async def told() -> Any:
+            try:
+                result = work()
+                return await result if inspect.isawaitable(result) else result
+            except ValueError as error:
+                self.show_status(str(error))
+                raise
+
+        return self.page.free_button(text, told, strong=strong)
 
     # layout
     def build(self) -> None:
@@ -55,8 +69,8 @@ class _Discover:
                 self.build_effect()
             self.proposal.build()
         self.folder.on_value_change(self.close_campaign)
-        self.page.client.on_delete(self.analysis.cancel)
-        ui.timer(0.05, self.page.handler(self.list), once=True)
+        self.page.client.on_delete(self.analysis.leave)
+        ui.timer(0.05, self.page.handler(self.begin), once=True)
         ui.timer(0.3, self.refresh)
 
     def build_bar(self) -> None:
@@ -124,6 +138,23 @@ class _Discover:
     async def list(self) -> None:
         await self.page.list_campaigns(self.folder)
 
+    async def begin(self) -> None:
+        """List the campaigns; open that of the address, with what its last search has found."""
+        await self.list()
+        folder, self.wanted = self.page.shown
+        if folder not in self.folder.options:
+            return
+        self.folder.set_value(folder)
+        await self.open()
+        if self.analysis.searched:
+            await self.diagnose()
+
+    def say_where(self) -> None:
+        """The address of what is shown, so that it can be loaded again and sent to others."""
+        if self.analysis.campaign:
+            query = f"?condition={quote(self.condition.value)}" if self.condition.value else ""
+            ui.navigate.history.replace(f"/discover/{quote(self.analysis.campaign)}{query}")
+
     async def simulate(self, name: str, seed: Any) -> None:
         self.close_campaign()
         made = await self.analysis.simulate(name, seed)
@@ -139,6 +170,9 @@ class _Discover:
         await self.first_picture(folder)
         if self.folder.value != folder:
             return
+        if folder != self.page.shown[0]:
+            ui.navigate.history.push(f"/discover/{quote(folder)}")
+        self.page.shown = (folder, "")
         opened = await self.opened(folder, model)
         self.draw_history(opened)
         if opened["undecidable"]:
@@ -258,7 +292,8 @@ class _Discover:
         self.page.draw(self.error_chart, charts.against_floor(picture["conditions"]))
         names = [c["condition"] for c in picture["curves"]]
         worst = max(picture["conditions"], key=lambda c: c["floors"])["condition"]
-        shown = self.condition.value if self.condition.value in names else worst
+        kept = self.wanted or self.condition.value
+        shown, self.wanted = kept if kept in names else worst, ""
         self.condition.set_options(names, value=shown)
         over = {m["coordinate"]: with_unit(m["coordinate"], m["unit"]) for m in picture["maps"]}
         self.coordinate.set_options(over, value=next(iter(over), None))
@@ -278,6 +313,7 @@ class _Discover:
     def draw_curve(self) -> None:
         for curve in self.picture.get("curves", []):
             if curve["condition"] == self.condition.value:
+                self.say_where()
                 self.page.draw(self.curve_chart, charts.measured_and_model(curve))
 
     def draw_map(self) -> None:

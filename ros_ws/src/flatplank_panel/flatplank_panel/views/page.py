@@ -19,10 +19,18 @@ class Page:
 
     in_charge = binding.BindableProperty()
 
-    def __init__(self, operator: Operator, service: AnalysisService, client: Any) -> None:
+    def __init__(
+        self,
+        operator: Operator,
+        service: AnalysisService,
+        client: Any,
+        shown: tuple[str, str] = ("", ""),
+    ) -> None:
+        """`shown`: campaign and condition of its address."""
         self.operator, self.service = operator, service
         self.client, self.id = client, client.id
         self.in_charge = False
+        self.shown = shown
 
     def handler(self, work: Callable[[], Any]) -> Callable[[], Any]:
         """Event handler that does the work and shows the outcome."""

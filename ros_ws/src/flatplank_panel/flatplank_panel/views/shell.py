@@ -53,7 +53,12 @@ def build(page: Page, tabs: Mapping[str, Callable[[Page], None]], first: str) ->
                 tabs[name](page)
 
     show(first)
-    panels.on_value_change(lambda e: show(e.value))
+
+    def chosen(name: str) -> None:
+        show(name)
+        ui.navigate.history.replace(f"/?tab={name}")
+
+    panels.on_value_change(lambda e: chosen(e.value))
 
 
 async def _stop(page: Page) -> None:
