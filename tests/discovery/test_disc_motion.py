@@ -124,6 +124,67 @@ def test_inputs_act_between_the_nodes_as_recorded():
     assert x[-1] == pytest.approx(1.0 * (1.0 - 0.025), rel=0.03)
 
 
+@pytest.mark.parametrize(
+    ("shape", "between"),
+    [("line", lambda t: t), ("held", np.floor), ("spline", lambda t: t**2)],
+)
+def test_an_input_is_a_line_held_or_a_spline_between_its_samples(shape, between):
+    time = np.arange(5.0)
+    given = {"held": time, "line": time, "spline": time**2}[shape]
+    record = fp.Record("one", time, 0.0 * time, {"pull": given})
+    runs = fp.table_of([record], "x", "m", nodes=9, inputs={"pull": shape})
+    half = np.arange(0.0, 4.5, 0.5)
+    assert runs.inputs["pull"][0] == pytest.approx(between(half))
+    fine = np.linspace(0.0, 4.0, 8 * 20 + 1)
+    assert runs.facts["pull between nodes"][0] == pytest.approx(between(fine + 1e-9), abs=1e-6)
+
+
+def fallen(seed: int, height: float) -> fp.Record:
+    """A drop with air drag of 0.02 1/m, as a camera sees it: closed form."""
+    time = np.arange(0.0, 1.6, 0.02)
+    z = height - np.log(np.cosh(time * np.sqrt(9.81 * 0.02))) / 0.02
+    z += 0.005 * np.random.default_rng(seed).standard_normal(len(time))
+    return fp.Record(f"drop {seed}", time, z, condition=f"{height} m", begin=(height, 0.0))
+
+
+class Ball(fp.Motion):
+    """Height of a ball, with a spring that no drop shows."""
+
+    g = fp.param(9.0, unit="m/s2", bounds=(5.0, 15.0), screen=0.1)
+    spring = fp.param(1.0, unit="1/s2", bounds=(0.0, 5.0), screen=0.1)
+
+    def force(self, p, s):
+        return -p.g - p.spring * np.maximum(-100.0 - s.x, 0.0)
+
+
+class Drag(fp.Missing):
+    """Air resistance."""
+
+    k = fp.param(0.0, unit="1/m", bounds=(0.0, 0.5), screen=0.01, matters=0.002)
+    damping = staticmethod(lambda p, s: p.k * np.abs(s.v))
+
+
+def test_a_diagnosis_of_any_machine_goes_on_with_the_effect_in_its_model():
+    drops = [fallen(10 * h + n, float(h)) for h in range(14, 26, 2) for n in (1, 2)]
+    before = fp.explain(Ball(fp.table_of(drops, "height", "m", nodes=40)), [Drag])
+    assert before.verdict == "found" and before.effects.name.tolist() == ["drag"]
+    assert list(before.conditions.condition) == [f"{h}.0 m" for h in range(14, 26, 2)]
+    assert (before.conditions.floors < 1.5).all()
+    assert any("no sample of these runs shows spring" in n for n in before.result.notes)
+    after = before.add("drag")
+    assert (after.verdict, len(after.effects)) == ("at floor", 0)
+    assert after.result.rmse_before == pytest.approx(before.result.rmse_after, rel=1e-3)
+    fitted = after.parameters.set_index("name")
+    assert fitted.loc["g", "value"] == pytest.approx(9.81, rel=0.01)
+    assert fitted.loc["k", "value"] == pytest.approx(0.02, rel=0.05)
+    assert fitted.loc["k", ["of", "unit"]].tolist() == ["drag", "1/m"]
+    assert "tire" not in f"{before!r} {after!r}".lower()
+    with pytest.raises(fp.FlatplankError, match="no effect 'drga'.*the nearest is 'drag'"):
+        before.add("drga")
+    with pytest.raises(fp.FlatplankError, match="in the model already"):
+        after.add("drag")
+
+
 def test_records_end_with_the_shortest_and_repeat_by_their_condition():
     long, short = np.linspace(0.0, 3.0, 301), np.linspace(1.0, 3.0, 101)
     runs = fp.table_of(
@@ -155,7 +216,8 @@ def test_tables_of_any_file_are_alike(tmp_path):
         table = fp.read_table(tmp_path / name)
         assert fp.column(table, "t", "time").tolist() == time.tolist()
         assert fp.column(table, "x").tolist() == x.tolist()
-    assert fp.read_table(tmp_path / "a.json").attrs["mass"] == 2.0
+    for name in ("a.json", "a.mat"):
+        assert fp.read_table(tmp_path / name).attrs["mass"] == 2.0
     text = (tmp_path / "a.csv").read_text().replace(", ", ";").replace(",", ";")
     (tmp_path / "b.csv").write_text(text)
     (tmp_path / "b.txt").write_text(text.replace(";", "\t").replace("time", "Time"))
@@ -196,5 +258,10 @@ def test_bad_records_are_one_line():
     with pytest.raises(fp.FlatplankError, match="record b: no fact 'mass', which a has"):
         fp.table_of([fp.Record("a", time, time, facts={"mass": 1.0}), fp.Record("b", time, time)],
                     "x", "m", nodes=5)  # fmt: skip
+    one = fp.Record("one", time, time, inputs={"pull": time})
+    with pytest.raises(fp.FlatplankError, match="no input 'pul'.*there: pull"):
+        fp.table_of([one], "x", "m", nodes=5, inputs={"pul": "held"})
+    with pytest.raises(fp.FlatplankError, match="input pull: unknown shape 'step'.*known: line, "):
+        fp.table_of([one], "x", "m", nodes=5, inputs={"pull": "step"})
     with pytest.raises(fp.FlatplankError, match="record back: time does not rise"):
         fp.table_of([fp.Record("back", time[::-1], time)], "x", "m", nodes=5)

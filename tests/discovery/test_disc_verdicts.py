@@ -196,6 +196,7 @@ def test_what_stands_beside_a_verdict(monkeypatch):
     ends = {"white": {"g": "g = 15", "late": "late = 0.1"}, "plain": {"late": "late = 0.1"}}
     monkeypatch.setattr(invariants, "parameters_at_ends", lambda _fitter, fit: ends.get(fit, {}))
     monkeypatch.setattr(verdict, "unidentifiable", lambda _screen, looked: looked["names"])
+    monkeypatch.setattr(invariants, "parameters_without_column", lambda fit: fit == "none" and "z")
 
     def notes(steps=(), unseen=(), found=(), fits=("", "")):
         state = SimpleNamespace(fitter=None, whitened=SimpleNamespace(fit=fits[0]), fit=fits[1])
@@ -213,6 +214,7 @@ def test_what_stands_beside_a_verdict(monkeypatch):
     wrong = AcceptedEffect(decision(reasons=UNEVEN, stretch_q=200.0))
     (note,) = notes(found=[AcceptedEffect(decision(OTHER)), wrong])
     assert note.startswith(f"long: {UNEVEN[0]}, {UNEVEN[1]}; ")
+    assert notes(fits=("none", "")) == ["no sample of these runs shows z: not fitted"]
     assert notes(fits=("white", "plain")) == ["at an end of its range: g = 15, late = 0.1"]
     assert notes(fits=("", "plain")) == ["at an end of its range: late = 0.1"]
 

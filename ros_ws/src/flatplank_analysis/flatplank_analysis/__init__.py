@@ -13,11 +13,15 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from flatplank_analysis.api.diagnosis import Diagnosed, diagnose, explain, script
+    from flatplank_analysis.api.diagnosis import Diagnosed, diagnose, script
+    from flatplank_analysis.api.explained import Explained, explain
     from flatplank_analysis.api.model import Comparison, Model, fit
     from flatplank_analysis.api.runs import Run, load, write_report
     from flatplank_analysis.api.sweeps import Sweeps, sweeps
-    from flatplank_analysis.discovery.parameters import param
+    from flatplank_analysis.discovery.effect import Effect
+    from flatplank_analysis.discovery.model import ParameterSet
+    from flatplank_analysis.discovery.parameters import Parameter, param
+    from flatplank_analysis.discovery.runs import Coordinate, RunSet
     from flatplank_analysis.machines.files import column, read_table
     from flatplank_analysis.machines.motion import Missing, Motion
     from flatplank_analysis.machines.records import Record, half_swings, table_of
@@ -25,13 +29,19 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Comparison",
+    "Coordinate",
     "Diagnosed",
+    "Effect",
+    "Explained",
     "FlatplankError",
     "Missing",
     "Model",
     "Motion",
+    "Parameter",
+    "ParameterSet",
     "Record",
     "Run",
+    "RunSet",
     "Sweeps",
     "column",
     "diagnose",
@@ -49,12 +59,16 @@ __all__ = [
 _HOMES = {
     "flatplank_analysis.api.runs": ("Run", "load", "write_report"),
     "flatplank_analysis.api.model": ("Comparison", "Model", "fit"),
-    "flatplank_analysis.api.diagnosis": ("Diagnosed", "diagnose", "explain", "script"),
+    "flatplank_analysis.api.diagnosis": ("Diagnosed", "diagnose", "script"),
+    "flatplank_analysis.api.explained": ("Explained", "explain"),
     "flatplank_analysis.api.sweeps": ("Sweeps", "sweeps"),
     "flatplank_analysis.machines.files": ("column", "read_table"),
     "flatplank_analysis.machines.motion": ("Missing", "Motion"),
     "flatplank_analysis.machines.records": ("Record", "half_swings", "table_of"),
-    "flatplank_analysis.discovery.parameters": ("param",),
+    "flatplank_analysis.discovery.effect": ("Effect",),
+    "flatplank_analysis.discovery.model": ("ParameterSet",),
+    "flatplank_analysis.discovery.parameters": ("Parameter", "param"),
+    "flatplank_analysis.discovery.runs": ("Coordinate", "RunSet"),
     "flatplank_data.errors": ("FlatplankError",),
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names}

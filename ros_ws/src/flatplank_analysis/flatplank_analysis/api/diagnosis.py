@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Diagnosis of what a model of a tire, or of another machine, lacks: text and figures."""
+"""Diagnosis of what a model lacks: text and figures."""
 
 from __future__ import annotations
 
@@ -16,10 +16,7 @@ from flatplank_analysis.api.model import Model, open_session
 from flatplank_analysis.api.runs import figure_of, page, same_runs
 from flatplank_analysis.cli import loop
 from flatplank_analysis.discovery import verdict
-from flatplank_analysis.discovery.effect import Effect
-from flatplank_analysis.discovery.model import Model as Predicting
 from flatplank_analysis.discovery.report.text import text_of
-from flatplank_analysis.discovery.search import Options, run_search
 from flatplank_analysis.effects import consent
 from flatplank_data.errors import FlatplankError
 
@@ -75,6 +72,11 @@ class Diagnosed:
         return pd.DataFrame([{k: v for k, v in e.items() if k not in nested} for e in effects])
 
     @property
+    def conditions(self) -> pd.DataFrame:
+        """Error and floor of every condition, in the unit of the first channel."""
+        return pd.DataFrame(self.to_dict()["conditions"])
+
+    @property
     def to_do(self) -> pd.DataFrame:
         """What to do next, the first thing first; a row for every member of a class."""
         rows = [
@@ -124,16 +126,6 @@ class Diagnosed:
     def _repr_html_(self) -> str:
         drawn = [self.plot("conditions"), self.plot("ranking")] if self.result.search else []
         return page(repr(self), figures=drawn)
-
-
-def explain(model: Predicting, effects: Sequence[type[Effect]]) -> Diagnosed:
-    """Search for the effects that your own model lacks, with the floor and the verdict.
-
-    model: a `Motion` with its records, or anything that predicts (docs/explanation/engine.md).
-    """
-    result = verdict.diagnose(run_search(model, list(effects), Options(progress=loop.progress)))
-    loop.progress_done()
-    return Diagnosed(result, type(model).__name__, ())
 
 
 def script(main: Callable[..., Any], *arguments: Any) -> None:

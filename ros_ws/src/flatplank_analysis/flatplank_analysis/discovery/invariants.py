@@ -226,6 +226,12 @@ def is_active(term: Term) -> bool:
     return any(term.named()[p.name] != p.null for p in term.effect.linear())
 
 
+def parameters_without_column(fit: Fit) -> list[str]:
+    """Names of the parameters of the base that change no sample of the runs."""
+    rows = zip(fit.free, fit.jacobian, strict=True)
+    return [name for (term, name), column in rows if term < 0 and not np.any(column)]
+
+
 def parameters_at_ends(fitter: Fitter, fit: Fit) -> dict[str, str]:
     """Parameters of a fit at an end of their range: name, and value with the range in words."""
     task = Task(fitter, fit.base, fit.terms)

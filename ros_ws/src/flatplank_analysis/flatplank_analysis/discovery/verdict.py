@@ -141,7 +141,7 @@ def undecidable(runs: RunSet) -> str:
             "back, noise at rest, resolution); repeat the conditions"
         )
     if len(runs.groups) < 2:
-        return "one condition only: an effect cannot be told from the tire"
+        return "one condition only: an effect cannot be told from the base"
     return ""
 
 
@@ -296,7 +296,7 @@ def _notes(runs: RunSet, search: Search) -> Iterator[str]:
     unseen = unidentifiable(search.last.screen, search.looked_at)
     if unseen:
         yield (
-            f"what is left points to {', '.join(unseen)}, but in these runs the tire's own "
+            f"what is left points to {', '.join(unseen)}, but in these runs the base's own "
             "numbers imitate nearly all of it: not named"
         )
     for d in (f.decision for f in search.last.found if f.decision.misshapen):
@@ -305,6 +305,8 @@ def _notes(runs: RunSet, search: Search) -> Iterator[str]:
             "than the library's, its number is rough"
         )
     state = search.last.state
+    if unseen := invariants.parameters_without_column(state.whitened.fit):
+        yield f"no sample of these runs shows {', '.join(unseen)}: not fitted"
     whitened = invariants.parameters_at_ends(state.fitter, state.whitened.fit)
     if bound := whitened | invariants.parameters_at_ends(state.fitter, state.fit):
         yield "at an end of its range: " + ", ".join(bound.values())

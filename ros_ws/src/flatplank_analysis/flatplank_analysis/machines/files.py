@@ -17,11 +17,12 @@ from flatplank_data.readers.mat import variables
 
 
 def read_table(path: str | os.PathLike[str]) -> pd.DataFrame:
-    """The columns of a file as a table; `table.attrs` has the single values of a JSON file.
+    """The columns of a file as a table; `table.attrs` has the single values of a `.mat` or JSON
+    file.
 
     `.csv`, `.txt`, `.dat`: a line of names, then numbers or words. `.mat`: vectors of equal
-    length, or Simulink signals with their time (column `time`). `.json`: a list of rows, or an
-    object whose longest list has the rows.
+    length, or Simulink signals with their time (column `time`), and single values. `.json`: a list
+    of rows, or an object whose longest list has the rows.
     """
     where = Path(path)
     reader = READERS.get(where.suffix.lower())
@@ -63,14 +64,19 @@ def _csv(path: Path) -> pd.DataFrame:
 
 def _mat(path: Path) -> pd.DataFrame:
     found: dict[str, np.ndarray] = {}
+    beside: dict[str, Any] = {}
     for name, value in variables(path.read_bytes(), path.name).items():
         if isinstance(value, Mapping) and isinstance(value.get("signals"), Mapping):
             found["time"] = np.atleast_1d(value["time"])
             found[name] = np.atleast_1d(value["signals"]["values"])
-        elif isinstance(value, np.ndarray) and value.ndim == 1:
+        elif isinstance(value, np.ndarray) and value.ndim == 1 and len(value) > 1:
             found[name] = value
+        elif isinstance(value, str) or np.size(value) == 1:
+            beside[name] = np.asarray(value).reshape(-1)[0].item()
     length = max(map(len, found.values()), default=0)
-    return pd.DataFrame({k: v for k, v in found.items() if len(v) == length})
+    table = pd.DataFrame({k: v for k, v in found.items() if len(v) == length})
+    table.attrs = beside
+    return table
 
 
 def _json(path: Path) -> pd.DataFrame:

@@ -3,19 +3,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 from scipy.optimize import least_squares
 
 from flatplank_analysis.discovery.runs import Coordinate, RunSet
 from flatplank_data.errors import FlatplankError
+from flatplank_data.names import nearest_hint
 
 BEGIN = ("begin x", "begin v")
 """facts of a run: position and speed at its first node"""
 FINE = 20
 """values of an input between two nodes"""
+
+
+def _held(at: np.ndarray, time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    return np.asarray(values, float)[np.maximum(np.searchsorted(time, at, "right") - 1, 0)]
+
+
+BETWEEN: dict[str, Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]] = {
+    "line": np.interp,
+    "held": _held,
+    "spline": lambda at, time, values: CubicSpline(time, values)(at),
+}
+"""what an input does between two samples: a straight line, the value of the last sample (a
+command that a computer holds), a cubic spline"""
 
 
 def between(name: str) -> str:
@@ -51,14 +66,18 @@ def table_of(
     nodes: int,
     resolution: float | None = None,
     alike: bool = True,
+    inputs: Mapping[str, str] | None = None,
 ) -> RunSet:
     """Records at a number of nodes each, evenly over the used time.
 
     alike: all end with the shortest one, so that their nodes are at the same times. resolution:
     smallest change of the position that is recorded; None: determined from the records. It is the
-    noise floor where no record is repeated. Raises FlatplankError for records that do not match.
+    noise floor where no record is repeated. inputs: input -> what it does between two samples, one
+    of `BETWEEN`; a straight line where nothing is said. Raises FlatplankError for records that do
+    not match.
     """
     _check(records)
+    shapes = _shapes(records, inputs or {})
     spans = [r.span or (float(r.time[0]), float(r.time[-1])) for r in records]
     if alike:
         shortest = min(b - a for a, b in spans)
@@ -75,7 +94,7 @@ def table_of(
     speed = np.gradient(measured, axis=1) / np.gradient(time, axis=1)
     facts = {k: np.array([r.facts[k] for r in records]) for k in records[0].facts}
     facts |= dict(zip(BEGIN, np.array(begin, dtype=float).T, strict=True))
-    facts |= {between(k): _over(records, fine, k) for k in records[0].inputs}
+    facts |= {between(k): _over(records, fine, k, shape) for k, shape in shapes.items()}
     per = f"{unit}/s" if "/" not in unit else f"{unit} per s"
     further = {
         k: Coordinate(_at(records, at, lambda r, k=k: r.coordinates[k][0]), u)
@@ -92,7 +111,7 @@ def table_of(
         order=np.arange(len(records), dtype=float),
         coordinates={"time": Coordinate(time.copy(), "s"), "speed": Coordinate(speed, per)}
         | further,
-        inputs={k: _over(records, at, k) for k in records[0].inputs},
+        inputs={k: _over(records, at, k, shape) for k, shape in shapes.items()},
         resolution=(max(map(step_of, (r.position for r in records))) if resolution is None
                     else resolution,),
         facts=facts,
@@ -121,12 +140,25 @@ def _check(records: Sequence[Record]) -> None:
                 raise FlatplankError(f"{where}: {what}", "table_of", "give all records the same")
 
 
-def _over(records: Sequence[Record], at: np.ndarray, name: str) -> np.ndarray:
-    return _at(records, at, lambda r: r.inputs[name])
+def _shapes(records: Sequence[Record], given: Mapping[str, str]) -> dict[str, str]:
+    """What each input does between two samples."""
+    known = records[0].inputs
+    for name, shape in given.items():
+        if name not in known:
+            what = f"no input '{name}'{nearest_hint(name, known)}"
+            raise FlatplankError(what, "table_of", f"there: {', '.join(known) or 'none'}")
+        if shape not in BETWEEN:
+            what = f"input {name}: unknown shape '{shape}'{nearest_hint(shape, BETWEEN)}"
+            raise FlatplankError(what, "table_of", f"known: {', '.join(BETWEEN)}")
+    return {name: given.get(name, "line") for name in known}
 
 
-def _at(records, at, values) -> np.ndarray:
-    return np.array([np.interp(t, r.time, values(r)) for t, r in zip(at, records, strict=True)])
+def _over(records: Sequence[Record], at: np.ndarray, name: str, shape: str) -> np.ndarray:
+    return _at(records, at, lambda r: r.inputs[name], BETWEEN[shape])
+
+
+def _at(records, at, values, shape=np.interp) -> np.ndarray:
+    return np.array([shape(t, r.time, values(r)) for t, r in zip(at, records, strict=True)])
 
 
 def step_of(signal: np.ndarray) -> float:
