@@ -5,6 +5,7 @@ their ratio does not depend on what else the machine does."""
 
 from __future__ import annotations
 
+import math
 import os
 import statistics
 import sys
@@ -102,8 +103,9 @@ def show(turns: list[tuple[Told, Histogram, float]]) -> None:
 
 
 def median_us(turns: list[tuple[Told, Histogram, float]], key: str) -> float:
-    """Median over the turns [us]."""
-    return statistics.median(float(told[key]) for told, *_ in turns)
+    """Median over the turns [us]; those in which the drive was stopped tell of no commands."""
+    told_us = [float(told[key]) for told, *_ in turns if key in told]
+    return statistics.median(told_us) if told_us else math.nan
 
 
 def bare_loop(period: float, seconds: float) -> Histogram:
