@@ -12,6 +12,7 @@ from std_srvs.srv import Trigger
 from flatplank_control.recording.bus_cycles import BEHIND_NS
 from flatplank_data.waveforms import MAX_SLIP
 from flatplank_msgs.srv import (
+    Advance,
     LoadParasiticFit,
     MoveTo,
     SetOperationMode,
@@ -26,6 +27,7 @@ pytestmark = pytest.mark.graph
 
 CYCLES_BEHIND = BEHIND_NS // 4_000_000
 STEP = {"kappa": 0.05, "start_position": 1.0, "effective_rolling_radius": 0.31}
+PLACE = {"start_position": 1.0, "effective_rolling_radius": 0.31}
 BEYOND = MAX_SLIP + 0.01
 REFUSED = [
     (SetSlipStep, "/slip_sequencer/set_slip_step", STEP | {"kappa": math.nan}, "nan"),
@@ -62,6 +64,15 @@ REFUSED = [
     (StartRecording, "/recorder/start", {"name": "a", "record": "tyre: T"}, "tyre"),
     (SetValue, "/simulated_plant/load_to", {"value": math.nan}, "nan"),
     (SetValue, "/simulated_plant/set_steer_deg", {"value": 400.0}, "must be within -90 .. 90"),
+    (
+        SetWaveform,
+        "/slip_sequencer/set_waveform",
+        {"name": "step", "parameters": ["kappa"] * 2, "values": [0.02, 0.05]} | PLACE,
+        "twice",
+    ),
+    (SetOperationMode, "/wheel_drive/set_operation_mode", {"mode": "follow"}, "follow"),
+    (SetValue, "/wheel_drive/set_trigger", {"value": 1e-9}, "1e-09"),
+    (Advance, "/simulated_plant/advance", {"cycles": 2**64 - 1}, "cycles"),
 ]
 
 
