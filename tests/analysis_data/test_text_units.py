@@ -106,6 +106,15 @@ def test_a_bare_number_is_no_unit():
     assert not conversions("12.5") and not conversions("Round 9")
 
 
+@pytest.mark.parametrize(
+    ("text", "si", "factor"),
+    [("m/s/s", "m/s2", 1.0), ("ft/s2", "m/s2", 0.3048), ("N/mm2", "Pa", 1e6)],
+)
+def test_powers_of_a_unit(text, si, factor):
+    ((found, by, offset),) = conversions(text)
+    assert (found, offset) == (si, 0.0) and by == pytest.approx(factor)
+
+
 def test_the_simple_units_of_a_quantity():
     assert units_of("m/s")["ft/s"] == pytest.approx(0.3048)
     assert {"kn", "lbf", "kgf"} <= units_of("N").keys()
