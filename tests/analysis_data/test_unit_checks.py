@@ -76,6 +76,14 @@ def test_an_unknown_radius_is_that_of_some_tire(name):
     assert f"'{name}' is in {unit}, not in" in told(wrong)
 
 
+@pytest.mark.parametrize("beside", ["wheel_angle", "wheel_velocity"])
+def test_a_way_is_judged_by_the_rim_too(beside):
+    table = a_run().select(["time", "plank_position", beside, "fx"])
+    assert not told(table)
+    way = table.with_columns(plank_position=table["plank_position"] / 0.3048)
+    assert "'plank_position' is in ft" in told(way.with_info(step_position=float("nan")))
+
+
 @pytest.mark.parametrize("speed", [0.002, 0.0015, 0.1, 0.3])
 def test_a_run_of_any_speed_is_accepted(speed):
     table = a_run()

@@ -123,6 +123,12 @@ def test_what_is_no_record_is_refused_with_its_source(text):
         record_from_yaml(text, "some.yaml")
 
 
+def test_an_unknown_status_is_refused_with_the_known_ones():
+    with pytest.raises(RecordingError) as raised:
+        FULL.with_changes(status="fine")
+    assert f"status 'fine' is unknown; use {', '.join(STATUSES)}" in str(raised.value)
+
+
 @pytest.mark.parametrize("status", STATUSES)
 def test_message_says_what_the_record_says(status):
     record = FULL.with_changes(status=status)

@@ -161,7 +161,7 @@ class RunRecord:
                 continue
             if value != default_of(item) or item.name in _ALWAYS:
                 out[item.name] = value
-        return out | dict(self.extra)
+        return {**out, **self.extra}
 
     def to_yaml(self) -> str:
         """The text of `run.yaml`, with every key."""
