@@ -15,6 +15,7 @@ from flatplank_analysis.models.tir import TirFile, read_tir
 from flatplank_analysis.slip_sweeps.channels import BY_NAME
 from flatplank_analysis.slip_sweeps.fit import SweepFit, fit_sweeps
 from flatplank_analysis.slip_sweeps.study import Study, study
+from flatplank_analysis.slip_sweeps.tir_signs import READ
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -56,9 +57,15 @@ class Sweeps:
         """One row per condition: held levels, floor [N], B, C, D, E, Sh, Sv, stiffness."""
         return pd.json_normalize(self._rows(None)).rename(columns=_short)
 
-    def compare(self, tir: str | os.PathLike[str]) -> pd.DataFrame:
-        """Conditions with the error of a tire file [N] and where it is largest; worst first."""
-        rows = pd.json_normalize(self._rows(read_tir(os.fspath(tir)))).rename(columns=_short)
+    def compare(self, tir: str | os.PathLike[str], signs: str = READ) -> pd.DataFrame:
+        """Conditions with the error of a tire file [N] and where it is largest; worst first.
+
+        signs: under which the file was fitted, as `mirrored`; `attrs["tir_signs"]` has the error
+        of the side force under each convention, and those that halve it.
+        """
+        told = self.study.to_json(read_tir(os.fspath(tir)), signs)
+        rows = pd.json_normalize(told["conditions"]).rename(columns=_short)
+        rows.attrs["tir_signs"] = told.get("tir_signs")
         return rows.sort_values("error_share", ascending=False, ignore_index=True)
 
     def fit(
@@ -73,9 +80,9 @@ class Sweeps:
         """
         return fit_sweeps([self.study], read_tir(os.fspath(start)) if start else None, radius)
 
-    def plot(self, tir: str | os.PathLike[str] | None = None) -> Figure:
-        """Force over slip, a panel per condition."""
-        return self.study.plot(read_tir(os.fspath(tir)) if tir else None)
+    def plot(self, tir: str | os.PathLike[str] | None = None, signs: str = READ) -> Figure:
+        """Force over slip, a panel per condition; signs: as in `compare`."""
+        return self.study.plot(read_tir(os.fspath(tir)) if tir else None, signs)
 
     def _rows(self, tir: TirFile | None) -> list[dict]:
         return self.study.to_json(tir)["conditions"]

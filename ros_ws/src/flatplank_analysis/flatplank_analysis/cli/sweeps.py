@@ -21,6 +21,7 @@ from flatplank_analysis.slip_sweeps.curves import NAMES, Formula
 from flatplank_analysis.slip_sweeps.fit import SweepFit, fit_sweeps
 from flatplank_analysis.slip_sweeps.raw import RAW
 from flatplank_analysis.slip_sweeps.study import Study, by_level, lacking, study
+from flatplank_analysis.slip_sweeps.tir_signs import CONVENTIONS, READ, likelier, side_of
 from flatplank_analysis.slip_sweeps.verdict import RISK, fails
 from flatplank_data.arguments import Parser, add_json
 from flatplank_data.errors import FlatplankError
@@ -31,6 +32,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = Parser(prog="flatplank sweeps", description=__doc__)
     parser.add_argument("file", metavar="FILE", nargs="+", help=f"{', '.join(RAW)} with sweeps")
     parser.add_argument("--tir", metavar="FILE", help="tire property file to compare with")
+    parser.add_argument("--tir-signs", choices=CONVENTIONS, default=READ,
+                        help="signs under which the tire file was fitted")  # fmt: skip
     parser.add_argument("--fit", metavar="OUT.tir", help="fit a tire file to all sweeps")
     parser.add_argument("--start", metavar="FILE.tir", help="values of what is not determined")
     parser.add_argument("--radius", type=float, help="of the free tire, for the fitted file [m]")
@@ -55,16 +58,16 @@ def main(argv: Sequence[str] | None = None) -> int:
         from flatplank_analysis.discovery.report.figures import png
 
         for found, path in zip(studies, _figures(o.figure, len(studies)), strict=True):
-            path.write_bytes(png(found.plot(tir)))
+            path.write_bytes(png(found.plot(tir, o.tir_signs)))
     if o.json:
-        told = [found.to_json(tir) for found in studies]
+        told = [found.to_json(tir, o.tir_signs) for found in studies]
         rest = {"fit": {"file": o.fit, **fitted.to_json()}} if fitted else {}
         common.print_json((told[0] if len(told) == 1 else {"sweeps": told}) | rest)
         return 0
     for found in studies:
         _tell(found)
         if tir:
-            _tell_failures(found, tir, o.fit or o.tir)
+            _tell_failures(found, tir, o.fit or o.tir, o.tir_signs)
     if fitted:
         _tell_fit(fitted, o.fit)
     for line in lacking([c for found in studies for c in found.conditions]):
@@ -76,6 +79,8 @@ def _check(o: argparse.Namespace) -> None:
     if o.tir and o.fit:
         what, remedy = "compares with one file", "leave --tir out, or compare first"
         raise FlatplankError(what, "--fit and --tir", remedy)
+    if o.tir_signs != READ and not o.tir:
+        raise FlatplankError("belongs to a tire file", "--tir-signs", "give --tir FILE")
     if not o.fit and (o.start or o.radius):
         raise FlatplankError("belong to a fit", "--start and --radius", "give --fit OUT.tir")
     if o.radius is not None and not 0.0 < o.radius < 2.0:
@@ -151,9 +156,10 @@ def _cells(formula: Formula | None, per: float) -> tuple[str, ...]:
     return (*cells, f"{per * formula.stiffness:.4g}", f"{formula.rms:.1f}")
 
 
-def _tell_failures(found: Study, tir: TirFile, name: str) -> None:
-    failures = found.failures(tir)
-    print(f"\nwhere {name} fails, worst first:")
+def _tell_failures(found: Study, tir: TirFile, name: str, signs: str) -> None:
+    failures = found.failures(tir, signs)
+    read = "" if signs == READ else f", with the signs of {CONVENTIONS[signs].title}"
+    print(f"\nwhere {name} fails{read}, worst first:")
     order = sorted(range(len(failures)), key=lambda k: -failures[k].share)
     rows = []
     for k in order:
@@ -168,6 +174,17 @@ def _tell_failures(found: Study, tir: TirFile, name: str) -> None:
     common.print_rows(header, rows)
     for line in by_level(found.conditions, failures):
         print(line)
+    errors = found.errors_by_signs(tir)
+    better = likelier(errors, signs) if errors else []
+    if better:
+        side = side_of(tir)
+        stated = f"; the file says TYRESIDE {side}" if side else ""
+        words = " or ".join(f"{CONVENTIONS[n].title} (--tir-signs {n})" for n in better)
+        print(
+            f"the side force is off by {errors[signs]:.0f} N under these signs, by "
+            f"{errors[better[0]]:.0f} N under those of {words}{stated}: the file may have been "
+            "fitted so"
+        )
     known = [f.chance for f in failures if np.isfinite(f.chance)]
     risk = f"an exact file would fail in any of them with a chance of {100.0 * RISK:g} %"
     print("chance: that scatter alone makes an error as large")

@@ -18,6 +18,7 @@ from flatplank_analysis.models.magic_formula import steady_forces
 from flatplank_analysis.models.magic_formula.state import curve_angle
 from flatplank_analysis.models.tir import TirFile
 from flatplank_analysis.slip_sweeps.conditions import BINS, FORCE, SMOOTH, SweepCondition
+from flatplank_analysis.slip_sweeps.tir_signs import CONVENTIONS, READ, TirSigns
 from flatplank_analysis.slip_sweeps.verdict import RELAXATION, chance_of, degrees_of_freedom
 
 FEW = 3
@@ -207,6 +208,7 @@ def failures(
     conditions: Sequence[SweepCondition],
     curves: Sequence[Curve],
     tir: TirFile,
+    signs: TirSigns = CONVENTIONS[READ],
 ) -> list[Failure]:
     """Error of a tire file per condition; evaluated at every sample, then averaged in bins."""
     found = []
@@ -216,13 +218,15 @@ def failures(
             name: columns[name][rows] if name in columns else 0.0
             for name in ("kappa", "alpha", "gamma")
         }
+        get["alpha"], get["gamma"] = signs.alpha * get["alpha"], signs.gamma * get["gamma"]
         pressure = columns["pressure"][rows] if "pressure" in columns else None
         speed = np.abs(columns["speed"][rows]) if "speed" in columns else 1.0
         forces = steady_forces(
             tir.coefficients, columns["fz"][rows], **get, pressure=pressure,
             vx=np.maximum(speed, 0.01),
         )  # fmt: skip
-        modelled = forces[{"fx": 0, "fy": 1}[FORCE[condition.swept]]]
+        axis, sign = {"fx": (0, 1), "fy": (1, signs.fy)}[FORCE[condition.swept]]
+        modelled = sign * forces[axis]
         found.append(_failure(curve, modelled))
     return found
 

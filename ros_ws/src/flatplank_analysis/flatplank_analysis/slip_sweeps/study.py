@@ -30,6 +30,7 @@ from flatplank_analysis.slip_sweeps.curves import (
     failures,
     fit_formula,
 )
+from flatplank_analysis.slip_sweeps.tir_signs import READ, convention, errors_of, likelier
 from flatplank_data.errors import FlatplankError
 
 if TYPE_CHECKING:
@@ -57,22 +58,33 @@ class Study:
         """B, C, D, E of each condition."""
         return tuple(fit_formula(curve) for curve in self.curves)
 
-    def failures(self, tir: TirFile) -> list[Failure]:
-        """Errors of the tire file, condition by condition."""
-        return failures(self.columns, self.conditions, self.curves, tir)
+    def failures(self, tir: TirFile, signs: str = READ) -> list[Failure]:
+        """Errors of the tire file, condition by condition; signs: one of `CONVENTIONS`."""
+        return failures(self.columns, self.conditions, self.curves, tir, convention(signs))
+
+    def errors_by_signs(self, tir: TirFile) -> dict[str, float]:
+        """Error of the side force [N] under each convention of signs of the tire file; {} without
+        sweeps of the slip angle."""
+        side = [k for k, c in enumerate(self.conditions) if FORCE[c.swept] == "fy"]
+        if not side:
+            return {}
+        conditions, curves = ([parts[k] for k in side] for parts in (self.conditions, self.curves))
+        return errors_of(
+            lambda signs: [f.error for f in failures(self.columns, conditions, curves, tir, signs)]
+        )
 
     def lacking(self) -> list[str]:
         """Missing measurements for a complete tire model, one line each."""
         return lacking(self.conditions)
 
-    def plot(self, tir: TirFile | None = None) -> Figure:
+    def plot(self, tir: TirFile | None = None, signs: str = READ) -> Figure:
         """Measured and modelled force over the swept slip, a panel per condition.
 
         Conditions with the largest errors of the tire file come first.
         """
         from flatplank_analysis.discovery.report.figures import BLUE, GREY, ORANGE, figure_of
 
-        found = self.failures(tir) if tir else []
+        found = self.failures(tir, signs) if tir else []
         order = list(range(len(self.conditions)))
         if found:
             order.sort(key=lambda k: -found[k].share)
@@ -107,11 +119,15 @@ class Study:
         figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), fontsize=8)
         return figure
 
-    def to_json(self, tir: TirFile | None = None) -> dict[str, Any]:
+    def to_json(self, tir: TirFile | None = None, signs: str = READ) -> dict[str, Any]:
         """For programs: SI, ISO W; null where a number is not known."""
-        found = self.failures(tir) if tir else [None] * len(self.conditions)
+        found = self.failures(tir, signs) if tir else [None] * len(self.conditions)
         rows = zip(self.conditions, self.curves, self.formulas, found, strict=True)
         head = {"file": self.path, "said": list(self.said), "further_columns": list(self.further)}
+        errors = self.errors_by_signs(tir) if tir else {}
+        if errors:
+            known = {"errors": errors, "likelier": likelier(errors, signs)}
+            head["tir_signs"] = to_plain({"used": signs, **known})
         return head | {"lacking": self.lacking(), "conditions": [_json(*row) for row in rows]}
 
 
