@@ -65,10 +65,11 @@ class Study:
     def errors_by_signs(self, tir: TirFile) -> dict[str, float]:
         """Error of the side force [N] under each convention of signs of the tire file; {} without
         sweeps of the slip angle."""
-        side = [k for k, c in enumerate(self.conditions) if FORCE[c.swept] == "fy"]
+        pairs = zip(self.conditions, self.curves, strict=True)
+        side = [(c, curve) for c, curve in pairs if FORCE[c.swept] == "fy"]
         if not side:
             return {}
-        conditions, curves = ([parts[k] for k in side] for parts in (self.conditions, self.curves))
+        conditions, curves = [c for c, _ in side], [curve for _, curve in side]
         return errors_of(
             lambda signs: [f.error for f in failures(self.columns, conditions, curves, tir, signs)]
         )
