@@ -51,6 +51,7 @@ ARGUMENTS: dict[str, list[str]] = {
     "panel": ["--data", "made", "--port", "1"],
     "propose": ["nowhere"],
     "remove": ["drive_backlash", "nowhere"],
+    "repair": ["nowhere", "made"],
     "report": ["nowhere"],
     "reveal": ["nowhere"],
     "road-map": ["nowhere"],

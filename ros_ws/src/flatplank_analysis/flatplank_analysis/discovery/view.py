@@ -103,7 +103,7 @@ def tasks(result: Diagnosis, folder: str = "DIR") -> list[Task]:
     return [
         *_runs(result.next_run),
         *_checks(named, bool(result.next_run.get("settings"))),
-        *_remedies(named),
+        *_remedies(named, folder),
         *_of_the_rest(result.verdict, folder),
     ]
 
@@ -126,10 +126,12 @@ def _checks(named: Sequence[Cause], planned: bool) -> Iterator[Task]:
             yield Task("check on the machine which it is, none of the planned runs tells", checks)
 
 
-def _remedies(named: Sequence[Cause]) -> Iterator[Task]:
+def _remedies(named: Sequence[Cause], folder: str) -> Iterator[Task]:
     removes = tuple((m.name, m.removes) for c in named for m in c.members if m.removes)
     if removes:
-        yield Task("remove the cause", removes)
+        names = " ".join(c.members[0].name for c in named)
+        again = f"measure the same again: flatplank repair {folder} AFTER {names}"
+        yield Task(f"remove the cause, and {again}", removes)
 
 
 def _of_the_rest(verdict: str, folder: str) -> Iterator[Task]:

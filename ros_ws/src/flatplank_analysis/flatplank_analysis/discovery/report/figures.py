@@ -104,7 +104,7 @@ def before_and_after(search: Search) -> Figure:
     runs = last.runs
     left = [first.residual[0], last.residual[0]]
     r = int(np.argmax(np.sum(left[0] ** 2 - left[1] ** 2, axis=1)))
-    name, coordinate = _place_of(runs)
+    name, coordinate = place_of(runs)
     place, floor = coordinate.values[r], last.floors[0].by_condition[runs.condition[r]]
     factor, label = place_axis(name, coordinate.unit, place[[0, -1]])
     place = factor * place
@@ -127,7 +127,7 @@ def before_and_after(search: Search) -> Figure:
     return figure
 
 
-def _place_of(runs: RunSet) -> tuple[str, Coordinate]:
+def place_of(runs: RunSet) -> tuple[str, Coordinate]:
     """The first place coordinate, or else the first coordinate."""
     known = runs.coordinates
     name = next((k for k, c in known.items() if c.local), next(iter(known)))
@@ -228,7 +228,7 @@ def residual(step: Step) -> Figure:
     """Mean residual of every condition over the first place coordinate, for inspection only."""
     runs = step.state.runs
     mean = runs.mean(step.state.residual[0])
-    name, coordinate = _place_of(runs)
+    name, coordinate = place_of(runs)
     floor = step.state.floors[0].floor
     figure = figure_of(8.0, 0.8 + 0.42 * len(mean))
     axes = figure.add_subplot()

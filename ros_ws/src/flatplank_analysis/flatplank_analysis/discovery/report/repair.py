@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The figure of a repair: the condition that it changed most, before and after."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from flatplank_analysis.discovery.report.figures import (
+    BLUE,
+    GREY,
+    ORANGE,
+    clean,
+    figure_of,
+    labelled,
+    place_axis,
+    place_of,
+)
+from flatplank_analysis.discovery.report.text import amount
+from flatplank_analysis.discovery.state import State
+
+
+def figure_of_repair(before: State, after: State) -> Figure:
+    """Mean of the first channel in the common condition whose error fell most, and below what the
+    model without effects leaves; before and after. Both states are without effects."""
+    condition = _most_changed(before, after)
+    figure = figure_of(8.0, 4.6)
+    curves, rest = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+    runs = after.runs
+    name, coordinate = place_of(runs)
+    factor, label = place_axis(name, coordinate.unit, coordinate.values[0, [0, -1]])
+    number = runs.condition_names.index(condition)
+    floor = after.floors[0].by_condition[number]
+    rest.axhspan(-floor, floor, color=ORANGE, alpha=0.25, lw=0.0, label="floor after")
+    for state, color, when in ((before, GREY, "before"), (after, BLUE, "after")):
+        rows = state.runs.groups[state.runs.condition_names.index(condition)]
+        place = factor * place_of(state.runs)[1].values[rows].mean(axis=0)
+        error = amount(runs, float(np.sqrt(np.mean(state.residual[0, rows] ** 2))))
+        curves.plot(place, state.runs.measured[0, rows].mean(axis=0), color=color, label=when)
+        left = state.residual[0, rows].mean(axis=0)
+        rest.plot(place, left, color=color, lw=0.9, label=f"{when}: {error}")
+    curves.set_title(condition, fontsize=9, loc="left")
+    curves.set_ylabel(labelled(runs, "{}"), fontsize=9)
+    rest.set_ylabel(labelled(runs, "measured - model"), fontsize=9)
+    rest.set_xlabel(label, fontsize=9)
+    for axes in (curves, rest):
+        clean(axes)
+        axes.legend(fontsize=8, frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    return figure
+
+
+def _most_changed(before: State, after: State) -> str:
+    old, new = (
+        dict(zip(s.runs.condition_names, s.floors[0].rmse_condition, strict=True))
+        for s in (before, after)
+    )
+    return max((name for name in old if name in new), key=lambda name: old[name] - new[name])
