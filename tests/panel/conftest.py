@@ -24,6 +24,8 @@ from panel_rig import (
     wait_for,
 )
 
+from flatplank_panel.views.shell import STOP
+
 pytest.register_assert_rewrite("requirement_checks")
 HERE = Path(__file__).parent
 
@@ -102,7 +104,7 @@ class Clicker:
         self.button("STOP").wait_for()
 
     def button(self, name: str):
-        name = {"STOP": "Emergency stop"}.get(name, name)
+        name = {"STOP": STOP}.get(name, name)
         return self.page.get_by_role("button", name=name, exact=True)
 
     def click(self, name: str) -> None:

@@ -10,6 +10,8 @@ from urllib.request import urlopen
 import pytest
 from panel_rig import wait_for
 
+from flatplank_panel.views.shell import STOP
+
 DRAWN = """() => [...document.querySelectorAll("canvas")].some(c => {
   const data = c.getContext("2d").getImageData(0, 0, c.width, c.height).data;
   return data.some(v => v !== 0);
@@ -25,7 +27,7 @@ def test_the_page_works_under_its_policy(chromium, address: str) -> None:
     page.on("console", lambda m: said.append(m.text) if m.type == "error" else None)
     page.on("pageerror", lambda e: said.append(str(e)))
     page.goto(address)
-    page.get_by_role("button", name="Emergency stop", exact=True).wait_for()
+    page.get_by_role("button", name=STOP, exact=True).wait_for()
     assert "token" not in page.url
     (cookie,) = context.cookies()
     assert (cookie["httpOnly"], cookie["sameSite"]) == (True, "Strict")
@@ -33,7 +35,7 @@ def test_the_page_works_under_its_policy(chromium, address: str) -> None:
         page.get_by_role("tab", name=tab, exact=True).click()
     wait_for(lambda: page.evaluate(DRAWN), 30.0, "a chart is drawn")
     page.reload()
-    page.get_by_role("button", name="Emergency stop", exact=True).wait_for()
+    page.get_by_role("button", name=STOP, exact=True).wait_for()
     assert said == []
     context.close()
 

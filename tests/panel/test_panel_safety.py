@@ -92,6 +92,19 @@ def test_one_in_charge_others_watch_and_everybody_stops(visitor, enabled, observ
     observer.wait(lambda: observer.inputs.digital & 2, what="emergency stop circuit closed")
 
 
+def test_a_key_stops_on_the_page_of_the_bench_alone(operator, enabled, observer):
+    turn(enabled, observer)
+    enabled.tab("Runs")
+    enabled.page.keyboard.press("Escape")
+    enabled.tab("Bench")
+    assert abs(observer.speed()) > 1e-3
+    enabled.page.keyboard.press("Escape")
+    observer.wait(lambda: abs(observer.speed()) < 1e-3, 5.0, "the shaft rests")
+    enabled.tab("Machine")
+    enabled.click("Release emergency stop")
+    observer.wait(lambda: observer.inputs.digital & 2, what="emergency stop circuit closed")
+
+
 @pytest.mark.parametrize("folder", ["../outside", "/etc", "a/../../b", "x\u2028y"])
 def test_folders_stay_inside(operator, data, folder):
     operator.tab("Measure")

@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Awaitable, Callable, Mapping
 
 from nicegui import ui
+from nicegui.events import KeyEventArguments
 
 from flatplank_panel.operator import Operator
 from flatplank_panel.views.page import Page
@@ -16,6 +17,8 @@ HEAD = """
 <script>document.documentElement.lang = "en"</script>
 """
 NOBODY = "nobody is in charge"
+STOP, STOP_KEY, KEYED = "Stop wheel and plank", "Escape", "Bench"
+"""what the stop button does, its key, and the tab on which the key acts"""
 
 
 def build(page: Page, tabs: Mapping[str, Callable[[Page], None]], first: str) -> None:
@@ -32,8 +35,17 @@ def build(page: Page, tabs: Mapping[str, Callable[[Page], None]], first: str) ->
             ui.label("Bench").classes("fp-quiet")
             ui.label("–").classes("fp-word").props("data-word=bench")
         _charge(page)
-        stop = ui.button("STOP", on_click=page.handler(lambda: _stop(page)))
-        stop.classes("fp-stop").props('unelevated color=negative aria-label="Emergency stop"')
+        stopping = page.handler(lambda: _stop(page))
+        stop = ui.button("STOP", on_click=stopping)
+        stop.classes("fp-stop").props(f'unelevated color=negative aria-label="{STOP}"').tooltip(
+            f"{STOP}; key {STOP_KEY}. The mushroom button at the machine is the emergency stop."
+        )
+
+    def pressed(event: KeyEventArguments) -> Awaitable[None] | None:
+        once = event.action.keydown and not event.action.repeat and bar.value == KEYED
+        return stopping() if once and event.key.name == STOP_KEY else None
+
+    ui.keyboard(on_key=pressed, ignore=[])
     built: set[str] = set()
     panels = (
         ui.tab_panels(bar, value=first, animated=False)
