@@ -148,6 +148,9 @@ def test_tydex_as_the_manual_has_it(tmp_path):
     info = table.info
     assert (info.kappa, info.fz) == pytest.approx((0.05, 3700.0))
     assert (info.pressure, info.alpha_deg, info.gamma_deg) == pytest.approx((2.5, 1.0, -2.0))
+    said = read_tydex(Request(LocalStore(str(tmp_path)), "run.tdx")).remarks
+    other = "'FZH' is not known and was left out (C and H axes are not turned to W)"
+    assert any(other in remark for remark in said)
 
 
 @pytest.mark.parametrize("text", ["OVL", "--", "3x0.1"])

@@ -49,11 +49,12 @@ def test_times_are_in_seconds_as_pandas_has_them(tmp_path, unit, kind):
     assert found[-1] > 10.0
 
 
-def test_nanoseconds_since_1970_as_integers_keep_their_steps(tmp_path):
-    field = pa.field("time", pa.int64(), metadata={"unit": "us"})
-    columns = [pa.array(START // 1000 + NANOS // 1000), pa.array(SECONDS)]
+@pytest.mark.parametrize(("unit", "per"), [("us", 1000), ("ns", 1)])
+def test_nanoseconds_since_1970_as_integers_keep_their_steps(tmp_path, unit, per):
+    field = pa.field("time", pa.int64(), metadata={"unit": unit})
+    columns = [pa.array(START // per + NANOS // per), pa.array(SECONDS)]
     found = read(tmp_path, pa.table(columns, schema=pa.schema([field, ("fx", pa.float64())])))
-    np.testing.assert_allclose(np.diff(found["time"]), 0.2, atol=1e-6)
+    np.testing.assert_allclose(np.diff(found["time"]), 0.2, rtol=0.0, atol=1e-9 * per)
 
 
 @pytest.mark.parametrize(
