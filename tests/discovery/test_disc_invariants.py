@@ -187,13 +187,15 @@ def test_what_acts_across_the_wheel_alone_leaves_the_first_channel_as_it_is():
     assert again.terms[0].size == 3e-3
 
 
-def test_a_base_that_fits_nowhere_names_nothing():
+def test_a_base_that_fits_nowhere_asks_for_signs_and_units_first():
+    """Heights of the other sign: no effect of the library reduces the error."""
     ball = throw(1, 0.02)
     ball.runs.measured[:] *= -1.0
     ball.starts = ({"g": 6.0}, {"g": 14.0})
     result = verdict.diagnose(run_search(ball, [Drag, Wind]))
-    assert (result.verdict, result.found) == (verdict.UNDECIDED, ())
-    assert "3 starts" in result.reason and "sign or the unit" in result.reason
+    assert (result.verdict, result.found) == (verdict.NONE, ())
+    assert result.reason.startswith("the base is far off in every condition")
+    assert "3 starts: check sign and unit of each column" in result.reason
     assert any(name in result.reason for name in ball.runs.condition_names)
     assert result.rmse_after == result.rmse_before
 

@@ -270,7 +270,7 @@ def test_add_and_remove_keep_what_somebody_else_wrote(verb, folder, tmp_path, mo
     modelfile.save_model(modelfile.ModelFile(campaign=str(folder)), path)
     theirs = modelfile.ModelFile().with_step("add", "road_play", {})
 
-    def refit(session, model, name):
+    def refit(session, model, name, alike=None):
         modelfile.save_model(theirs, path)
         return model.with_step("add", name, {}), None, {}
 

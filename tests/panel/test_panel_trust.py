@@ -61,7 +61,7 @@ def test_the_worker_shows_a_file_and_runs_what_was_shown(tmp_path: Path) -> None
     (folder / "some.py").write_text(asked["text"])
     assert do_request({"do": "allow", "with": shown}, quiet) == {"result": {}}
     opened = do_request({"do": "open", "with": about}, quiet)["result"]
-    assert opened["effects"] == [{"name": "pull"}] and mark.exists()
+    assert opened["effects"] == [{"name": "pull", "text": "pull"}] and mark.exists()
 
 
 @pytest.mark.browser
