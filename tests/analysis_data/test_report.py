@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import xml.etree.ElementTree as ElementTree
+from concurrent.futures.process import BrokenProcessPool, ProcessPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -184,6 +185,21 @@ def test_work_of_a_killed_process_is_done_again(tmp_path):
         assert list(executor.map(dies_once, items)) == [0, 1, 2, 3, 4]
 
 
+def test_a_process_that_dies_while_work_is_handed_out_is_replaced(monkeypatch):
+    given, submit = [], ProcessPoolExecutor.submit
+
+    def broken_once(pool, *work):
+        given.append(work)
+        if len(given) == 2:
+            raise BrokenProcessPool("a worker has died")
+        return submit(pool, *work)
+
+    monkeypatch.setattr(ProcessPoolExecutor, "submit", broken_once)
+    with open_executor(jobs=2) as executor:
+        assert list(executor.map(abs, [-1, -2, -3])) == [1, 2, 3]
+    assert len(given) == 2 + 3
+
+
 def _json(capsys):
     return json.loads(capsys.readouterr().out)
 
@@ -338,7 +354,7 @@ def test_a_file_is_refused_a_number_that_the_screen_refuses(monkeypatch, tmp_pat
     result = SimpleNamespace(verdict="", to_dict=lambda: {"rmse": float("nan")})
     session = SimpleNamespace(diagnose=lambda *_: result)
     monkeypatch.setattr(diagnose_verb.loop, "open_to_look", lambda _: (session, None))
-    monkeypatch.setattr(diagnose_verb, "text_of", str)
+    monkeypatch.setattr(diagnose_verb, "text_of", lambda *_: "")
     path = tmp_path / "found.json"
     for options in (["--json"], ["--out", str(path)]):
         with pytest.raises(ValueError, match="Out of range"):

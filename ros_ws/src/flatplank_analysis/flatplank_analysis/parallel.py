@@ -67,8 +67,8 @@ class Processes:
         while waiting:
             context = _context(function)
             with worker_pool(min(self.jobs, len(waiting)), context) as pool:
-                futures = [pool.submit(function, item) for item in waiting]
                 try:
+                    futures = [pool.submit(function, item) for item in waiting]
                     for future in futures:
                         result = future.result()
                         waiting.pop(0)
