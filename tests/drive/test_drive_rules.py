@@ -13,9 +13,12 @@ import pytest
 
 from flatplank_data.params import load_parameter_set
 from flatplank_hw.bus.image import AXES, Health
-from flatplank_hw.cia402 import State
+from flatplank_hw.cia402 import CiaMode, State
 from flatplank_hw.drive import DriveParameters
+from flatplank_hw.drive.following import Following
+from flatplank_hw.drive.modes import SetPoint
 from flatplank_hw.drive.safety import RULES, Situation, first_stop, may_turn, unloaded
+from flatplank_hw.drive.shaft import Shaft
 from flatplank_hw.drive.watch import Watch
 from flatplank_hw.share import config_file
 
@@ -148,6 +151,24 @@ def test_a_rule_stops_and_nothing_else_would(name, facts):
 )
 def test_a_rule_lets_pass_what_is_safe(name, facts):
     assert asked([name], facts) is None
+
+
+def test_an_axis_that_was_never_enabled_begins_at_rest():
+    """References are due from bench time 0, the motor is at count 0, and nothing ran before."""
+    p = DriveParameters()
+    watch, shaft, following = Watch(p), Shaft(p), Following(p)
+    watch.update_reference(5 * MS, True, None)
+    assert watch.situation.reference_age_ns == 5 * MS
+    assert shaft.raw_position(NAN) == 0 and not shaft.known
+    new, past = Situation(), Situation()
+    point = SetPoint(CiaMode.CYCLIC_VELOCITY, NAN, 0.05, NAN)
+    for s, begun in ((new, following), (past, Following(p))):
+        if s is past:
+            begun.reset(s)
+        for _ in range(3):
+            begun.update(s, point, shaft, 4 * MS)
+    assert new.following_limit == past.following_limit > 0.0
+    assert new.following_error == past.following_error == pytest.approx(2 * 0.05 * 0.004)
 
 
 @pytest.mark.parametrize(("torque", "high"), [(14.9, 0), (15.1, 4), (-15.1, 4), (NAN, 4)])
