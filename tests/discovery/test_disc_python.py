@@ -133,7 +133,8 @@ def test_diagnosis_is_that_of_the_verb(runs, model, folder, capsys, tmp_path):
     assert {k: v for k, v in mine.items() if k != "seconds"} == {
         k: v for k, v in verb.items() if k != "seconds"
     }
-    assert repr(found) == text_of(found.result, found.campaign) and found.verdict == verb["verdict"]
+    assert repr(found) == text_of(found.result, found.campaign)
+    assert found.verdict == verb["verdict"]
     assert list(found.effects.name) == [e["name"] for e in verb["effects"]] == ["drive_backlash"]
     assert found.next_run == verb["next_run"]
     for what in ("conditions", "ranking", "residual", "waterfall", "drive_backlash"):
