@@ -13,7 +13,7 @@ from pathlib import Path
 import yaml
 
 from flatplank_analysis.cli import common, loop
-from flatplank_analysis.contact_patch.session import DEFAULT, SEARCHES, Session
+from flatplank_analysis.contact_patch.session import SEARCHES, STEPS, Session
 from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.discovery.report.text import text_of
 from flatplank_analysis.discovery.verdict import Diagnosis
@@ -35,7 +35,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--search",
         choices=sorted(SEARCHES),
-        default=DEFAULT,
+        default=STEPS,
         help="tests of each effect (steps), or posterior over sets of effects (on trial)",
     )
     arguments = parser.parse_args(argv)

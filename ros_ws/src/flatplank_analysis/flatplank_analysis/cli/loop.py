@@ -49,7 +49,7 @@ def open_for_change(arguments: argparse.Namespace) -> tuple[Session, ModelFile, 
     folder = arguments.folder or model.campaign
     if not folder:
         raise FlatplankError("no campaign", str(path), "name the campaign folder: DIR")
-    return _session(arguments, folder, model), model, path
+    return session_of(arguments, folder, model), model, path
 
 
 def open_to_look(
@@ -61,10 +61,10 @@ def open_to_look(
         there = Path(arguments.folder) / MODEL
         named = str(there) if there.is_file() else None
     model = load_model(named) if named else None
-    return _session(arguments, arguments.folder, model), model
+    return session_of(arguments, arguments.folder, model), model
 
 
-def _session(arguments: argparse.Namespace, folder: str, model: ModelFile | None) -> Session:
+def session_of(arguments: argparse.Namespace, folder: str, model: ModelFile | None) -> Session:
     """The campaign with the effects of the command line and of the model file."""
     own = [e.file for e in model.effects if e.file] if model else []
     mapping = common.read_mapping(arguments.mapping)

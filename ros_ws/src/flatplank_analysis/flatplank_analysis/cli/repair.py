@@ -12,8 +12,7 @@ from pathlib import Path
 
 from flatplank_analysis.cli import common, loop
 from flatplank_analysis.contact_patch import repair
-from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.discovery.modelfile import load_model
+from flatplank_analysis.discovery.modelfile import Entry, ModelFile, load_model
 from flatplank_data.arguments import Parser, add_json
 from flatplank_data.errors import FlatplankError
 
@@ -36,15 +35,14 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(arguments: argparse.Namespace) -> int:
-    names, files = _effects(arguments)
+    model = _model(arguments)
     if arguments.figure:
         loop.require_file(Path(arguments.figure))
     sides = []
     for share, folder in ((0.05, arguments.before), (0.5, arguments.after)):
-        session = Session.open(folder, files, common.read_mapping(arguments.mapping))
-        common.print_problems(session.campaign.problems)
+        session = loop.session_of(arguments, folder, model)
         loop.progress(f"fits of {folder}", share)
-        sides.append(repair.Side.of(session, names))
+        sides.append(repair.Side.of(session, [e.name for e in model.effects]))
     loop.progress_done()
     data = repair.numbers(*sides)
     if arguments.figure:
@@ -60,14 +58,13 @@ def _run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _effects(arguments: argparse.Namespace) -> tuple[list[str], list[str]]:
-    """Names of the effects, and the files that define them."""
-    files = list(common.effect_files(arguments))
+def _model(arguments: argparse.Namespace) -> ModelFile:
+    """The effects that are compared, with the files that define them."""
     if arguments.effect:
-        return list(dict.fromkeys(arguments.effect)), files
+        return ModelFile(effects=tuple(map(Entry, dict.fromkeys(arguments.effect))))
     path = Path(arguments.before) / loop.MODEL
-    entries = load_model(path).effects if path.is_file() else ()
-    if not entries:
+    model = load_model(path) if path.is_file() else ModelFile()
+    if not model.effects:
         what = "no effect to compare by"
         raise FlatplankError(what, arguments.before, "name what was repaired: EFFECT")
-    return [e.name for e in entries], [*files, *(e.file for e in entries if e.file)]
+    return model

@@ -40,9 +40,6 @@ SEARCHES = {STEPS: run_search, "posterior": run_posterior}
 effects"""
 
 
-DEFAULT = STEPS
-
-
 @dataclass
 class Session:
     """A campaign with the base of the search and the library of effects."""
@@ -112,7 +109,7 @@ class Session:
         model: ModelFile | None = None,
         progress: Progress | None = None,
         measured: Mapping[str, Mapping[str, float]] | None = None,
-        search: str = DEFAULT,
+        search: str = STEPS,
     ) -> Diagnosis:
         """Search for missing effects; measured: effect -> parameter -> start value [SI]; search:
         one of `SEARCHES`."""

@@ -98,9 +98,7 @@ def _decision(
     best = posterior.best
     term = best.fit.terms[index]
     size, spread = best.sizes[index]
-    names = list(best.key)
-    names.remove(term.effect.identifier)
-    without = posterior.sets.get(tuple(names))
+    without = posterior.without(best, index)
     wide = spread * float(student.ppf(0.5 + 0.5 * INTERVAL, posterior.freedom))
     null = term.effect.main_parameter().null
     low, high = (null, np.inf) if size > null else (-np.inf, null)

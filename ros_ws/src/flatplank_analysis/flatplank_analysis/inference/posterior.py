@@ -119,6 +119,10 @@ class Posterior:
             for k, p in self.probability.items()
         )
 
+    def without(self, weighed: Weighed, index: int) -> Weighed | None:
+        """The set that lacks one effect of a set; None where it was not weighed."""
+        return self.sets.get(_without(weighed.key, weighed.names[index]))
+
     def towards_null(self, weighed: Weighed, index: int) -> float:
         """Standard deviation of the size of an effect on the side of its null.
 
@@ -126,7 +130,7 @@ class Posterior:
         than this one says: a gap changes little by a little more of it, and much by its absence.
         """
         size, spread = weighed.sizes[index]
-        without = self.sets.get(_without(weighed.key, weighed.names[index]))
+        without = self.without(weighed, index)
         if without is None:
             return spread
         drop = self.fit_and_price(without)[0] - self.fit_and_price(weighed)[0]

@@ -108,8 +108,7 @@ def before_and_after(search: Search) -> Figure:
     place, floor = coordinate.values[r], last.floors[0].by_condition[runs.condition[r]]
     factor, label = place_axis(name, coordinate.unit, place[[0, -1]])
     place = factor * place
-    figure = figure_of(8.0, 4.6)
-    curves, rest = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+    figure, curves, rest = with_rest(runs, runs.condition_names[runs.condition[r]], label)
     curves.plot(place, runs.measured[0, r], color="black", lw=0.8, label="measured")
     rest.axhspan(-floor, floor, color=ORANGE, alpha=0.25, lw=0.0, label="floor of the condition")
     told = "with its effects" if first.fit.terms else "base alone"
@@ -117,14 +116,26 @@ def before_and_after(search: Search) -> Figure:
         error = amount(runs, float(np.sqrt(np.mean(residual[r] ** 2))))
         curves.plot(place, runs.measured[0, r] - residual[r], color=color, lw=1.4, label=which)
         rest.plot(place, residual[r], color=color, lw=0.9, label=f"{which}: {error}")
-    curves.set_title(runs.condition_names[runs.condition[r]], fontsize=9, loc="left")
+    legends_beside(curves, rest)
+    return figure
+
+
+def with_rest(runs: RunSet, title: str, place: str) -> tuple[Figure, Axes, Axes]:
+    """A figure of curves of the first channel over a place, and of what a model leaves below."""
+    figure = figure_of(8.0, 4.6)
+    curves, rest = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+    curves.set_title(title, fontsize=9, loc="left")
     curves.set_ylabel(labelled(runs, "{}"), fontsize=9)
     rest.set_ylabel(labelled(runs, "measured - model"), fontsize=9)
-    rest.set_xlabel(label, fontsize=9)
+    rest.set_xlabel(place, fontsize=9)
     for axes in (curves, rest):
         clean(axes)
+    return figure, curves, rest
+
+
+def legends_beside(*panels: Axes) -> None:
+    for axes in panels:
         axes.legend(fontsize=8, frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    return figure
 
 
 def place_of(runs: RunSet) -> tuple[str, Coordinate]:

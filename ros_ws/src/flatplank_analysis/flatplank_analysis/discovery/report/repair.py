@@ -10,11 +10,10 @@ from flatplank_analysis.discovery.report.figures import (
     BLUE,
     GREY,
     ORANGE,
-    clean,
-    figure_of,
-    labelled,
+    legends_beside,
     place_axis,
     place_of,
+    with_rest,
 )
 from flatplank_analysis.discovery.report.text import amount
 from flatplank_analysis.discovery.state import State
@@ -24,11 +23,10 @@ def figure_of_repair(before: State, after: State) -> Figure:
     """Mean of the first channel in the common condition whose error fell most, and below what the
     model without effects leaves; before and after. Both states are without effects."""
     condition = _most_changed(before, after)
-    figure = figure_of(8.0, 4.6)
-    curves, rest = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
     runs = after.runs
     name, coordinate = place_of(runs)
     factor, label = place_axis(name, coordinate.unit, coordinate.values[0, [0, -1]])
+    figure, curves, rest = with_rest(runs, condition, label)
     number = runs.condition_names.index(condition)
     floor = after.floors[0].by_condition[number]
     rest.axhspan(-floor, floor, color=ORANGE, alpha=0.25, lw=0.0, label="floor after")
@@ -39,13 +37,7 @@ def figure_of_repair(before: State, after: State) -> Figure:
         curves.plot(place, state.runs.measured[0, rows].mean(axis=0), color=color, label=when)
         left = state.residual[0, rows].mean(axis=0)
         rest.plot(place, left, color=color, lw=0.9, label=f"{when}: {error}")
-    curves.set_title(condition, fontsize=9, loc="left")
-    curves.set_ylabel(labelled(runs, "{}"), fontsize=9)
-    rest.set_ylabel(labelled(runs, "measured - model"), fontsize=9)
-    rest.set_xlabel(label, fontsize=9)
-    for axes in (curves, rest):
-        clean(axes)
-        axes.legend(fontsize=8, frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    legends_beside(curves, rest)
     return figure
 
 
