@@ -55,7 +55,8 @@ SPELLINGS = {
     ("N/m", 1000.0): ("N/mm", "kN/m"),
     ("N/m", 175.12683524647636): ("lbf/in", "lb/in"),
     ("1", 0.01): ("%", "percent", "perc", "pct"),
-    ("1", 1.0): ("", "-", "none", "1", "[-]", "unitless"),
+    ("1", 1.0): ("", "-", "none", "1", "[-]", "unitless", "[]", "[ ]", "bool"),
+    ("N", 1000.0): ("kN", "[ kN ]", "([kN])", "'kN'", "{kN}", '"kn"', " kN. "),
     ("s", 1.0): ("sec", "seconds", "S"),
     ("s", 86400.0): ("d", "day", "days"),
     ("s", 1e-6): ("µs", "μs", "us", "usec"),
@@ -118,3 +119,56 @@ def test_powers_of_a_unit(text, si, factor):
 def test_the_simple_units_of_a_quantity():
     assert units_of("m/s")["ft/s"] == pytest.approx(0.3048)
     assert {"kn", "lbf", "kgf"} <= units_of("N").keys()
+
+
+UNKNOWN = ("[", "]", "[kN", "kN]", "(kN]", "N/N2", "m2", "1/s", "kg s", "N m2", "s-1", "V/m", "-1",
+           "psi(x)", "m/", "/s", "kN s", "m0", "N-", "mm mm")  # fmt: skip
+
+
+@pytest.mark.parametrize("text", UNKNOWN)
+def test_what_no_column_has_is_no_unit(text):
+    """Areas, frequencies and the like are units, but no quantity here has them."""
+    assert conversions(text) == () and not is_unit(text) and not is_bare(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "meanings"),
+    [
+        ("kg", {("kg", 1.0), ("N", 9.80665)}),
+        ("lb", {("kg", 0.45359237), ("N", 4.4482216152605)}),
+        ("kg/cm2", {("Pa", 98066.5)}),
+        ("kg m", {("N m", 9.80665)}),
+        ("kg m/s2", set()),
+        ("N/N", {("1", 1.0)}),
+        ("mm/m", {("1", 1e-3)}),
+        ("m2/m", {("m", 1.0)}),
+        ("rad/min", {("rad/s", 1.0 / 60.0)}),
+        ("g", {("m/s2", 9.80665)}),
+    ],
+)
+def test_all_meanings_of_a_unit(text, meanings):
+    found = sorted((si, factor) for si, factor, _ in conversions(text))
+    assert [si for si, _ in found] == [si for si, _ in sorted(meanings)]
+    assert [f for _, f in found] == pytest.approx([f for _, f in sorted(meanings)])
+
+
+def test_all_simple_units_of_a_quantity_are_offered():
+    expected = {
+        "m": {"m", "mm", "cm", "km", "in", "ft", "mi"},
+        "s": {"s", "ms", "us", "ns", "min", "h", "d"},
+        "rad/s": {"rpm", "1/min", "deg/s"},
+        "m/s": {"mph", "kph", "mm/s", "ft/s"},
+        "N m": {"nm", "knm", "nmm"},
+        "1": {"1", "%"},
+        "x": set(),
+    }
+    for si, units in expected.items():
+        assert units_of(si).keys() == units, si
+    assert units_of("rad/s")["deg/s"] == pytest.approx(0.017453292519943295)
+    assert units_of("m/s")["mm/s"] == pytest.approx(1e-3)
+
+
+def test_an_absolute_pressure_is_told_from_a_wrong_quantity():
+    with pytest.raises(FlatplankError) as raised:
+        to_si(np.zeros(1), "bar", "N", "a.csv")
+    assert "does not fit a quantity in N" in str(raised.value) and "a.csv" in str(raised.value)

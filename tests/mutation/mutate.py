@@ -135,10 +135,11 @@ AREAS = (
     ),
     Area(
         "units", "",
-        (*_files("analysis_data/test", "text_units unit_checks formats cluster"),
+        (*_files("analysis_data/test", "text_units unit_relations unit_checks formats cluster"),
          *_files("recording/test_rec", "record"), "tests/bench/test_limits.py"),
         package="flatplank_data",
-        only=("units.py", "unit_checks.py", "limits.py", "run_record.py", "record_checks.py"),
+        only=("units.py", "unit_checks.py", "unit_relations.py", "force_units.py",
+              "standing_units.py", "limits.py", "run_record.py", "record_checks.py"),
     ),
     Area(
         "readers", "",

@@ -105,8 +105,8 @@ def _of_turning(part: MeasurementTable, way: float) -> Iterator[Relation]:
     radius = stated if math.isfinite(stated) else USUAL_RADIUS
     turned = float(np.ptp(part["wheel_angle"])) if part.has("wheel_angle") else math.nan
     by_speed, by_motor = _integral(part, "wheel_velocity"), _integral(part, "motor_velocity")
-    if min(abs(turned), abs(by_speed)) * radius < STANDS * way:
-        return
+    if np.fmin(abs(turned), abs(by_speed)) * radius < STANDS * way:
+        return  # fmin: one of them may not be measured
     text = f"the rim travels {{}} at a radius of {radius:.3g} m, the plank {{}}"
     powers = {"wheel_angle": 1, "plank_position": -1}
     rim = relation(text, turned * radius, way, "m", powers)

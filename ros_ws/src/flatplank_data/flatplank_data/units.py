@@ -237,10 +237,7 @@ def factor_offset(unit: str, expected: str, where: str) -> tuple[float, float]:
 def to_si(values: np.ndarray, unit: str, expected: str, where: str) -> np.ndarray:
     """`values` in `unit` as float64 in the SI unit `expected`."""
     factor, offset = factor_offset(unit, expected, where)
-    array = np.asarray(values, dtype=np.float64)
-    if factor == 1.0 and offset == 0.0:
-        return array
-    return array * factor + offset
+    return np.asarray(values, dtype=np.float64) * factor + offset
 
 
 def units_of(expected: str) -> dict[str, float]:
