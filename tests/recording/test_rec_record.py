@@ -16,7 +16,6 @@ from flatplank_control.recording.typestore import typestore
 from flatplank_data.errors import FlatplankError, RecordingError
 from flatplank_data.limits import IN_FILES
 from flatplank_data.record_checks import STATUSES
-from flatplank_data.yaml_text import load_yaml
 from flatplank_data.run_record import (
     FORMAT,
     RunRecord,
@@ -26,6 +25,7 @@ from flatplank_data.run_record import (
     record_from_yaml,
     stem_of,
 )
+from flatplank_data.yaml_text import load_yaml
 
 FULL = samples.toyo(
     operator="Jürgen: 'x'",
