@@ -190,8 +190,8 @@ def test_a_wheel_that_stands_tells_nothing_of_the_way(name, share, turns):
 @pytest.mark.parametrize("quotient", [1.1, 40.0])
 def test_an_unknown_radius_is_the_usual_one_and_coarse(quotient):
     turned = quotient * 0.8 / USUAL_RADIUS
-    columns = {"time": [0.0, 1.0, 2.0], "plank_position": [0.0, 0.4, 0.8],
-               "wheel_angle": [0.0, 0.3, turned], "wheel_velocity": [0.5 * turned] * 3}  # fmt: skip
+    columns = {"time": [0.0, 1.0, 2.0], "plank_position": [0.0, 0.4, 0.8]}
+    columns |= {"wheel_angle": [0.0, 0.3, turned], "wheel_velocity": [0.5 * turned] * 3}
     found = of("slip", columns)
     off = math.log(40.0) if quotient == 40.0 else 0.0
     rims = [one for text, one in found.items() if "rim" in text]
