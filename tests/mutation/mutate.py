@@ -146,7 +146,8 @@ AREAS = (
         _files(
             "analysis_data/test",
             "text_units formats text_tables cluster matlab73 parquet_types compressed_bags "
-            "bag_times bag_kinds lost_samples",
+            "bag_times bag_kinds lost_samples text_parts table_layout reader_parts tydex_parts "
+            "bag_parts bags",
         ),
         package="flatplank_data",
         only=("csv.py", "mat.py", "parquet.py", "tydex.py", "bag.py", "base.py", "delimited.py",

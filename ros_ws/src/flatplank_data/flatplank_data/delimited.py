@@ -86,7 +86,7 @@ class TextTable:
         values, other = self.column(name)
         if not other.any():
             return values
-        if np.isfinite(values[: int(np.argmax(other))]).any():
+        if np.isfinite(values[: np.argmax(other)]).any():
             where = f"{self.where}, column '{name}'"
             what = f"{self.first(name, other)} is not a number as those above"
             raise FlatplankError(what, where, "correct or remove the line")
@@ -94,11 +94,11 @@ class TextTable:
 
     def not_numbers(self, name: str, other: np.ndarray) -> NotNumbers:
         """The cells of a column with other text, by their mask of shape (rows,)."""
-        return NotNumbers(int(other.sum()), len(other), self.first(name, other))
+        return NotNumbers(np.count_nonzero(other), len(other), self.first(name, other))
 
     def first(self, name: str, rows: np.ndarray) -> str:
         """The first of these rows (a mask) of a column: `'OVL' in line 12`."""
-        row = int(np.argmax(rows))
+        row = np.argmax(rows)
         text = self.texts[name][row].as_py()
         quoted = f"'{_short(text)}'" if text else "empty cell"
         return f"{quoted} in line {self.lines[row]}"
@@ -119,7 +119,7 @@ def read_text_table(
     after = [line for line in lines[list(head)[last] + 1 : first] if not _is_comment(line[1])]
     body, remarks = _samples([*after, *lines[first:]], separator, len(names), where)
     cells = zip(*(c for _, c in body), strict=True)
-    texts = {n: pa.array(c, pa.string()) for n, c in zip(names, cells, strict=False)}
+    texts = {n: pa.array(c, pa.string()) for n, c in zip(names, cells, strict=True)}
     numbers = np.array([number for number, _ in body])
     return TextTable(where, names, units, numbers, remarks, texts, styles_of(texts))
 

@@ -104,7 +104,7 @@ def styles_of(columns: Mapping[str, pa.Array]) -> dict[str, NumberStyle | None]:
 
 
 def _count(mask: pa.Array) -> int:
-    return int(pc.sum(mask).as_py() or 0)
+    return pc.sum(mask).as_py() or 0
 
 
 def number_of(text: str, style: NumberStyle = POINT) -> float | None:

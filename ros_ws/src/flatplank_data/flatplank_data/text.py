@@ -52,10 +52,8 @@ def decode_text(data: bytes, where: str) -> str:
 def _without_mark(body: bytes) -> str:
     """UTF-16 has a zero in every second byte of digits, letters and separators."""
     start = body[:_START]
-    for encoding, zeros, others in (
-        ("utf-16-le", start[1::2], start[0::2]), ("utf-16-be", start[0::2], start[1::2]),
-    ):  # fmt: skip
-        if zeros.count(0) > len(zeros) // 2 and others.count(0) == 0:
+    for encoding, zeros in (("utf-16-le", start[1::2]), ("utf-16-be", start[0::2])):
+        if zeros.count(0) > len(zeros) // 2:
             return encoding
     return "utf-8"
 
@@ -63,4 +61,4 @@ def _without_mark(body: bytes) -> str:
 def lines_of(text: str) -> list[str]:
     """Lines without their ends (LF, CR LF or CR); no other character ends a line."""
     lines = _LINE_END.split(text)
-    return lines[:-1] if lines and not lines[-1] else lines
+    return lines if lines[-1] else lines[:-1]

@@ -160,7 +160,7 @@ def _data(
     for column, channel in enumerate(channels):
         bad = np.flatnonzero(other[column :: len(channels)])
         if bad.size:
-            at = column + int(bad[0]) * len(channels)
+            at = column + bad[0] * len(channels)
             first = f"'{cells[at]}' in line {places[at]}"
             others[channel.name] = NotNumbers(bad.size, len(cells) // len(channels), first)
     factor, before, after = np.array([(c.factor, c.before, c.after) for c in channels]).T
@@ -194,8 +194,7 @@ def _number(value: float) -> str:
     """The number with as many digits as fit in nine characters."""
     if not np.isfinite(value):
         return MISSING
-    for digits in range(9, 0, -1):
-        text = f"{value:.{digits}g}".replace("e-0", "e-").replace("e+0", "e")
-        if len(text) <= 9:
-            return text
-    return f"{value:.1e}"
+    digits = 9
+    while len(text := f"{value:.{digits}g}".replace("e-0", "e-").replace("e+0", "e")) > 9:
+        digits -= 1
+    return text

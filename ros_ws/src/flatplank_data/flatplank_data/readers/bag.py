@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -45,6 +46,8 @@ _STORAGE: dict[str, Callable[[Path], Any]] = {
     **_PLAIN, SUFFIX: partial(CompressedFile, storage=_PLAIN),
 }  # fmt: skip
 """suffix -> reader of such a file"""
+Said = tuple[int, dict[str, Any]]
+"""time [ns] and members of a message"""
 
 
 @reader(*_STORAGE)
@@ -69,11 +72,10 @@ def describe_bag(store: Store, name: str) -> dict[str, Any]:
     if store.exists(record):
         with store.open(record) as stream:
             return _record({"record": stream.read().decode("utf-8")})
-    facts: dict[str, Any] = {}
-    for file in _files(store.local(name)):
-        for block in _blocks(file, {RUN_TOPIC}):
-            facts |= _run_message(block)
-    return facts
+    files = _files(store.local(name))
+    return _last_record(
+        said for file in files for block in _blocks(file, {RUN_TOPIC}) for said in _said(block)
+    )
 
 
 def _record_of_bag(name: str) -> str:
@@ -89,23 +91,22 @@ def import_bag(path: Path, topics: TopicMap) -> Loaded:
         topic: Series(topic, tuple(s.path for s in sources), stamp)
         for topic, sources in topics.sources.items()
     }
-    facts: dict[str, Any] = {}
     texts: dict[int, str] = {}
-    waveforms: list[dict[str, Any]] = []
+    said: dict[str, list[Said]] = {RUN_TOPIC: [], WAVEFORM_TOPIC: []}
     remarks: list[str] = []
     for file in _files(path):
-        for block in _blocks(file, {*topics.sources, RUN_TOPIC, WAVEFORM_TOPIC}):
-            if block.channel.topic == WAVEFORM_TOPIC:
-                waveforms += _waveforms(block)
-            elif block.channel.topic in series:
-                series[block.channel.topic].add(block)
-                texts |= _stop_texts(block) if block.channel.topic == DRIVE_TOPIC else {}
+        for block in _blocks(file, {*series, *said}):
+            topic = block.channel.topic
+            if topic in series:
+                series[topic].add(block)
+                texts |= _stop_texts(block) if topic == DRIVE_TOPIC else {}
             else:
-                facts |= _run_message(block)
+                said[topic] += _said(block)
         remarks += file.remarks
     columns, more = joined(path.name, topics, series, remarks)
+    facts = _last_record(said[RUN_TOPIC])
     if topics is OWN:
-        facts[MEASURED] = measured_facts(columns, texts, waveforms)
+        facts[MEASURED] = measured_facts(columns, texts, _waveforms(said[WAVEFORM_TOPIC]))
     return Loaded(columns, facts, [*remarks, *_not_recorded(path, series), *more])
 
 
@@ -119,10 +120,15 @@ def _blocks(file: Any, wanted: set[str]) -> Iterator[Block]:
         raise FlatplankError(what, file.path.name, COPY) from error
 
 
-def _run_message(block: Block) -> dict[str, Any]:
-    """Facts of the last `/run` message of a block."""
+def _said(block: Block) -> Iterator[Said]:
+    """Every message of a block by its time; messages of other lengths are in other blocks."""
     kind = message_type(block.channel)
-    return _record(decode_one(kind, block.payloads[-1].tobytes()))
+    for at, payload in zip(block.log_time.tolist(), block.payloads, strict=True):
+        yield at, decode_one(kind, payload.tobytes())
+
+
+def _in_order(said: Iterable[Said]) -> list[dict[str, Any]]:
+    return [message for _, message in sorted(said, key=itemgetter(0))]
 
 
 def _not_recorded(path: Path, series: Mapping[str, Series]) -> Iterator[str]:
@@ -202,19 +208,25 @@ def _stop_texts(block: Block) -> dict[int, str]:
     first: dict[int, int] = {}
     for group in decode_groups(kind, block.payloads, lambda _: ["stop_reason"]):
         codes = group.columns.get("stop_reason", np.zeros(0))
-        held = np.flatnonzero(codes)[::-1]
-        first |= {int(codes[i]): int(group.rows[i]) for i in held}
+        held = np.flatnonzero(codes)[::-1]  # of equal ones the first counts
+        first |= dict(zip(codes[held].tolist(), group.rows[held].tolist(), strict=True))
     found = {code: decode_one(kind, block.payloads[row].tobytes()) for code, row in first.items()}
     return {code: str(message.get("stop_text", "")) for code, message in found.items()}
 
 
-def _waveforms(block: Block) -> Iterator[dict[str, Any]]:
-    """The waveforms that were set, by the messages of a block."""
-    kind = message_type(block.channel)
-    for payload in block.payloads:
-        text = str(decode_one(kind, payload.tobytes()).get("data", ""))
-        found = load_yaml(text, f"waveform on {WAVEFORM_TOPIC}")
-        yield from [found] if isinstance(found, dict) else []
+def _waveforms(said: Iterable[Said]) -> list[dict[str, Any]]:
+    """The waveforms that were set, in the order of time."""
+    texts = [str(message.get("data", "")) for message in _in_order(said)]
+    found = [load_yaml(text, f"waveform on {WAVEFORM_TOPIC}") for text in texts]
+    return [waveform for waveform in found if isinstance(waveform, dict)]
+
+
+def _last_record(said: Iterable[Said]) -> dict[str, Any]:
+    """Facts of the `/run` messages; the last one counts."""
+    facts: dict[str, Any] = {}
+    for message in _in_order(said):
+        facts |= _record(message)
+    return facts
 
 
 def _record(message: dict[str, Any]) -> dict[str, Any]:

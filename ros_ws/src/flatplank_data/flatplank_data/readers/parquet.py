@@ -85,7 +85,7 @@ def whole(name: str) -> Iterator[None]:
 def _check(file: pq.ParquetFile, schema: pa.Schema, request: Request) -> None:
     """Refuse a file that unpacks to too much, and one with two columns of one name."""
     size = request.store.size_and_time(request.name)[0]
-    Budget.of(request.name, size).take(8 * file.metadata.num_rows * max(len(schema.names), 1))
+    Budget.of(request.name, size).take(8 * file.metadata.num_rows * len(schema.names))
     twice = next((n for n in schema.names if schema.names.count(n) > 1), None)
     if twice is not None:
         raise FlatplankError(f"two columns '{twice}'", request.name, "remove one of them")
