@@ -363,5 +363,3 @@ def test_a_table_is_counted_with_eight_bytes_a_number(tmp_path, monkeypatch, row
     else:
         with pytest.raises(FlatplankError, match="unpacks to more"):
             parquet(tmp_path, columns)
-
-

@@ -36,8 +36,16 @@ def error_of(content: str) -> FlatplankError:
 
 def test_the_fields_of_header_comments_and_constants():
     head = [line("release", "Release of the format", "1.3"), "short", "! line"]
-    before = ["**COMMENTS", "! none", "first", "", "second", "**CONSTANTS",
-              line("fzw", "vertical force", "kN", "3.7"), line("NOTE", "", "", "two words")]
+    before = [
+        "**COMMENTS",
+        "! none",
+        "first",
+        "",
+        "second",
+        "**CONSTANTS",
+        line("fzw", "vertical force", "kN", "3.7"),
+        line("NOTE", "", "", "two words"),
+    ]
     file = parse_tydex(text(before=before, head=head), "a.tdx")
     assert file.header == {"RELEASE": "1.3", "SHORT": ""}
     assert list(file.comments) == ["first", "second"]
