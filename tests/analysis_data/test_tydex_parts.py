@@ -190,7 +190,7 @@ def test_unknown_channels_are_told_and_mapped_ones_are_read(tmp_path):
         "channel 'FYH' is not known and was left out (C and H axes are not turned to W)",
         "channel 'OWN' is not known and was left out",
     ]
-    for ours, columns in (("fz", {"fx", "fz"}), ("fzz", {"fx"})):
+    for ours, columns in (("fz", {"fx", "fz"}), ("fzz", {"fx"}), (["fz"], {"fx"})):
         loaded = read(tmp_path, content, mapping={"columns": {"OWN": ours}})
         assert set(loaded.columns) == columns
     assert set(read(tmp_path, content, columns=["fz"]).columns) == set()

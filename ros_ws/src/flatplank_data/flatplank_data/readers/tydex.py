@@ -82,7 +82,7 @@ def _columns(file: TydexFile, request: Request) -> tuple[dict[str, np.ndarray], 
     remarks = []
     foreign = dict((request.mapping or {}).get("columns") or {})
     for index, channel in enumerate(file.channels):
-        ours = foreign.get(channel.name) or CHANNELS.get(channel.name)
+        ours = str(foreign.get(channel.name) or CHANNELS.get(channel.name, ""))
         if ours not in COLUMN_UNITS:
             hint = " (C and H axes are not turned to W)" if channel.name in _OTHER_AXES else ""
             remarks.append(f"channel '{channel.name}' is not known and was left out{hint}")
