@@ -224,7 +224,7 @@ def usual_force(name: str, largest: float, usual: float) -> dict:
 
 @pytest.mark.parametrize(
     ("kind", "kappa", "share"),
-    [("slip", 0.01, 0.2), ("slip", -0.01, 0.2), ("slip", 0.3, 1.0), ("slip", 0.0, 0.01),
+    [("slip", 0.01, 0.2), ("slip", -0.01, 0.2), ("slip", -0.3, 1.0), ("slip", 0.0, 0.01),
      ("locked_wheel", 0.0, 1.0)],
 )  # fmt: skip
 def test_forces_are_known_by_load_and_slip(kind, kappa, share):
