@@ -10,7 +10,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, ClassVar
 
 import pytest
 from ethercat_rig import BENCH, command, image
@@ -30,7 +30,7 @@ class Process:
     says: tuple[dict[str, Any], ...] = ({"event": "ready"},)
     code: int | None = None
     deaf = False
-    made: list[Process] = []
+    made: ClassVar[list[Process]] = []
 
     def __init__(self, words, pass_fds, env, stdin) -> None:
         self.words, self.env = words, env

@@ -135,3 +135,78 @@ def test_end_of_the_bus_holds_everything() -> None:
     guard = prepared()
     guard.hold_all(2, Cause.STALE_COMMAND)
     assert step(guard, 2) == 0x02 and set(guard.latched) == set(range(len(AXES)))
+
+
+@pytest.mark.parametrize(
+    ("rate", "timeout_ms", "age", "braking"),
+    [(250, 44, 11, 62), (1000, 44, 44, 250), (250, 3, 1, 62), (250, 8, 2, 62), (500, 7, 3, 125)],
+)
+def test_ages_and_braking_in_cycles(rate, timeout_ms, age, braking) -> None:
+    """A command lives at least one cycle; a quick stop lasts a quarter of a second."""
+    guard = Guard(rate, timeout_ms)
+    assert (guard.timeout, guard.braking) == (age, braking)
+    step(guard, 1)
+    words = [step(guard, c, health=Health.LOST) for c in range(2, 2 * braking)]
+    assert words.count(0x02) == braking and set(words[braking:]) == {0x00}
+    fresh = Guard(rate, timeout_ms)
+    assert step(fresh, 100, answers=100 - age) == RUN
+    assert step(fresh, 101, answers=100 - age) == 0x02
+
+
+HELD = {
+    0x00: (), 0x40: (0x06, 0x07, 0x0F), 0x60: (0x06, 0x07, 0x0F), 0x21: (0x07, 0x0F),
+    0x23: (0x0F,), 0x27: "all", 0x07: "all", 0x0F: "all", 0x08: "all", 0x28: "all",
+}  # fmt: skip
+"""status -> control words that a fault of the bench latches"""
+
+
+@pytest.mark.parametrize("status", HELD, ids=hex)
+@pytest.mark.parametrize("word", [0x00, 0x02, 0x06, 0x07, 0x0F, 0x1F, 0x86], ids=hex)
+def test_what_a_fault_latches(status, word) -> None:
+    """An energised or faulty drive always, and every step towards motion."""
+    guard = Guard(250, 44)
+    held = HELD[status] == "all" or (word & 0x0F) in HELD[status]
+    inputs = image(0x0210 | status, digital=0)
+    assert step(guard, 1, word, inputs=inputs) == (0x02 if held else 0x00)
+    assert guard.latched == ({0: Cause.EMERGENCY_STOP} if held else {})
+
+
+def test_the_reset_of_the_first_cycle_is_no_fresh_one() -> None:
+    guard = Guard(250, 44)
+    guard.hold_all(0, Cause.BUS)
+    assert step(guard, 1, 0x80) == 0x02 and step(guard, 2, 0x80) == 0x02
+    assert step(guard, 3, 0x00) == 0x02 and step(guard, 4, 0x80) == 0x80
+
+
+def test_each_axis_is_held_and_lifted_by_itself() -> None:
+    guard = prepared()
+    old = {0: command(RUN, 2, 0), 1: command(RUN, -100, 1)}
+    assert [c.control_word for c in guard.step(2, old, image(), Health.OK)] == [RUN, 0x02]
+    guard.hold_all(3, Cause.BUS)
+    assert guard.latched == {0: Cause.BUS, 1: Cause.STALE_COMMAND} | dict.fromkeys(
+        (2, 3, 4), Cause.BUS
+    )
+    assert guard.stops == {"STALE_COMMAND": 1, "BUS": 4}
+    for cycle, word in ((4, 0x00), (5, 0x80)):
+        asked = {0: command(word, cycle, 0), 1: command(0x00, cycle, 1)}
+        out = [c.control_word for c in guard.step(cycle, asked, image(), Health.OK)]
+    assert out == [0x80, 0x02] and set(guard.latched) == {1, 2, 3, 4}
+
+
+def test_a_held_drive_keeps_its_own_error_code() -> None:
+    guard = prepared()
+    step(guard, 2, health=Health.LOST)
+    own = axis()._replace(error_code=0x2310)
+    shown = guard.with_held_axes_in_fault(image()._replace(axes=(own,) * len(AXES)))
+    assert [a.error_code for a in shown.axes] == [0x2310] * len(AXES)
+    assert guard.with_held_axes_in_fault(image()).axes[0].error_code == Cause.BUS
+    assert Guard(250, 44).with_held_axes_in_fault(inputs := image()) is inputs
+
+
+def test_a_limit_switch_that_was_closed_before_the_image_was_lost_is_no_new_edge() -> None:
+    closed = image(digital=Digital.EMERGENCY_STOP_OK | Digital.LIMIT_FRONT)
+    guard = Guard(250, 44)
+    assert step(guard, 1, inputs=closed) == RUN  # nothing is known of before
+    assert step(guard, 2, 0x00, inputs=None) == 0x02
+    step(guard, 3, 0x00, inputs=closed)
+    assert step(guard, 4, 0x80, inputs=closed) == 0x80 and step(guard, 5, inputs=closed) == RUN

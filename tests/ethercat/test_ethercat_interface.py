@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is checked before the first cycle; requests to objects, and what a slave is told at start.
-"""
+"""What is checked before the first cycle; requests to objects; what a slave is told at start."""
 
 from __future__ import annotations
 

@@ -107,7 +107,7 @@ class Parent:
 class Bench:
     """A loop whose cycles begin when they are due."""
 
-    def __init__(self, monkeypatch, timing: Timing = Timing(), bus=BENCH) -> None:
+    def __init__(self, monkeypatch, timing: Timing | None = None, bus=BENCH) -> None:
         self.now, self.late = 1000, 0
         self.wire, self.parent = Wire(), Parent()
         self.commands: list[AxisCommand] = []
@@ -117,10 +117,8 @@ class Bench:
         )
         monkeypatch.setattr(loops, "time", clock)
         soem: Any = self.wire
-        self.loop = BusLoop(bus, soem, self.parent, "FIFO 80", timing)
-        self.loop.waiting = SimpleNamespace(
-            wait_for_cycle=self.wait, waited_ns=0, given_up=4
-        )
+        self.loop = BusLoop(bus, soem, self.parent, "FIFO 80", timing or Timing())
+        self.loop.waiting = SimpleNamespace(wait_for_cycle=self.wait, waited_ns=0, given_up=4)
         served = self.loop.sdos.serve
         self.loop.sdos.serve = lambda wire: self.wire.asked.append("sdo") or served(wire)
 
@@ -191,7 +189,11 @@ def test_the_time_that_nodes_are_waited_for_moves_the_schedule(bench):
     bench.late = PERIOD // 4
     bench.cycles(3)
     dues = [due for _, _, due, _ in bench.waits]
-    assert dues == [1000 + PERIOD, 1000 + 2 * PERIOD + PERIOD // 4, 1000 + 3 * PERIOD + PERIOD // 2]
+    assert dues == [
+        1000 + PERIOD,
+        1000 + 2 * PERIOD + PERIOD // 4,
+        1000 + 3 * PERIOD + PERIOD // 2,
+    ]
 
 
 def test_lost_frames_keep_the_last_inputs_and_count_on(bench):

@@ -110,7 +110,10 @@ AREAS = (
     ),
     Area(
         "master", "ethercat/master",
-        _files("ethercat/test_ethercat", "guard master_parts requests states frames mailbox"),
+        _files(
+            "ethercat/test_ethercat",
+            "guard master_parts image health interface client loop requests states frames mailbox",
+        ),
         # need a network interface, or a process of their own
         ("__main__.py", "soem.py", "pacing.py"), package="flatplank_hw",
     ),
