@@ -22,6 +22,8 @@ from flatplank_hw.ethercat.reader import read_bus_file
 BENCH = read_bus_file(BUS_FILES / "bench.yaml")
 PERIOD = 4_000_000
 GOOD, LOST, SHORT = Exchange(True, 11, 50_000), Exchange(False, 0, 0), Exchange(True, 10, 50_000)
+RESTING = {1: bytes(16), 8: b"\0"}
+"""outputs of drive and lamps that ask for nothing"""
 FALLEN = SlaveState("bridges_a", 0x14, 0x1B, "watchdog")
 
 
@@ -67,7 +69,7 @@ class Wire:
         return self.repaired
 
     def to_op(self, outputs) -> None:
-        self.asked.append(("to_op", dict(outputs)[1][:4]))
+        self.asked.append(("to_op", dict(outputs)))
 
     def __getattr__(self, name: str):
         def act() -> None:
@@ -301,7 +303,7 @@ def test_a_fallen_slave_is_acknowledged_then_configured_then_searched_for(bench)
     done = [a for a in bench.wire.asked if a not in ("states", "sdo") and not isinstance(a, int)]
     assert done == [
         "acknowledge", "reopen", "reconfigure", "acknowledge", "reopen", "scan", "configure",
-        ("to_op", b"\0\0\0\0"),
+        ("to_op", RESTING),
     ]  # fmt: skip
     assert bench.parent.said[0]["reason"] == "bridges_a: SAFEOP with error 0x001B (watchdog)"
     report = bench.loop.report()
@@ -447,5 +449,5 @@ def test_without_a_wire_nothing_is_waited_for(bench, known):
 def test_the_start(bench):
     bench.now = 5000
     bench.loop.start()
-    assert bench.wire.asked == ["scan", "configure", ("to_op", b"\0\0\0\0")]
+    assert bench.wire.asked == ["scan", "configure", ("to_op", RESTING)]
     assert bench.loop.clock.due() == 5000 + PERIOD

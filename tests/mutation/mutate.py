@@ -157,7 +157,8 @@ AREAS = (
               "text.py", "numbers.py", "guard.py"),
     ),
     Area(
-        "panel", "", _files("panel/test_panel", "access headers trust operator state service"),
+        "panel", "",
+        _files("panel/test_panel", "access parts actions headers trust operator state service"),
         ("views", "nodes", "cli", "analysis", "app.py"), package="flatplank_panel",
     ),
 )  # fmt: skip

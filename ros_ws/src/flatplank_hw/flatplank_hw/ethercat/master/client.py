@@ -194,7 +194,7 @@ class BusClient:
         gone = max(round((now - self._last_wall) * self.rate_hz), 1) if not self._slip else 1
         cycle = self._last.cycle + gone
         self._last = self._last._replace(
-            cycle=cycle, stamp_ns=cycle * self.period_ns, health=int(Health.LOST)
+            cycle=cycle, stamp_ns=cycle * self.period_ns, health=Health.LOST
         )
         self._last_wall = now
         return self._last

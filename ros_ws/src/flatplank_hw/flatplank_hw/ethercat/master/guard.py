@@ -104,7 +104,7 @@ class Guard:
         axes = list(inputs.axes)
         for axis, cause in self.latched.items():
             shown: AxisInputs = axes[axis]
-            code = shown.error_code or int(cause)
+            code = shown.error_code or cause
             axes[axis] = shown._replace(status_word=FAULT_STATUS, error_code=code)
         return inputs._replace(axes=tuple(axes))
 

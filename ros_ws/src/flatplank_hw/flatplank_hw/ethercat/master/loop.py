@@ -156,10 +156,10 @@ class BusLoop:
         """New inputs, or the last good ones with the new cycle number and the present health."""
         stamp = cycle * self.bus.period_ns
         if data is not None and len(data) == len(self._blank):
-            return self.decoder.decode(data, cycle, stamp, int(self.health))
+            return self.decoder.decode(data, cycle, stamp, self.health)
         if self.inputs is None:
-            return self.decoder.decode(self._blank, cycle, stamp, int(self.health))
-        return self.inputs._replace(cycle=cycle, stamp_ns=stamp, health=int(self.health))
+            return self.decoder.decode(self._blank, cycle, stamp, self.health)
+        return self.inputs._replace(cycle=cycle, stamp_ns=stamp, health=self.health)
 
     def _housekeeping(self, cycle: int) -> None:
         """One task per cycle: AL states when a fault is suspected, else states, mailboxes or SDOs
@@ -250,9 +250,9 @@ class BusLoop:
             "wrong_counter": m.wrong_counter,
             "stale": m.stale,
             "unread": self.link.unread,
-            "history": dict(m.history),
-            "recovery": dict(self.recovery.taken),
-            "stops": dict(self.guard.stops),
+            "history": m.history,
+            "recovery": self.recovery.taken,
+            "stops": self.guard.stops,
             "held": {AXES[axis]: cause.name for axis, cause in self.guard.latched.items()},
             "emergencies": [e._asdict() for e in self.emergencies],
             "cycle_time": self.cycle_times.report(),

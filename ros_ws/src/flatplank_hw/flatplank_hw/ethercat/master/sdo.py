@@ -45,7 +45,7 @@ class SdoQueue:
             return False
         request = self._waiting.popleft()
         number = self._names.index(request["slave"])
-        place = (number, int(request["index"]), int(request["subindex"]))
+        place = (number, request["index"], request["subindex"])
         try:
             if request["do"] == "sdo_read":
                 data = transport.sdo_read(*place).hex()
