@@ -161,7 +161,8 @@ class OutputImage:
             entries = slave.output_entries
             row = _Row(i, Layout([(e.kind, e.bits) for e in entries]), places[i])
             sources = [self._source(e) for e in entries]
-            ranges = [range_of_type(e.kind) if e.kind else (0, (1 << e.bits) - 1) for e in entries]
+            # a padding entry carries zero or the echo of the cycle
+            ranges = [range_of_type(e.kind or "uint64") for e in entries]
             self.rows.append((row, sources, ranges))
             self._find_echo(i, entries)
 
