@@ -476,6 +476,11 @@ def test_a_search_is_kept_until_the_model_changes(service, tmp_path):
     assert finished(work()) == tmp_path / "plans/next_run_x.yaml"
     jobs = [job for job, _ in service.fit_jobs.asked]
     assert jobs == ["open", "open", "diagnose", "compare", "undo", "diagnose"]
+    model = str(tmp_path.resolve() / "x/model.yaml")
+    assert service.fit_jobs.asked[2][1] == {
+        "folder": str(tmp_path.resolve() / "x"),
+        "model": model,
+    }
 
 
 def test_a_job_tells_how_far_it_is(service):

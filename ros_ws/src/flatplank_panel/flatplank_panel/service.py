@@ -240,9 +240,13 @@ class PageAnalysis:
             raise ValueError("open a campaign first")
         return self.service.folder(self._open)
 
+    @property
+    def _about(self) -> dict[str, str]:
+        """Campaign and model that a job is about."""
+        return {"folder": str(self._checked()), "model": str(self._model)}
+
     async def _think(self, job: str, **arguments: Any) -> Any:
-        about = {"folder": str(self._checked()), "model": str(self._model)}
-        return await self._do(job, **about, **arguments)
+        return await self._do(job, **self._about, **arguments)
 
     async def _change(self, job: str, **arguments: Any) -> Any:
         """A job that changes the model: what was found in it before is no longer so."""
@@ -256,8 +260,7 @@ class PageAnalysis:
             if search := self.service.searches.get(key):
                 search.progress = (text, share)
 
-        about = {"folder": str(self._checked()), "model": str(self._model)}
-        return asyncio.create_task(self.service.fit_jobs.ask("diagnose", say, **about))
+        return asyncio.create_task(self.service.fit_jobs.ask("diagnose", say, **self._about))
 
     async def _do(self, job: str, **arguments: Any) -> Any:
         if not self._work:
