@@ -17,7 +17,15 @@ from flatplank_hw.cia402 import CiaMode, State
 from flatplank_hw.drive import DriveParameters
 from flatplank_hw.drive.following import Following
 from flatplank_hw.drive.modes import SetPoint
-from flatplank_hw.drive.safety import RULES, Situation, first_stop, may_turn, unloaded
+from flatplank_hw.drive.safety import (
+    REASONS,
+    RULES,
+    Situation,
+    first_stop,
+    is_latched,
+    may_turn,
+    unloaded,
+)
 from flatplank_hw.drive.shaft import Shaft
 from flatplank_hw.drive.watch import Watch
 from flatplank_hw.share import config_file
@@ -200,3 +208,11 @@ def test_only_a_tire_with_almost_no_force_is_unloaded(fz, clear):
     s = Situation(loaded_radius=0.325, fz=fz)
     assert unloaded(s, DriveParameters()) is clear
     assert may_turn(s, DriveParameters()) is clear
+
+
+def test_only_a_plank_that_stands_or_reverses_holds_the_axis_without_a_latch():
+    """Codes 1 to 17 are rules, 20 to 22 other stops; 0 is none."""
+    assert set(REASONS) == {0, *range(1, 18), 20, 21, 22}
+    assert {code for code in REASONS if not is_latched(code)} == {
+        0, RULES["plank_stands"].code, RULES["plank_reverses"].code,
+    }  # fmt: skip
