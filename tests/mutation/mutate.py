@@ -127,7 +127,9 @@ AREAS = (
     ),
     Area(
         "recorder", "recording",
-        _files("recording/test_rec", "arrivals bag layout naming record repair session twin"),
+        _files(
+            "recording/test_rec", "parts arrivals bag layout naming record repair session twin"
+        ),
         package="flatplank_control",
     ),
     Area(
