@@ -128,7 +128,8 @@ AREAS = (
     Area(
         "recorder", "recording",
         _files(
-            "recording/test_rec", "parts arrivals bag layout naming record repair session twin"
+            "recording/test_rec",
+            "parts file arrivals bag layout naming record repair session twin",
         ),
         package="flatplank_control",
     ),
