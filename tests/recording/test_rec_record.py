@@ -200,6 +200,7 @@ def test_a_pressure_of_zero_is_not_known_and_any_other_is():
         ({"fz": 0.5}, "Fz 0.5 N"),
         ({"pressure": 0.0}, "pressure not given"),
         ({"cycles_received": 90, "cycles_lost": 10}, "10 of 100 cycles lost"),
+        ({"cycles_received": 90, "cycles_late": 3}, "0 of 90 cycles lost, 3 late"),
     ],
 )
 def test_a_run_in_words_says_what_was_measured(changes, words):
@@ -207,6 +208,7 @@ def test_a_run_in_words_says_what_was_measured(changes, words):
     assert words in said and "\n" not in said
     unknown = samples.toyo(fz=0.0, pressure=2.5, cycles_received=9)
     assert "Fz" not in in_words(unknown) and "not given" not in in_words(unknown)
+    assert "late" not in in_words(unknown)
 
 
 def test_what_was_not_recorded_is_said():

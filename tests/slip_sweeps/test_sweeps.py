@@ -149,7 +149,9 @@ def test_the_figure_has_the_curves_of_each_condition_the_worst_first(tmp_path):
     worst_first = sorted(range(6), key=lambda k: -shares[k])
     assert {round(found.conditions[k].held["fz"]) for k in worst_first[:2]} == {tire.LOADS[1]}
     for file, order in ((read_tir(str(tir)), worst_first), (None, range(6))):
-        panels = found.plot(file).axes
+        figure = found.plot(file)
+        panels = figure.axes
+        assert figure.get_size_inches() == pytest.approx([12.8, 5.0])  # 4 by 2 panels
         shown = [p for p in panels if p.get_visible()]
         assert len(panels) == 8 and len(shown) == 6
         for panel, k in zip(shown, order, strict=True):

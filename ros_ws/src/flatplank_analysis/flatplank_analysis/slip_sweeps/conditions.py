@@ -75,7 +75,7 @@ def levels(held: HeldChannel, values: np.ndarray) -> tuple[np.ndarray, np.ndarra
     number = np.searchsorted(edges, smooth)
     centers: list[float] = []
     names = np.full(len(values), -1)
-    for k in range(len(edges) + 1):
+    for k in np.unique(number):
         inside = number == k
         if inside.sum() < max(LEAST_SHARE * len(values), SMOOTH):
             continue

@@ -90,7 +90,7 @@ def curve_of(columns: Mapping[str, np.ndarray], condition: SweepCondition) -> Cu
     first = None
     if condition.visits > 1:
         # repeats begin after the largest gap between sample indices
-        first = np.arange(len(rows)) <= int(np.argmax(np.diff(rows)))
+        first = np.arange(len(rows)) <= np.argmax(np.diff(rows))
     up, down = bin_means(bins, force, rising), bin_means(bins, force, ~rising)
     floor = _floor(bins, force, up, down, first)
     return Curve(

@@ -173,7 +173,7 @@ def _without_each_load(points: SteadyPoints) -> list[tuple[SteadyPoints, SteadyP
     forces = {name: points.measured[name] for name in FORCES}
     points = replace(points, measured=forces)
     number = _load_levels(points)
-    count = int(number.max()) + 1
+    count = number.max() + 1
     if count < LEAST_LOADS:
         return []
     return [(points.rows(number != k), points.rows(number == k)) for k in range(count)]
