@@ -65,8 +65,9 @@ def test_file_round_trip(tmp_path):
     path = tmp_path / "fit.yaml"
     path.write_text(fit_to_text(FIT), encoding="utf-8")
     assert parasitic.load_fit(path) == FIT
-    path.write_text(fit_to_text(replace(FIT, date="2026-11-29")).replace("'", ""))
-    assert parasitic.load_fit(path).date == "2026-11-29"  # YAML has a type for dates
+    path.write_text(fit_to_text(replace(FIT, date="2026-11-29", mounting="7")).replace("'", ""))
+    found = parasitic.load_fit(path)
+    assert (found.date, found.mounting) == ("2026-11-29", "7")  # YAML has types for both
 
 
 @pytest.mark.parametrize(
