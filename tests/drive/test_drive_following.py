@@ -90,6 +90,30 @@ def test_a_motor_that_goes_on_when_it_is_to_stand_is_stopped():
     assert rig.velocity == 0.0
 
 
+class Creeping(Slow):
+    """A motor that speeds up by itself, whatever is commanded."""
+
+    creep = 0.0
+    """acceleration [unit/s^2]"""
+
+    def obey(self, c) -> None:
+        super().obey(c)
+        if self.creep:
+            self.own = getattr(self, "own", 0.0) + self.creep * PERIOD * 1e-9
+            start = self.counts - self.velocity * self.scale * PERIOD * 1e-9
+            self.velocity = self.own
+            self.counts = start + self.velocity * self.scale * PERIOD * 1e-9
+
+
+def test_a_motor_that_runs_away_from_standing_gets_no_room_by_its_speed():
+    """Held at rest it speeds up slowly: it turned by 6 deg until it was noticed."""
+    rig = rolling("velocity", 0.0, make=Creeping)
+    rig.run(50)
+    rig.creep = 0.12
+    # by hand: 0.12 t^2 / 2 = 0.005 * 0.5
+    assert seconds_to(rig, CODE) == pytest.approx(math.sqrt(2.0 * 0.0025 / 0.12), abs=0.03)
+
+
 def test_a_motor_that_keeps_a_slightly_higher_speed_is_noticed_soon():
     """The speed that is missing counts, not the speed."""
     rig = rolling(value=0.15)

@@ -5,10 +5,11 @@ As in LinuxCNC the allowed error grows with the speed:
 
     allowed = (standstill_speed + v) following_time + v^2 / (2 acceleration)
 
-v is the largest change of speed since the drive obeyed last, commanded or missing; in position
-control the largest speed. The first term is the travel during the reaction of the drive, the
-second is that of speeding up, braking or reversing. The play of the gears does not count: the
-motor's encoder sits in front of it.
+v is the largest change of speed since the drive obeyed last, or came into operation: commanded, or
+missing, at most the commanded speed itself, so that a drive that runs away gets no more room by
+that. In position control v is the largest speed. The first term is the travel during the reaction
+of the drive, the second is that of speeding up, braking or reversing. The play of the gears does
+not count: the motor's encoder sits in front of it.
 
 Free rolling commands a torque, so the road takes the place of the commanded speed: a tire that
 rolls turns between standing, kappa = -1, and
@@ -57,6 +58,7 @@ class Following:
         position = shaft.position
         before, self._position = self._position, position
         if before is None:
+            self._from = shaft.velocity
             return
         velocity, torque = point.velocity, point.torque
         if torque == torque:
@@ -81,7 +83,8 @@ class Following:
             error = 0.0 if obeys else s.following_error + missing
             if obeys:
                 self._from = velocity
-            speed = max(abs(velocity - turns), abs(velocity - self._from))
+            lacking = min(abs(velocity - turns), abs(velocity))
+            speed = max(lacking, abs(velocity - self._from))
         self._peak = speed if obeys else max(self._peak, speed)
         self._set(s, error)
 
