@@ -73,7 +73,7 @@ class SweepFit:
         return self.fit.to_json() | {
             "points": self.points,
             "held_out": to_plain(self.held_out),
-            "remarks": dict(self.remarks),
+            "remarks": self.remarks,
         }
 
 
