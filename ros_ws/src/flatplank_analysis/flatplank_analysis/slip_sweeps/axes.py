@@ -108,7 +108,7 @@ def in_iso(
         said += f"; the {COUNTED_OTHERWISE[angle]} is counted the other way"
         said += f", by {signs}" if wanted else ""
     alike = [other for other, more in fitting if other != name and not more]
-    if alike and not wanted and not angle:
+    if alike and not wanted:
         said += f"; nothing tells it from {' or '.join(alike)} (--axes NAME)"
     return {k: -v if k in away else v for k, v in given.items()}, said
 
@@ -140,7 +140,7 @@ def _contradiction(
 
 def _signs(columns: Mapping[str, np.ndarray]) -> Signs:
     fz = columns["fz"]
-    load = int(np.sign(np.median(fz[np.abs(fz) > UP * np.abs(fz).max()])))
+    load = -1 if np.median(fz[np.abs(fz) > UP * np.abs(fz).max()]) < 0.0 else 1
     return Signs(load, _slope_sign(columns, "fy", "alpha", SMALL_ALPHA), _lean_sign(columns))
 
 
@@ -167,10 +167,11 @@ def _lean_sign(columns: Mapping[str, np.ndarray]) -> int:
     if near.sum() < LEAST_SLOPE:
         return 0
     fz, gamma, fy = (columns[name][near] for name in ("fz", "gamma", "fy"))
-    alpha = columns["alpha"][near] if "alpha" in columns else np.zeros(len(fz))
-    others = np.column_stack([fz, alpha * fz, alpha * fz**2 / np.abs(fz).max()])
-    lean, rest = (_without(others, values) for values in (gamma * np.abs(fz), fy))
-    if np.ptp(gamma) == 0.0 or not lean.any() or not rest.any():
+    others = [fz]
+    if "alpha" in columns:
+        others += [columns["alpha"][near] * fz, columns["alpha"][near] * fz**2]
+    lean, rest = (_without(np.column_stack(others), values) for values in (gamma * np.abs(fz), fy))
+    if np.ptp(gamma) == 0.0 or not rest.any():
         return 0
     r = float(lean @ rest / np.sqrt((lean @ lean) * (rest @ rest)))
     return int(np.sign(r)) if abs(r) > CERTAIN else 0
