@@ -139,8 +139,9 @@ AREAS = (
     ),
     Area(
         "sweeps", "slip_sweeps",
-        ("tests/slip_sweeps/test_sweeps.py",
-         *_files("slip_sweeps/test_sweeps", "parts files variants")),
+        (*_files("slip_sweeps/test_sweeps", "axes reading curves fit_parts parts"),
+         "tests/slip_sweeps/test_sweeps.py",
+         *_files("slip_sweeps/test_sweeps", "variants files tir_signs verdict fit")),
     ),
     Area(
         "units", "",

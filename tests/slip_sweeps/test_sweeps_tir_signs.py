@@ -8,10 +8,13 @@ import json
 import math
 
 import formula_of_sweeps as tire
+import numpy as np
 import pytest
 
 import flatplank_analysis as fp
 from flatplank_analysis.cli.main import main
+from flatplank_analysis.models.tir import parse_tir
+from flatplank_analysis.slip_sweeps.tir_signs import CONVENTIONS, errors_of, likelier, side_of
 
 SHIFT = 0.01
 """PHY1 of the files: a plysteer [rad]"""
@@ -89,3 +92,37 @@ def test_an_unknown_convention_is_one_line(tmp_path, capsys):
     assert main(["sweeps", str(path), "--tir-signs", "sae"]) == 1
     assert "give --tir FILE" in capsys.readouterr().err
     assert math.isfinite(fp.sweeps(path).compare(tir).error.max())
+
+
+def test_the_error_of_a_convention_is_the_root_mean_square_over_the_conditions():
+    each = {signs: np.array([3.0, 4.0]) * (k + 1) for k, signs in enumerate(CONVENTIONS.values())}
+    found = errors_of(lambda signs: list(each[signs]))
+    assert found == pytest.approx(
+        {name: (k + 1) * math.sqrt(12.5) for k, name in enumerate(CONVENTIONS)}
+    )
+
+
+@pytest.mark.parametrize(
+    ("errors", "used", "found"),
+    [
+        ({"iso": 10.0, "sae": 4.9, "alpha": 7.0}, "iso", ["sae"]),
+        ({"iso": 10.0, "sae": 5.1, "alpha": 7.0}, "iso", []),
+        ({"iso": 10.0, "sae": 5.0, "alpha": 5.0}, "iso", []),
+        ({"iso": 10.0, "sae": 1.0, "alpha": 1.0}, "iso", ["sae", "alpha"]),
+        ({"iso": 10.0, "sae": 1.0, "alpha": 1.0}, "sae", []),
+        ({"iso": 0.5, "sae": 2.0, "alpha": 3.0}, "sae", ["iso"]),
+        ({"iso": 0.3, "sae": 0.5, "alpha": 3.0}, "sae", []),
+        ({"iso": 1.0}, "iso", []),
+    ],
+)
+def test_another_convention_is_told_when_it_halves_the_error(errors, used, found):
+    assert likelier(errors, used) == found
+
+
+@pytest.mark.parametrize(
+    ("entry", "side"),
+    [("TYRESIDE = 'left'", "LEFT"), ('TYRESIDE = " Right "', "RIGHT"), ("", ""),
+     ("TYRESIDE = LEFT", "LEFT")],
+)  # fmt: skip
+def test_the_side_that_a_file_states(entry, side):
+    assert side_of(parse_tir(tire.TIR.replace("[MODEL]\n", f"[MODEL]\n{entry}\n"), "t")) == side

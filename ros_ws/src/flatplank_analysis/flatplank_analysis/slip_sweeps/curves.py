@@ -78,6 +78,18 @@ class Formula:
 
 
 NAMES = ("B", "C", "D", "E", "Sh", "Sv")
+LEAST_BINS = 8
+"""least number of filled bins for the six values of the formula"""
+TYPICAL = (1.0, 1.0, 1.0, 1.0, 0.1, 0.1)
+"""sizes of the values, in units of the largest slip and the largest force"""
+LOW, HIGH = (0.2, 0.8, 0.3, -20.0, -0.3, -0.5), (40.0, 2.2, 5.0, 1.0, 0.3, 0.5)
+"""bounds in the same units"""
+STARTS = tuple((b, 1.4, 1.0, -0.5, 0.0, 0.0) for b in (2.0, 5.0, 12.0))
+"""start values in the same units"""
+DEPENDENT = 0.1
+"""share of a value in a direction that the sweep does not determine, above which it is open"""
+SINGULAR = 1e-9
+"""relative singular value of such a direction"""
 
 
 def curve_of(columns: Mapping[str, np.ndarray], condition: SweepCondition) -> Curve:
@@ -144,20 +156,18 @@ def fit_formula(curve: Curve) -> Formula | None:
     """
     good = np.isfinite(curve.force)
     x, y = curve.slip[good], curve.force[good]
-    if len(x) < 8:
+    if len(x) < LEAST_BINS:
         return None
     size, width = float(np.abs(y).max()), float(np.abs(x).max())
     sign = float(np.sign(np.polyfit(x, y, 1)[0])) or 1.0
-    scale = np.array([1.0 / width, 1.0, size, 1.0, 0.1 * width, 0.1 * size])
-    low = np.array([0.2, 0.8, 0.3, -20.0, -3.0, -5.0]) * scale
-    high = np.array([40.0, 2.2, 5.0, 1.0, 3.0, 5.0]) * scale
+    unit = np.array([1.0 / width, 1.0, size, 1.0, width, size])
+    low, high, scale = (unit * values for values in (LOW, HIGH, TYPICAL))
 
     def rest(p: np.ndarray) -> np.ndarray:
         return (bin_means(curve.bins, _formula(p, curve.samples))[good] - sign * y) / size
 
-    starts = [np.array([b / width, 1.4, size, -0.5, 0.0, 0.0]) for b in (2.0, 5.0, 12.0)]
     found = min(
-        (least_squares(rest, s, bounds=(low, high), x_scale=scale) for s in starts),
+        (least_squares(rest, unit * s, bounds=(low, high), x_scale=scale) for s in STARTS),
         key=lambda r: r.cost,
     )
     values = found.x * np.array([1.0, 1.0, sign, 1.0, 1.0, sign])
@@ -173,10 +183,10 @@ def _spread(found, scale: np.ndarray) -> list[float]:
     free = max(len(found.fun) - len(found.x), 1)
     jac = found.jac * scale
     _, s, vt = np.linalg.svd(jac, full_matrices=False)
-    weak = s < 1e-9 * s[0]
+    weak = s < SINGULAR * s[0]
     s = np.where(weak, np.nan, s)
     variance = np.nansum((vt.T / s) ** 2, axis=1) * 2.0 * found.cost / free
-    variance[np.any(np.abs(vt.T[:, weak]) > 0.1, axis=1)] = np.inf
+    variance[np.any(np.abs(vt.T[:, weak]) > DEPENDENT, axis=1)] = np.inf
     return [float(v) for v in NORMAL_90 * scale * np.sqrt(variance)]
 
 

@@ -32,7 +32,6 @@ FORCES = ("fx", "fy")
 class Recording:
     """Measured channels, in the axes of the file."""
 
-    path: str
     columns: Mapping[str, np.ndarray]
     """known channels by the names of `CHANNELS`, in SI; the others unchanged"""
     further: tuple[str, ...]
@@ -63,7 +62,7 @@ def read(path: str | Path, given: Mapping[str, str] | None = None) -> Recording:
     further = {k: v for k, v in raw.columns.items() if k not in found.values()}
     rows, told = _rows(raw, found, columns, where)
     kept = {k: v[rows] for k, v in {**columns, **further}.items()}
-    return Recording(where, kept, tuple(further), (*said, *lost, *remarks, *told))
+    return Recording(kept, tuple(further), (*said, *lost, *remarks, *told))
 
 
 def _measured(raw: Raw, found: Mapping[str, str]) -> tuple[dict[str, str], list[str]]:

@@ -38,6 +38,15 @@ if TYPE_CHECKING:
 
 PANELS = 24
 """most panels of a figure"""
+WIDTH, HEIGHT, ACROSS = 3.2, 2.5, 4
+"""size of a panel [inch], and most panels beside each other"""
+TITLED = 4
+"""most levels in the title of a panel"""
+SMALL, BAND = {"fontsize": 7}, {"alpha": 0.35, "lw": 0, "label": "measured, up and down"}
+POINTS = {"ms": 4, "label": "measured, mean"}
+FORMULA = {"lw": 1, "label": "B, C, D, E of this sweep"}
+MODEL = {"lw": 1.5, "label": "tire file"}
+LEGEND = {"loc": "outside upper center", "fontsize": 8}
 
 
 @dataclass(frozen=True)
@@ -83,16 +92,22 @@ class Study:
 
         Conditions with the largest errors of the tire file come first.
         """
-        from flatplank_analysis.discovery.report.figures import BLUE, GREY, ORANGE, figure_of
+        from flatplank_analysis.discovery.report.figures import (
+            BLUE,
+            GREY,
+            ORANGE,
+            clean,
+            figure_of,
+        )
 
         found = self.failures(tir, signs) if tir else []
         order = list(range(len(self.conditions)))
         if found:
             order.sort(key=lambda k: -found[k].share)
         order = order[:PANELS]
-        across = min(4, len(order))
+        across = min(ACROSS, len(order))
         down = math.ceil(len(order) / across)
-        figure = figure_of(3.2 * across, 2.5 * down)
+        figure = figure_of(WIDTH * across, HEIGHT * down)
         panels = figure.subplots(down, across, squeeze=False).ravel()
         for panel, k in zip(panels, order, strict=False):
             condition, curve, formula = self.conditions[k], self.curves[k], self.formulas[k]
@@ -100,24 +115,23 @@ class Study:
             x = slip.scale * curve.slip
             panel.fill_between(
                 x, np.fmin(curve.up, curve.down), np.fmax(curve.up, curve.down), color=GREY,
-                alpha=0.35, lw=0, label="measured, up and down",
+                **BAND,
             )  # fmt: skip
-            panel.plot(x, curve.force, ".", ms=4, color=GREY, label="measured, mean")
+            panel.plot(x, curve.force, ".", color=GREY, **POINTS)
             if formula:
                 fitted = formula(curve.slip)
-                panel.plot(x, fitted, lw=1, color=BLUE, label="B, C, D, E of this sweep")
+                panel.plot(x, fitted, color=BLUE, **FORMULA)
             if found:
-                panel.plot(x, found[k].modelled, lw=1.5, color=ORANGE, label="tire file")
+                panel.plot(x, found[k].modelled, color=ORANGE, **MODEL)
             levels = [h.word(condition.held[h.name]) for h in condition.levels()]
-            panel.set_title(", ".join(levels[:4]), fontsize=7)
-            panel.set_xlabel(f"{slip.title} [{slip.unit}]", fontsize=7)
-            panel.set_ylabel(f"{FORCE[condition.swept].capitalize()} [N]", fontsize=7)
-            panel.tick_params(labelsize=7)
-            panel.spines[["top", "right"]].set_visible(False)
+            panel.set_title(", ".join(levels[:TITLED]), **SMALL)
+            panel.set_xlabel(f"{slip.title} [{slip.unit}]", **SMALL)
+            panel.set_ylabel(f"{FORCE[condition.swept].capitalize()} [N]", **SMALL)
+            clean(panel)
         for panel in panels[len(order) :]:
             panel.set_visible(False)
         handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), fontsize=8)
+        figure.legend(handles, labels, ncols=len(labels), **LEGEND)
         return figure
 
     def to_json(self, tir: TirFile | None = None, signs: str = READ) -> dict[str, Any]:
