@@ -17,7 +17,8 @@ from flatplank_analysis.slip_sweeps.conditions import (
     not_held,
     split_into_conditions,
 )
-from flatplank_analysis.slip_sweeps.curves import Curve, Formula, curve_of, failures, fit_formula
+from flatplank_analysis.slip_sweeps.curves import Curve, curve_of, failures
+from flatplank_analysis.slip_sweeps.formula import Formula, _spread, fit_formula
 from flatplank_analysis.slip_sweeps.tir_signs import CONVENTIONS
 
 NO = np.full(BINS, np.nan)
@@ -86,7 +87,7 @@ def test_a_half_width_is_that_of_the_normal_distribution_and_open_where_nothing_
     """Two times cost over the freedom is the variance of a residual; 90 % are within 1.645."""
     rows = np.vstack([jacobian, np.zeros((4, 3))])
     found = SimpleNamespace(jac=rows, fun=np.zeros(7), x=np.zeros(3), cost=18.0)
-    width = np.array(under_test._spread(found, np.array([2.0, 2.0, 0.5])))
+    width = np.array(_spread(found, np.array([2.0, 2.0, 0.5])))
     assert np.flatnonzero(np.isinf(width)).tolist() == open_ones
     for k in set(range(3)) - set(open_ones):
         assert width[k] == pytest.approx(1.645 * np.sqrt(2.0 * 18.0 / 4.0) / jacobian[k, k])

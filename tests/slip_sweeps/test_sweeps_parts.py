@@ -32,8 +32,8 @@ from flatplank_analysis.slip_sweeps.curves import (
     bin_means,
     curve_of,
     failures,
-    fit_formula,
 )
+from flatplank_analysis.slip_sweeps.formula import fit_formula
 from flatplank_analysis.slip_sweeps.study import Study, by_level
 from flatplank_analysis.slip_sweeps.verdict import (
     LONGEST,

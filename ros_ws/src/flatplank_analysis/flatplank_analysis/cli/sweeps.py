@@ -17,8 +17,8 @@ from flatplank_analysis.cli.fit import print_coefficients
 from flatplank_analysis.models.tir import TirFile, read_tir, write_tir
 from flatplank_analysis.slip_sweeps.axes import SYSTEMS
 from flatplank_analysis.slip_sweeps.conditions import FORCE, HELD
-from flatplank_analysis.slip_sweeps.curves import NAMES, Formula
 from flatplank_analysis.slip_sweeps.fit import SweepFit, fit_sweeps
+from flatplank_analysis.slip_sweeps.formula import NAMES, Formula
 from flatplank_analysis.slip_sweeps.raw import RAW
 from flatplank_analysis.slip_sweeps.study import Study, by_level, lacking, study
 from flatplank_analysis.slip_sweeps.tir_signs import CONVENTIONS, READ, likelier, side_of

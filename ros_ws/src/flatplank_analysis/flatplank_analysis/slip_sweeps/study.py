@@ -25,11 +25,10 @@ from flatplank_analysis.slip_sweeps.conditions import (
 from flatplank_analysis.slip_sweeps.curves import (
     Curve,
     Failure,
-    Formula,
     curve_of,
     failures,
-    fit_formula,
 )
+from flatplank_analysis.slip_sweeps.formula import Formula, fit_formula
 from flatplank_analysis.slip_sweeps.tir_signs import READ, convention, errors_of, likelier
 from flatplank_data.errors import FlatplankError
 
