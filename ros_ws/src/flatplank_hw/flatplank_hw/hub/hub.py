@@ -71,11 +71,10 @@ class MeasurementHub:
         self._wheel_raw: int | None = None
         self._wheel_counts = 0
         self._plank_raw = 0
-        self._moved_at = -(10**18)
+        self._moved_at = -math.inf
         self._stamp: int | None = None
-        self._period = -1
-        self._weight = 0.0
-        self._fz = 0.0
+        self._period: int | None = None
+        self._weight = self._fz = math.nan
         self._tare: Tare | None = None
         self._tare_zero = self._zero = NO_ZERO
         self._tare_cycle, self._tare_reason, self._tare_is_newer = -1, "", False
@@ -161,12 +160,8 @@ class MeasurementHub:
 
         volts = inputs.bridge_volts
         high = self.parameters.saturation_volts
-        c1, c2, c3, c4, c5, c6 = volts
-        saturated = 0
-        if not (-high < c1 < high and -high < c2 < high and -high < c3 < high
-                and -high < c4 < high and -high < c5 < high and -high < c6 < high):  # fmt: skip
-            saturated = sum(1 << i for i, c in enumerate(volts) if not -high < c < high)
-            c1, c2, c3, c4, c5, c6 = (c if VOLTS.admits(c) else math.nan for c in volts)
+        saturated = sum(1 << i for i, c in enumerate(volts) if not -high < c < high)
+        c1, c2, c3, c4, c5, c6 = (c if VOLTS.admits(c) else math.nan for c in volts)
         if self._filter_on and self._signal is not None:
             s1, s2, s3, s5, s6 = self._signal(self._wheel_angle(inputs.wheel_counts))
             c1, c2, c3, c5, c6 = c1 - s1, c2 - s2, c3 - s3, c5 - s5, c6 - s6
@@ -195,13 +190,12 @@ class MeasurementHub:
 
     def _low_pass(self, fz: float, stamp: int) -> float:
         """Low-passed Fz [N]; NaN where there is no Fz, without a trace in later samples."""
-        if self._stamp is None:
-            self._fz = fz
-        elif stamp - self._stamp != self._period:
-            self._period = stamp - self._stamp
+        period = None if self._stamp is None else stamp - self._stamp
+        if period is not None and period != self._period:
+            self._period = period
             # exact response of a first-order low-pass to a zero-order hold
             self._weight = 1.0 - math.exp(
-                -_TURN * self.parameters.fz_filter_hz * max(self._period, 0) * 1e-9
+                -_TURN * self.parameters.fz_filter_hz * max(period, 0) * 1e-9
             )
         self._stamp = stamp
         if fz != fz:

@@ -45,12 +45,9 @@ def identify_fit(
 
 
 def _fit(x: NDArray[np.float64], y: NDArray[np.float64]) -> Sine:
-    """Fit the parameters linearly at B = 1, then all four nonlinearly from there."""
-    basis = np.column_stack([np.sin(x), np.cos(x), np.ones_like(x)])
-    s, c, d = np.linalg.lstsq(basis, y, rcond=None)[0]
-    amplitude = math.hypot(s, c)
-    scale = max(amplitude, float(np.std(y)), 1e-9)
-    start = [s / scale, c / scale, 1.0, d / scale]
+    """Fit all four parameters from no sine at B = 1."""
+    scale = max(float(np.std(y)), 1e-9)
+    mean = float(np.mean(y)) / scale
 
     # sine and cosine parts instead of A and C avoid the singularity at A = 0
     def residual(p: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -58,7 +55,7 @@ def _fit(x: NDArray[np.float64], y: NDArray[np.float64]) -> Sine:
 
     free = math.inf
     bounds = [-free, -free, 0.8, -free], [free, free, 1.2, free]
-    result = least_squares(residual, start, bounds=bounds)
+    result = least_squares(residual, [0.0, 0.0, 1.0, mean], bounds=bounds)
     s, c, b, d = result.x
     rms = float(np.sqrt(np.mean(result.fun**2))) * scale
     return Sine(scale * math.hypot(s, c), float(b), math.atan2(c, s), scale * float(d), rms)
