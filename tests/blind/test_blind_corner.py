@@ -7,11 +7,11 @@ import pytest
 
 from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.model import TireModel
-from flatplank_analysis.discovery.search import run_search
 from flatplank_analysis.discovery.state import start_base
 from flatplank_analysis.discovery.verdict import AT_FLOOR
 from flatplank_analysis.discovery.verdict import diagnose as diagnosed
 from flatplank_analysis.effects.registry import library
+from flatplank_analysis.inference.search import run_search
 from flatplank_validation.blind import cases
 from flatplank_validation.blind.journal import diagnose
 from flatplank_validation.blind.menu import KIN

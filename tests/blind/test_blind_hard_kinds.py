@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Faults that the search by steps does not name in full, by the search by posterior."""
+"""Faults that are hard to name in full."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def diagnosed(seed: int, **faults: Any) -> Diagnosis:
         for name, share in RELATIVE.items():
             columns[name] = shown(NOISES["usual"], columns[name], step, random, share)
         tables.append(measured_table(columns, run, SecondWorld().radius))
-    return Session.of_tables(tables).diagnose(search="posterior")
+    return Session.of_tables(tables).diagnose()
 
 
 def sizes(result: Diagnosis) -> list[tuple[str, float]]:

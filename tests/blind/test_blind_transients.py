@@ -6,10 +6,10 @@ from __future__ import annotations
 import pytest
 
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.discovery.decide import Judge
 from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.effects.force_channel import TimeSkew
 from flatplank_analysis.effects.registry import library
+from flatplank_analysis.inference.beside import Beside
 from flatplank_validation.blind.cases import Case, make
 
 
@@ -27,11 +27,8 @@ def test_the_start_of_the_side_force_is_no_worn_patch():
 def test_the_interval_of_a_skew_covers_that_there_is_none(number):
     """Without the error of the model's transients it excluded zero: -5.8 ms, known to 1.7 ms."""
     case = Case("none", "second", (), 1.0, "quiet", 0.0, "plain", number)
-    step = Session.of_tables(make(case, 9090)[0]).fit(None)
-    state = step.state
-    found = state.with_term(Term(TimeSkew, TimeSkew.vector({"skew": 1e-3})), most=12)
-    decided = Judge(state, state.whitened.chi2, step.screen.typical).decide(
-        found, len(found.fit.terms) - 1, 1.0
-    )
+    session = Session.of_tables(make(case, 9090)[0])
+    beside = Beside.of(session.fit(None).state, list(session.effects.values()))
+    decided = beside.decide(beside.with_term(Term(TimeSkew, TimeSkew.vector({"skew": 1e-3}))))
     low, high = decided.interval
     assert low < 0.0 < high and 3e-3 < 0.5 * (high - low) < 15e-3

@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from flatplank_analysis.discovery.effect import Effect
+from flatplank_analysis.discovery.opening import Options
 from flatplank_analysis.discovery.parameters import Parameter, param
 from flatplank_analysis.discovery.runs import Coordinate, RunSet
-from flatplank_analysis.discovery.search import Options, run_search
 from flatplank_analysis.discovery.steps import Search
+from flatplank_analysis.inference.search import run_search
 
 TIME = np.linspace(0.0, 4.0, 120)
 CONDITIONS, REPEATS = 8, 3
@@ -103,9 +104,3 @@ def names(found: Sequence) -> set[str]:
 def searched(model: Sum, *effects: type[Effect], **options: Any) -> Search:
     """The whole search."""
     return run_search(model, list(effects), Options(**options))
-
-
-def refusals(search: Search, name: str) -> tuple[str, ...]:
-    """Why an effect was not taken at the first step."""
-    (reasons,) = (d.reasons for d in search.steps[0].refits if d.term.effect.identifier == name)
-    return reasons

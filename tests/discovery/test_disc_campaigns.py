@@ -12,9 +12,8 @@ from bristles import Truth, campaign
 
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import verdict
-from flatplank_analysis.discovery.detectable import detectable_sizes
-from flatplank_analysis.discovery.search import Options, run_search
 from flatplank_analysis.effects.registry import library
+from flatplank_analysis.inference.search import run_search
 
 SMALL = (-0.05, -0.01, 0.0, 0.01, 0.05)
 
@@ -107,9 +106,8 @@ def test_single_effects(truth, names, tire):
 
 def test_wrong_size_is_never_reported_for_an_unnamed_effect():
     """`detectable` answers what these runs could have shown."""
-    search = run_search(session_of(Truth(seed=28, slips=SMALL)).model, list(library().values()),
-                        Options(most=1))  # fmt: skip
-    sizes = detectable_sizes(search.last, search.looked_at)
+    session = session_of(Truth(seed=28, slips=SMALL))
+    sizes = run_search(session.model, list(library().values())).detectable
     assert 0.0 < sizes["drive_backlash"][0] < 1e-3
     assert "road_speed_error" not in sizes
     assert np.isfinite([v for v, _ in sizes.values()]).all()

@@ -11,8 +11,8 @@ from flatplank_analysis.contact_patch.data import load_runs
 from flatplank_analysis.contact_patch.laws import play_position
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.tire_runs import side_before
-from flatplank_analysis.discovery.search import run_search
 from flatplank_analysis.effects.registry import library
+from flatplank_analysis.inference.search import run_search
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of

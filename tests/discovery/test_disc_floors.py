@@ -26,7 +26,6 @@ from flatplank_analysis.cli import compare
 from flatplank_analysis.cli import diagnose as verb
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.report.text import text_of
-from flatplank_analysis.discovery.search import run_search
 from flatplank_analysis.discovery.sources import (
     SOURCES,
     cut_where_needed,
@@ -34,6 +33,7 @@ from flatplank_analysis.discovery.sources import (
     source_of,
 )
 from flatplank_analysis.discovery.verdict import AT_FLOOR, FOUND, PARTLY, diagnose, undecidable
+from flatplank_analysis.inference.search import run_search
 from flatplank_data.errors import FlatplankError
 from flatplank_validation.blind.nulls import nothing_hidden
 from flatplank_validation.verbs import bench_discovery

@@ -26,9 +26,9 @@ from flatplank_analysis.discovery.fit import Fitter, Term
 from flatplank_analysis.discovery.model import FormError
 from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.discovery.patterns import Pattern
-from flatplank_analysis.discovery.search import run_search
 from flatplank_analysis.discovery.state import channel_weights, start_base
 from flatplank_analysis.effects.registry import library
+from flatplank_analysis.inference.search import run_search
 from flatplank_data.errors import FlatplankError
 from flatplank_validation.blind.nulls import LEVELS, diagnosed, lines_of_form, nothing_hidden
 from flatplank_validation.blind.plan import DESIGNS

@@ -15,8 +15,8 @@ from flatplank_analysis.discovery.fit import Fitter
 from flatplank_analysis.discovery.model import FormError
 from flatplank_analysis.discovery.noise import ChannelNoise, fit_noise, freedom_of, make_whitener
 from flatplank_analysis.discovery.runs import RunSet
-from flatplank_analysis.discovery.search import run_search
 from flatplank_analysis.discovery.state import make_state, start_base
+from flatplank_analysis.inference.search import run_search
 
 LONG = 135.0
 TRUE = np.array([1.0, 0.0, 0.0, 2.0, 0.0, 3.0, 0.0, 0.0, 0.0])

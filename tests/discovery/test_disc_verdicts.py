@@ -12,7 +12,6 @@ from decisions import decision, rival
 from shapes import LONG, OTHER, measured, searched, shape
 
 from flatplank_analysis.discovery import invariants, verdict, where
-from flatplank_analysis.discovery.decision import NEGLIGIBLE, UNEVEN
 from flatplank_analysis.discovery.patterns import Pattern
 from flatplank_analysis.discovery.runs import Coordinate
 from flatplank_analysis.discovery.sources import source_of
@@ -22,13 +21,12 @@ from flatplank_analysis.discovery.view import cause_dict
 from flatplank_data.wording import quantity
 
 
-def judged(found, left="", lawful=None, unseen=(), refits=(), monkeypatch=None):
+def judged(found, left="", lawful=None, notes=(), refits=(), monkeypatch=None):
     """The verdict where these effects were found and this is left, before and after polishing."""
     state, polished = SimpleNamespace(floors=[SimpleNamespace(floor=1.0)]), object()
     monkeypatch.setattr(invariants, "residual_of_consequence", lambda *_: lawful)
-    monkeypatch.setattr(verdict, "unidentifiable", lambda _screen, _looked_at: list(unseen))
     steps = SimpleNamespace(state=state, found=found, screen=None, refits=refits, left=left)
-    search = SimpleNamespace(with_law_effects=None if lawful is None else polished, looked_at={})
+    search = SimpleNamespace(with_law_effects=None if lawful is None else polished, notes=notes)
     return verdict._verdict(search, steps)
 
 
@@ -38,18 +36,21 @@ def test_verdicts(monkeypatch):
 
     one = AcceptedEffect(decision())
     free = AcceptedEffect(decision(shape("free", LONG.form, generic=True)))
-    group = replace(one, rivals=tuple(rival(f"r{i}", False, True) for i in range(3)))
-    crowd = replace(one, rivals=tuple(rival(f"r{i}", False, True) for i in range(4)))
+    group = replace(one, rivals=tuple(rival(f"r{i}", False) for i in range(3)))
+    crowd = replace(one, rivals=tuple(rival(f"r{i}", False) for i in range(4)))
     assert told()[0] == verdict.AT_FLOOR
     assert told(left="5 N")[0] == verdict.NONE and "5 N" in told(left="5 N")[1]
-    slight = [decision(OTHER, reasons=("present, negligible",), drop=d, matters=d) for d in (2, 3)]
-    there = "other of 0.1 is in the data, but below the size that matters (3)"
+    slight = [
+        decision(OTHER, size, reasons=("present, negligible",), drop=size) for size in (0.1, 0.2)
+    ]
+    matters = quantity(OTHER.main_parameter().matters, "1")
+    there = f"other of 0.2 is in the data, but below the size that matters ({matters})"
     assert there in told(left="5 N", refits=slight)[1]
-    assert "no effect" in told(left="5 N", refits=[decision(reasons=UNEVEN)])[1]
+    assert "no effect" in told(left="5 N", refits=[decision(reasons=("P = 0.5",))])[1]
     assert told(left="5 N", lawful="4 N")[0] == verdict.NONE
     assert told(left="5 N", lawful="")[0] == verdict.LAW
     assert "machine is in order" in told(left="5 N", lawful="")[1]
-    assert "machine is in order" not in told(left="5 N", lawful="", unseen=["slow"])[1]
+    assert "machine is in order" not in told(left="5 N", lawful="", notes=["slow: P = 0.4"])[1]
     assert told(free)[0] == told(free, left="5 N", lawful="")[0] == verdict.LAW
     assert told(free, left="5 N")[0] == verdict.PARTLY
     assert told(one, left="5 N") == (verdict.PARTLY, "5 N")
@@ -141,15 +142,15 @@ def test_programs_get_six_digits_and_nothing_where_there_is_no_number():
 
 
 def test_programs_get_what_is_known_of_an_effect():
-    others = (rival("alike", False, True), rival("like", True, True), rival("else", True, False))
+    others = (rival("alike", False), rival("like", True))
     found = AcceptedEffect(
-        decision(size=0.123456789, held_out_gain=0.5123456, p_repeats=1.23456e-7), rivals=others
+        decision(size=0.123456789, held_out_gain=0.5123456, probability=0.98765432), rivals=others
     )
     told = cause_dict(found)
     assert (told["name"], told["kind"], told["unit"]) == ("long", "machine", "1")
     assert told["size"] == told["parameters"]["a"] == 0.123457
     assert told["interval"] == [0.0617284, 0.185185] and told["held_out_gain"] == 0.512346
-    assert told["p_value"] == 1.23e-7
+    assert told["probability"] == 0.987654 and told["text"]["probability"] == "P = 0.988"
     assert told["class"] == ["alike"] and told["weakly"] == ["like"]
     assert [a["name"] for a in told["members"]] == ["long", "alike"]
 
@@ -192,49 +193,26 @@ def test_a_base_that_is_far_off_is_told_before_what_reduces_its_error(monkeypatc
 
 
 def test_what_stands_beside_a_verdict(monkeypatch):
-    """One step position, what the tire imitates, wrong forms, and numbers at their ends."""
+    """One step position, what the search notes, and numbers at their ends."""
     ends = {"white": {"g": "g = 15", "late": "late = 0.1"}, "plain": {"late": "late = 0.1"}}
     monkeypatch.setattr(invariants, "parameters_at_ends", lambda _fitter, fit: ends.get(fit, {}))
-    monkeypatch.setattr(verdict, "unidentifiable", lambda _screen, looked: looked["names"])
     monkeypatch.setattr(invariants, "parameters_without_column", lambda fit: fit == "none" and "z")
 
-    def notes(steps=(), unseen=(), found=(), fits=("", "")):
+    def notes(steps=(), noted=(), fits=("", "")):
         state = SimpleNamespace(fitter=None, whitened=SimpleNamespace(fit=fits[0]), fit=fits[1])
-        last = SimpleNamespace(state=state, screen=None, found=found, left="")
+        last = SimpleNamespace(state=state, left="")
         runs = SimpleNamespace(facts={"step": np.array(steps)} if steps else {})
-        search = SimpleNamespace(last=last, looked_at={"names": list(unseen)}, notes=())
+        search = SimpleNamespace(last=last, notes=noted)
         return list(verdict._notes(runs, search))
 
     assert notes() == notes(steps=(1.0, 1.06)) == notes(steps=(np.nan, np.nan)) == []
     for steps in ((1.0, 1.04, np.nan), (2.0,)):
         (note,) = notes(steps=steps)
         assert note.startswith("one step position in all runs")
-    (note,) = notes(unseen=["slow", "fast"])
-    assert note.startswith("what is left points to slow, fast, but ")
-    wrong = AcceptedEffect(decision(reasons=UNEVEN, stretch_q=200.0))
-    (note,) = notes(found=[AcceptedEffect(decision(OTHER)), wrong])
-    assert note.startswith(f"long: {UNEVEN[0]}, {UNEVEN[1]}; ")
+    assert notes(noted=("slow: P = 0.4",)) == ["slow: P = 0.4"]
     assert notes(fits=("none", "")) == ["no sample of these runs shows z: not fitted"]
     assert notes(fits=("white", "plain")) == ["at an end of its range: g = 15, late = 0.1"]
     assert notes(fits=("", "plain")) == ["at an end of its range: late = 0.1"]
-
-
-def test_what_was_refused_is_told_where_something_is_left():
-    """What explains most comes first, with what speaks against it; no chance, nothing slight."""
-    against = ("its 99 % interval covers zero",)
-    refits = [
-        decision(OTHER, drop=500.0, reasons=against), decision(reasons=(NEGLIGIBLE,), drop=400.0),
-        decision(drop=300.0, p_repeats=0.3, reasons=("not beyond the scatter among repeats",)),
-        *(decision(drop=200.0, reasons=UNEVEN) for _ in range(3)),
-    ]  # fmt: skip
-    state = SimpleNamespace(whitened=SimpleNamespace(chi2=1000.0))
-    told = list(verdict._refused(SimpleNamespace(refits=refits, state=state)))
-    size = quantity(refits[0].term.size, OTHER.main_parameter().unit)
-    assert told[0] == (
-        f"other of {size} would take 50 % of what is left, in units of the noise, and is not "
-        "named: its 99 % interval covers zero"
-    )
-    assert len(told) == 4 and all(t.startswith("long of ") for t in told[1:])
 
 
 def test_a_period_is_looked_for_only_where_something_is_left():

@@ -18,7 +18,7 @@ from flatplank_data.wording import one_of
 PLAN = {"what": "slip +1 %, 3 x", "separates": [["long"], ["alike"]], "settings": {"kappa": 0.01}}
 TEXTS = {"title": "Long", "check": "Look.", "removes": "Mend it."}
 GIVEN = decision(shape("long", LONG.form, **TEXTS))
-CLASS = AcceptedEffect(GIVEN, rivals=(rival("alike", False, True),))
+CLASS = AcceptedEffect(GIVEN, rivals=(rival("alike", False),))
 ALONE = AcceptedEffect(GIVEN)
 
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from flatplank_analysis.contact_patch.model import TireModel
-from flatplank_analysis.discovery.search import Options, run_search
 from flatplank_analysis.effects.registry import library
+from flatplank_analysis.inference.search import run_search
 from flatplank_analysis.investigation import decoys
 from flatplank_validation.investigate.fast import FastBench
 
@@ -25,7 +25,7 @@ FEW = {
 def search():
     bench = FastBench(901, effects=FEW)
     session = bench.session(bench.make(bench.seed().settings, 0))
-    return run_search(session.model, list(FEW.values()), Options(most=0))
+    return run_search(session.model, list(FEW.values()))
 
 
 def test_a_decoy_is_another_condition_and_the_same_for_the_same_runs(search):
@@ -55,5 +55,5 @@ def test_one_that_the_machine_had_is_accepted(search):
     data = search.model.data
     runs = replace(data.runs, measured=data.runs.measured + size * column)
     model = TireModel(replace(data, runs=runs))
-    made = decoys.decoys_of(run_search(model, list(FEW.values()), Options(most=0)))
+    made = decoys.decoys_of(run_search(model, list(FEW.values())))
     assert f"decoy_of_{item.identifier}" in made.accepted

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = "flatplank_analysis"
 SOURCE = ROOT / "ros_ws/src" / PACKAGE / PACKAGE
-FOLDERS = ("discovery", "contact_patch", "effects", "proposal")
+FOLDERS = ("discovery", "inference", "contact_patch", "effects", "proposal")
 FACTORS = (0.5, 2.0)
 SEED = 4711
 JOURNAL = ROOT / ".cache/constants.jsonl"
@@ -31,11 +31,9 @@ PUBLISHED = ROOT / "docs/reference/constants.jsonl.gz"
 CHOSEN = "chosen by hand"
 
 SOURCES: dict[str, str] = {
-    "discovery.decide.FAMILY": "convention: family-wise 5 %",
-    "discovery.decide.SAME": "true and false effects of practice and blind campaigns",
-    "discovery.decide.CONDITIONS": "tuned on blind campaigns",
-    "discovery.decide.SHARE": "tuned on blind campaigns",
-    "discovery.backward.SECOND_GAP": "tuned on blind campaigns",
+    "inference.posterior.NAMED": "convention: nineteen in twenty",
+    "inference.posterior.MEMBER": "convention: one in twenty",
+    "inference.priors.EXPECTED": "one fault a machine, `docs/explanation/search.md`",
     "proposal.propose.HELD_OUT": "tuned on blind campaigns",
     "discovery.descent.PROBE": "compare 0.1 of arXiv:1201.5885",
     "discovery.descent.SHARPEST": "compare 0.75 of arXiv:1201.5885",
@@ -50,10 +48,10 @@ SOURCES: dict[str, str] = {
 """constant -> source of its value, where known"""
 FACTS = (
     "contact_patch.plans.LOADS", "contact_patch.plans.STARTS", "contact_patch.plans.STEPS",
-    "discovery.contrast.SMALL",
+    "inference.contrast.SMALL",
     "contact_patch.denoising.ORDERS", "contact_patch.data.PINION_TURN", "contact_patch.grid.SPEED",
     "contact_patch.grid.SAMPLE", "contact_patch.kernel.ROWS", "contact_patch.kernel.WIDE",
-    "contact_patch.model.CHUNK", "discovery.detectable.POWER", "discovery.gram.AT_ONCE",
+    "contact_patch.model.CHUNK", "inference.detectable.POWER", "discovery.gram.AT_ONCE",
     "proposal.confirm.STEP", "proposal.picture.WIDEST", "proposal.scan.POINTS",
 )  # fmt: skip
 """constants that are not varied: properties of the machine, places in an array, or without effect

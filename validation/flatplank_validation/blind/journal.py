@@ -15,21 +15,19 @@ from pathlib import Path
 from typing import Any
 
 import flatplank_analysis
-from flatplank_analysis.contact_patch.session import STEPS, Session
+from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.parallel import worker_pool
 from flatplank_validation.blind.cases import Case, make
 from flatplank_validation.blind.detectable import kit_version
 from flatplank_validation.blind.fingerprint import fingerprint
 
 Progress = Callable[[int, int, str], None]
-JUDGED = ("discovery", "effects", "contact_patch")
+JUDGED = ("discovery", "inference", "effects", "contact_patch")
 KEPT = (
     "verdict", "reason", "floor_rmse", "rmse_before", "rmse_after", "held_out_before",
-    "held_out_after", "unexplained", "seconds",
+    "held_out_after", "unexplained", "seconds", "posterior",
 )  # fmt: skip
-STATED = ("posterior",)
-"""kept where the search states it"""
-OF_EFFECT = ("name", "kind", "size", "unit", "interval", "class", "p_value")
+OF_EFFECT = ("name", "kind", "size", "unit", "interval", "class", "probability")
 
 
 @lru_cache
@@ -51,28 +49,22 @@ def commit() -> str:
     return done.stdout.strip() or "unknown"
 
 
-def code_of(search: str) -> str:
-    """Fingerprint of the code of a search."""
-    return code_version() if search == STEPS else code_version((*JUDGED, "inference"))
-
-
-def diagnose(tables: list, search: str = STEPS) -> dict[str, Any]:
+def diagnose(tables: list) -> dict[str, Any]:
     """Diagnose tables, with no other information."""
-    result = Session.of_tables(tables).diagnose(search=search).to_dict()
-    short = {k: result[k] for k in (*KEPT, "detectable")}
-    short |= {k: result[k] for k in STATED if k in result}
+    result = Session.of_tables(tables).diagnose().to_dict()
+    short = {k: result.get(k) for k in (*KEPT, "detectable")}
     return short | {"effects": [{k: e[k] for k in OF_EFFECT} for e in result["effects"]]}
 
 
-def solve(case: Case, seed: int, search: str = STEPS) -> dict[str, Any]:
+def solve(case: Case, seed: int) -> dict[str, Any]:
     """Make and diagnose a case; returns one line of the journal."""
-    entry = {"key": case.key, "seed": seed, "code": code_of(search), "kit": kit_version()}
+    entry = {"key": case.key, "seed": seed, "code": code_version(), "kit": kit_version()}
     entry |= {"commit": commit(), "case": asdict(case)}
     made = make(case, seed)
     if made is None:
         return entry | {"answer": None, "diagnosis": None}
     tables, answer = made
-    told = diagnose(tables, search)
+    told = diagnose(tables)
     told["detectable"] = {n: told["detectable"].get(n) for n in case.hidden}
     return entry | {"answer": answer, "diagnosis": told}
 
@@ -90,7 +82,7 @@ def read(path: Path) -> list[dict[str, Any]]:
 
 
 def of_this_code(
-    entries: Iterable[dict[str, Any]], seed: int, any_code: bool = False, search: str = STEPS
+    entries: Iterable[dict[str, Any]], seed: int, any_code: bool = False
 ) -> dict[str, dict[str, Any]]:
     """Entries of this seed, made by the present code from the present kit, by key.
 
@@ -98,7 +90,7 @@ def of_this_code(
     """
     here = [e for e in entries if (e["seed"], e.get("kit")) == (seed, kit_version())]
     old = {e["key"]: e for e in here} if any_code else {}
-    return old | {e["key"]: e for e in here if e["code"] == code_of(search)}
+    return old | {e["key"]: e for e in here if e["code"] == code_version()}
 
 
 def publish(path: Path, header: dict[str, Any], entries: Iterable[dict[str, Any]]) -> None:
@@ -120,15 +112,14 @@ def run(
     path: Path,
     jobs: int = 1,
     progress: Progress = lambda _done, _all, _key: None,
-    search: str = STEPS,
 ) -> list[dict[str, Any]]:
     """Solve the cases that the journal lacks; returns the entries of all cases."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    known = of_this_code(read(path), seed, search=search)
+    known = of_this_code(read(path), seed)
     missing = [c for c in cases if c.key not in known]
     done = len(cases) - len(missing)
     with path.open("a", encoding="utf-8") as stream:
-        for entry in solved(partial(solve, seed=seed, search=search), missing, jobs):
+        for entry in solved(partial(solve, seed=seed), missing, jobs):
             stream.write(json.dumps(entry) + "\n")
             stream.flush()
             known[entry["key"]] = entry

@@ -5,7 +5,7 @@ level, and how far the base model differs from tires of another form."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -18,10 +18,10 @@ from flatplank_analysis.contact_patch.model import (
 )
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import where
-from flatplank_analysis.discovery.decide import Judge
-from flatplank_analysis.discovery.dispersion import TypicalDispersion
-from flatplank_analysis.discovery.fit import Term
-from flatplank_analysis.discovery.model import form_error_of
+from flatplank_analysis.discovery.dispersion import scores_of
+from flatplank_analysis.discovery.fit import Fit, Term, effect_contribution
+from flatplank_analysis.discovery.gram import solve
+from flatplank_analysis.discovery.model import form_error_of, same_law
 from flatplank_analysis.discovery.state import State
 from flatplank_analysis.discovery.verdict import AT_FLOOR, Diagnosis
 from flatplank_analysis.effects.force_channel import TimeSkew
@@ -180,16 +180,28 @@ def law_errors(
             tables = nothing_hidden(world, number, level, scatter, design=design)
             session = Session.of_tables(tables)
             state = session.fit(None).state
-            # it is measured as it is, not as the form band limits it
-            session.model.form = replace(session.model.form, mean=0.0, side=0.0)
-            judge = Judge(state, state.whitened.chi2, TypicalDispersion())
             for effect in LIKE_A_LAW:
                 start = Term(effect, effect.vector({effect.main_parameter().name: 0.01}))
-                found = state.with_term(start, most=12)
-                decision = judge.decide(found, len(found.fit.terms) - 1, 1.0)
-                if decision.law_error > 0.0:
-                    share = form_error_of(state.model).law / decision.law_error
-                    yield world, number, effect.identifier, share * abs(decision.term.size)
+                share = _like_a_law(state, state.with_term(start, most=12).fit)
+                if share > 0.0:
+                    yield world, number, effect.identifier, share
+
+
+def _like_a_law(state: State, fit: Fit) -> float:
+    """Relative error of the law, independent in each channel and among runs of another law, that
+    would make the size of the last effect of a fit; 0 where no such error makes any."""
+    own = len(fit.terms) - 1
+    base = [i for i in fit.loose() if fit.free[i][0] != own]
+    signals = np.eye(len(fit.predicted))[:, :, None, None] * fit.predicted
+    gram = state.sums(fit, base, effect_contribution(fit, own)[None], signals)
+    products, scores, _ = gram.total()
+    n = len(base)
+    mix = solve(products[:n, :n], scores[:n])[1] @ products[:n, n]
+    along = gram.products[:, n + 1 :, n] - gram.products[:, n + 1 :, :n] @ mix
+    of_law = [along[rows].sum(axis=0) for rows in same_law(state.model).values()]
+    information = float(scores_of(gram, n)[1].sum())
+    made = float(np.sqrt(np.sum(np.square(of_law))))
+    return information / made if made > 0.0 else 0.0
 
 
 def lines_of_form(count: int) -> Iterator[str]:

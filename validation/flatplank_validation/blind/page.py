@@ -8,7 +8,6 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from flatplank_analysis.contact_patch.session import STEPS
 from flatplank_validation.blind import tables
 from flatplank_validation.blind.points import share
 from flatplank_validation.blind.rival_scores import rival_scores
@@ -30,8 +29,7 @@ WORLDS = {
 def page(entries: Sequence[Mapping[str, Any]], header: Mapping[str, Any]) -> str:
     """The whole page in Markdown.
 
-    header: command, seed, whole (campaigns of the list), rivals (entries of the rivals), search
-    (by steps when it is not given).
+    header: command, seed, whole (campaigns of the list), rivals (entries of the rivals).
     """
     points = tables.scored(entries)
     not_asked = sorted(
@@ -45,7 +43,7 @@ def page(entries: Sequence[Mapping[str, Any]], header: Mapping[str, Any]) -> str
         "journal that it is written from is [beside it](discovery-blind.jsonl.gz).",
         f"Seed {header['seed']}; commit {', '.join(f'{c}: {n}' for c, n in made.items())}; "
         f"worlds: {', '.join(sorted({p['world'] for p in points}))}.",
-        of_which_search((e["commit"] for e in entries), header.get("search", STEPS)),
+        of_which_search(e["commit"] for e in entries),
         _what({p["world"] for p in points}),
         "## Scores",
         tables.scores(points),

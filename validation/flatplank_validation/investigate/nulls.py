@@ -8,9 +8,9 @@ import math
 from collections.abc import Iterator, Sequence
 
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.discovery.decide import Judge
 from flatplank_analysis.discovery.screen import VISIBLE, best_per_effect
 from flatplank_analysis.discovery.state import term_of
+from flatplank_analysis.inference.beside import Beside
 from flatplank_analysis.investigation.evidence import (
     ALPHA,
     Evidence,
@@ -35,10 +35,9 @@ def likeliest(session: Session) -> Hypothesis | None:
         effect = item.candidate.effect
         if effect.generic or effect.law or item.visible < VISIBLE or not item.gain:
             continue
-        made = state.with_term(term_of(item.candidate, item.sizes), most=4)
-        judge = Judge(state, state.whitened.chi2, step.screen.typical)
-        decision = judge.decide(made, len(made.fit.terms) - 1, 1)
-        return Hypothesis.of([decision], state, made.fit, state.whitened.fit)
+        beside = Beside.of(state, list(session.effects.values()))
+        made = beside.with_term(term_of(item.candidate, item.sizes))
+        return Hypothesis.of([beside.decide(made)], state, made.fit, state.whitened.fit)
     return None
 
 

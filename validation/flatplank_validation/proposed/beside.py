@@ -93,7 +93,7 @@ def at_nodes(data: TireRuns, told: MeasuredRuns) -> np.ndarray:
 
 def ours(model: TireModel, best: RefittedSentence) -> np.ndarray:
     """The force of a proposal in the runs of a model."""
-    fit = best.found.fit
+    fit = best.weighed.fit
     effects = tuple((t.effect, t.values) for t in fit.terms)
     sets = [ParameterSet(fit.base, effects), ParameterSet(fit.base, effects[:-1])]
     predicted = model.predict(sets)[:, 0]

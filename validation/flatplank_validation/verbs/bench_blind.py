@@ -14,7 +14,6 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from flatplank_analysis.contact_patch.session import SEARCHES, STEPS
 from flatplank_data.arguments import Parser, add_json
 from flatplank_validation.blind import journal
 from flatplank_validation.blind.detectable import cache
@@ -39,11 +38,8 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--only", default="*", metavar="PATTERN", help="of the names, as in 'pair/*'")
     p.add_argument("--journal", type=Path, help="file that is gone on with; default: .cache/blind")
     p.add_argument(
-        "--search", choices=sorted(SEARCHES), default=STEPS, help="see `diagnose --search`"
-    )
-    p.add_argument(
         "--beside", type=Path, metavar="JOURNAL",
-        help="print a paired comparison with a journal of the same campaigns by another search",
+        help="print a paired comparison with a journal of the same campaigns by other code",
     )  # fmt: skip
     p.add_argument(
         "--write", type=Path, metavar="FILE", help="the page and, beside it, its journal"
@@ -78,7 +74,7 @@ def show(began: float) -> Callable[[int, int, str], None]:
 def main(argv: list[str]) -> int:
     """Exit code 0: all campaigns of the list are scored; 2: nothing to do."""
     o = parser().parse_args(argv)
-    path = o.journal or cache() / f"{_prefix(o.search)}seed{o.seed}.jsonl"
+    path = o.journal or cache() / f"seed{o.seed}.jsonl"
     listed = five_slips(o.seed) if o.five_slips else full(o.seed, o.small)
     cases = [c for c in listed if fnmatch.fnmatch(c.key, o.only)][: o.limit]
     if not cases:
@@ -89,10 +85,10 @@ def main(argv: list[str]) -> int:
         )
         return 2
     if o.no_run:
-        known = journal.of_this_code(journal.read(path), o.seed, o.any_code, o.search)
+        known = journal.of_this_code(journal.read(path), o.seed, o.any_code)
         entries = [known[c.key] for c in cases if c.key in known]
     else:
-        entries = journal.run(cases, o.seed, path, o.jobs, show(time.monotonic()), o.search)
+        entries = journal.run(cases, o.seed, path, o.jobs, show(time.monotonic()))
     if o.beside:
         print(paired(entries, journal.read(o.beside)))
         return 0
@@ -102,10 +98,7 @@ def main(argv: list[str]) -> int:
         print(json.dumps(summary(entries), indent=1))
         return 0
     command = " ".join(["./flatplank bench-blind", *argv])
-    header = {
-        "command": command, "seed": o.seed, "whole": len(cases), "rivals": beside,
-        "search": o.search,
-    }  # fmt: skip
+    header = {"command": command, "seed": o.seed, "whole": len(cases), "rivals": beside}
     text = page(entries, header)
     if o.write:
         from flatplank_data.files import write_atomic
@@ -116,10 +109,6 @@ def main(argv: list[str]) -> int:
     else:
         print(text)
     return 0
-
-
-def _prefix(search: str) -> str:
-    return "" if search == STEPS else f"{search}-"
 
 
 def _rivals(o: argparse.Namespace, path: Path) -> list[dict]:

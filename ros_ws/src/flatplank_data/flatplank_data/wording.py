@@ -66,6 +66,13 @@ def sized(value: float, interval: Sequence[float], unit: str, digits: int = 3) -
     return f"{plain(factor * value, digits)}{unit_word} (90 %: {low} to {high})"
 
 
+def probability_words(p: float) -> str:
+    """A probability as it is told: near 0 and 1 by its limit."""
+    if p > 0.9995:
+        return "P > 0.999"
+    return "P < 0.001" if p < 0.0005 else f"P = {p:.2g}" if p < 0.95 else f"P = {p:.3f}"
+
+
 def one_of(names: Sequence[str]) -> str:
     """'A', 'A or B', 'A, B or C'."""
     return " or ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))

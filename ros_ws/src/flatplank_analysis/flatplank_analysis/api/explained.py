@@ -13,9 +13,10 @@ from flatplank_analysis.discovery import verdict
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import Fit, Term
 from flatplank_analysis.discovery.model import Model
+from flatplank_analysis.discovery.opening import Options
 from flatplank_analysis.discovery.screen import settings_of
-from flatplank_analysis.discovery.search import Options, run_search
 from flatplank_analysis.discovery.state import term_of
+from flatplank_analysis.inference.search import run_search
 from flatplank_data.errors import FlatplankError
 from flatplank_data.names import nearest_hint
 

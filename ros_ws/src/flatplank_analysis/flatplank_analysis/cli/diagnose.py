@@ -13,7 +13,7 @@ from pathlib import Path
 import yaml
 
 from flatplank_analysis.cli import common, loop
-from flatplank_analysis.contact_patch.session import SEARCHES, STEPS, Session
+from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.discovery.report.text import text_of
 from flatplank_analysis.discovery.verdict import Diagnosis
@@ -32,12 +32,6 @@ def main(argv: Sequence[str] | None = None) -> int:
         metavar="FILE",
         help="starting values, as `flatplank calibrate sheet` prints them",
     )
-    parser.add_argument(
-        "--search",
-        choices=sorted(SEARCHES),
-        default=STEPS,
-        help="tests of each effect (steps), or posterior over sets of effects (on trial)",
-    )
     arguments = parser.parse_args(argv)
     return common.run_or_report_nothing_usable("diagnose", lambda: _run(arguments))
 
@@ -49,7 +43,7 @@ def _run(arguments) -> int:
         loop.require_folder(Path(arguments.report))
     session, model = loop.open_to_look(arguments)
     measured = starting_values(arguments.start)
-    result = session.diagnose(model, loop.progress, measured, arguments.search)
+    result = session.diagnose(model, loop.progress, measured)
     loop.progress_done()
     if arguments.json:
         common.print_json(result.to_dict())

@@ -9,27 +9,10 @@ from typing import Any
 import numpy as np
 
 from flatplank_analysis.discovery import determined
-from flatplank_analysis.discovery.decide import Judge
-from flatplank_analysis.discovery.decision import Decision
 from flatplank_analysis.discovery.fit import Term
-from flatplank_analysis.discovery.model import Model
-from flatplank_analysis.discovery.rivals import rivals, suspects
-from flatplank_analysis.discovery.steps import AcceptedEffect, Step
+from flatplank_analysis.discovery.steps import Step
 from flatplank_analysis.words import BASE
 from flatplank_data.wording import quantity, six_digits
-
-
-def class_of(model: Model, before: Step, after: Step, decision: Decision) -> list[Term]:
-    """Effects that the runs cannot tell from the one that was added last; each is refitted in its
-    place. decision: its tests against the step before."""
-    state = after.state
-    judge = Judge(state, state.whitened.chi2 + decision.drop, after.screen.typical)
-    tried = tuple(suspects(model, before.state, before.screen, decision))
-    index = len(state.fit.terms) - 1
-    found = AcceptedEffect(
-        decision, tried, rivals(state.fitter, judge, index, decision, tried, [decision])
-    )
-    return [r.term for r in found.reported]
 
 
 def member(term: Term, numbers: Mapping[str, Any], after: Step, instead: Step) -> dict[str, Any]:

@@ -16,9 +16,9 @@ from flatplank_analysis.contact_patch.parameters import (
     USUAL_HALF,
     among_loads,
     among_pressures,
-    at_one_law,
     base_parameters,
     contact_ratio,
+    laws,
     other_starts,
     with_side_slip,
 )
@@ -66,8 +66,8 @@ class TireModel:
             self.form = replace(self.form, stretch=STRETCH_WITH_SIDE_SLIP)
         if with_side_slip(data) or among_loads(data) or among_pressures(data):
             self.form = replace(self.form, law=LAW_AMONG_SETTINGS)
-        self.same_law = at_one_law(data)
-        """rows of the runs of one law; the pressure does not change its form"""
+        self.laws = laws(data)
+        """the law of each run; the pressure does not change its form"""
         self.parameters = base_parameters(data)
         self.starts = other_starts(self.parameters)
         self._names = [p.name for p in self.parameters]

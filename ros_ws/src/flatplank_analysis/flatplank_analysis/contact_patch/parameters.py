@@ -74,13 +74,12 @@ def among_pressures(data: TireRuns) -> bool:
     return bool(np.ptp(data.pressure) > 0.02)
 
 
-def at_one_law(data: TireRuns) -> list[np.ndarray]:
-    """Rows of the runs with the same slip, side slip, camber and load; runs without a constant
-    slip are alike within their condition."""
+def laws(data: TireRuns) -> list[tuple[float, ...]]:
+    """Slip, side slip, camber and load of each run; a run without a constant slip has the number
+    of its condition instead."""
     slip = np.where(np.isnan(data.kappa), 1.0 + data.runs.condition, data.kappa)
-    settings = np.round(np.stack([slip, data.alpha, data.gamma, data.relative_load]), 3)
-    _, law = np.unique(settings, axis=1, return_inverse=True)
-    return [np.flatnonzero(law == i) for i in np.unique(law)]
+    settings = np.stack([slip, data.alpha, data.gamma, data.relative_load], axis=1)
+    return [tuple(map(float, one)) for one in np.round(settings, 3)]
 
 
 def base_parameters(data: TireRuns) -> tuple[Parameter, ...]:

@@ -12,7 +12,7 @@ from flatplank_analysis.contact_patch.data import grid_groups, roughness_of, ste
 from flatplank_analysis.contact_patch.grid import SPEED, node_positions
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.tire_runs import SETTINGS, TireRuns
-from flatplank_analysis.discovery.runs import RunSet
+from flatplank_analysis.discovery.runs import Coordinate, RunSet
 from flatplank_data.machine import SLOW
 
 STARTS = (1, 2, 3)
@@ -120,7 +120,9 @@ def planned_data(data: TireRuns, s: dict[str, Any]) -> TireRuns:
         measured=np.zeros((len(channels), *position.shape)),
         time=time,
         order=facts["order"],
-        coordinates={},
+        coordinates={
+            "distance since the step": Coordinate(position - s["step_position"], "m", local=True)
+        },
         units=data.runs.units,
         roughness=roughness_of(position),
         facts=facts,

@@ -16,28 +16,24 @@ from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.parameters import BASE, FORMER, NAMES
 from flatplank_analysis.contact_patch.plans import plans_for, usual_step
 from flatplank_analysis.contact_patch.tire_runs import TireRuns
-from flatplank_analysis.discovery import invariants, nextrun, screen, verdict
-from flatplank_analysis.discovery.decide import Judge
+from flatplank_analysis.discovery import heldout, invariants, screen, verdict
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term
 from flatplank_analysis.discovery.modelfile import Entry, ModelFile
-from flatplank_analysis.discovery.search import Options, run_search
-from flatplank_analysis.discovery.shortlist import line_search
-from flatplank_analysis.discovery.state import channel_weights, make_state, start_base, term_of
+from flatplank_analysis.discovery.opening import Options
+from flatplank_analysis.discovery.starts import start_of
+from flatplank_analysis.discovery.state import channel_weights, make_state, start_base
 from flatplank_analysis.discovery.steps import Progress, Step
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.effects.checks import sound_library
 from flatplank_analysis.effects.registry import find, library
-from flatplank_analysis.inference.search import run_posterior
+from flatplank_analysis.inference.beside import Beside
+from flatplank_analysis.inference.nextrun import next_run
+from flatplank_analysis.inference.search import run_search
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError
 from flatplank_data.table import MeasurementTable
 from flatplank_data.wording import six_digits
-
-STEPS = "steps"
-SEARCHES = {STEPS: run_search, "posterior": run_posterior}
-"""searches by name: by steps with tests of each effect, and by the posterior over sets of
-effects"""
 
 
 @dataclass
@@ -109,10 +105,8 @@ class Session:
         model: ModelFile | None = None,
         progress: Progress | None = None,
         measured: Mapping[str, Mapping[str, float]] | None = None,
-        search: str = STEPS,
     ) -> Diagnosis:
-        """Search for missing effects; measured: effect -> parameter -> start value [SI]; search:
-        one of `SEARCHES`."""
+        """Search for missing effects; measured: effect -> parameter -> start value [SI]."""
         began = time.perf_counter()
         if verdict.undecidable(self.data.runs):
             return verdict.undecidable_diagnosis(self.data.runs, time.perf_counter() - began)
@@ -121,10 +115,10 @@ class Session:
         options = Options(progress=progress, measured=measured or {})
         if model is not None:
             options.start, options.terms = self.start(model), self.terms(model)
-        steps = SEARCHES[search](self.model, list(self.effects.values()), options)
-        plans = plans_for(self.model) if any(f.alike for f in steps.last.found) else []
-        proposal = nextrun.next_run(steps, plans)
-        result = verdict.diagnose(steps, proposal)
+        search = run_search(self.model, list(self.effects.values()), options)
+        plans = plans_for(self.model) if any(f.alike for f in search.last.found) else []
+        proposal = next_run(search, plans)
+        result = verdict.diagnose(search, proposal)
         result = replace(result, next_run=proposal or self.fixed_proposal(result))
         return replace(result, seconds=time.perf_counter() - began)
 
@@ -206,33 +200,31 @@ class Session:
                 f"measure runs that have it: `flatplank effects {name}`",
             )  # fmt: skip
         item = known[0]
-        if len(effect.starts()) > 1:  # the screened size may be wrong
-            start = line_search(self.model, before.state, item)
-        else:
-            sizes = item.sizes if np.any(item.sizes) else np.full(len(item.sizes), 0.1)
-            start = term_of(item.candidate, sizes)
+        if not np.any(item.sizes):
+            item = replace(item, sizes=np.full(len(item.sizes), 0.1))
+        start, _ = start_of(before.state, item)
         refitted = self.begun(self.file_of(model, before.state.fit), before)
         after = self.fit(refitted, [start], before)
         numbers = self.numbers(after) | {
             "rmse_before": six_digits(self.rmse(before)),
             "floor_before": six_digits(before.state.floors[0].floor),
         }
-        index = len(after.state.fit.terms) - 1
-        judge = Judge(before.state, before.state.whitened.chi2, before.screen.typical)
-        found = before.state.fit_whitened(after.state.whitened.fit)
-        decision = judge.decide(found, index, 1, plain=after.state.fit)
+        beside = Beside.of(before.state, list(self.effects.values()))
+        weighed = beside.fitted(after.state.whitened.fit)
+        decision = beside.decide(weighed)
+        gain = heldout.gain(after.state, after.state.fit, len(after.state.fit.terms) - 1)
         ends = invariants.parameters_at_ends(after.state.fitter, after.state.fit).values()
         numbers |= {
             "size": six_digits(decision.term.size),
             "unit": effect.main_parameter().unit,
             "interval": [six_digits(v) for v in decision.interval],
-            "held_out_gain": six_digits(decision.held_out_gain),
-            "p_value": six_digits(decision.p_value),
+            "held_out_gain": six_digits(gain),
+            "probability": six_digits(decision.probability),
             "doubts": [*decision.reasons, *(f"at an end of its range: {t}" for t in ends)],
         }
         grown = self.file_of(refitted, after.state.fit)
         if alike is None:
-            alike = alternatives.class_of(self.model, before, after, decision)
+            alike = beside.instead_of(weighed)
         if alike:
             without = replace(grown, effects=grown.effects[:-1])
             others = [(term, self.fit(without, [term], before)) for term in alike]

@@ -98,18 +98,3 @@ def among_repeats(
     if bottom <= 1e-30:
         return 1.0, 1.0
     return top / bottom, max(bottom**2 / max(squares, 1e-30), 1.0)
-
-
-def among_conditions(
-    groups: Sequence[np.ndarray], score: np.ndarray, info: np.ndarray
-) -> tuple[float, float]:
-    """Scatter of the scores among conditions over its expectation, and its degrees of freedom."""
-    s = np.array([score[g].sum() for g in groups])
-    h = np.array([info[g].sum() for g in groups])
-    total = float(h.sum())
-    if total <= 1e-30 or len(h) < 2:
-        return 1.0, 1.0
-    share = h / total
-    expected = float(np.sum(h * (1.0 - share)))
-    freedom = max(1.0 / float(np.sum(share**2)) - 1.0, 0.5)
-    return float(np.sum(s**2)) / max(expected, 1e-30), freedom

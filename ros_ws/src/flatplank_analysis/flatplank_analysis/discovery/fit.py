@@ -182,18 +182,6 @@ class Fitter:
         columns = np.concatenate([fit.jacobian, rows])
         return replace(fit, terms=terms, predicted=predicted, jacobian=columns, free=task.free)
 
-    def known_at_null(self, fit: Fit) -> Fit:
-        """The fit with the `known` parameters at their nulls; the same fit when they are there."""
-        task = Task(self, fit.base, fit.terms)
-        z = task.pack(fit.base, fit.terms)
-        rows = list(fit.known)
-        nulls = priors(task.entries)[0][rows]
-        if np.array_equal(z[rows], nulls):
-            return fit
-        z[rows] = nulls
-        base, _ = task.unpack(z)
-        return replace(fit, base=base, predicted=self.model.predict([task.parameter_set(z)])[0])
-
     def without_term(self, fit: Fit, index: int) -> Fit:
         """A fit without one of its terms; nothing else changes."""
         keep = [i for i, (owner, _) in enumerate(fit.free) if owner != index]

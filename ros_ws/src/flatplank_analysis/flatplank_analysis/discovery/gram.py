@@ -49,11 +49,6 @@ class Gram:
             np.append(self.energy, 0.0),
         )
 
-    def of_columns(self, columns: Sequence[int]) -> Gram:
-        """The sums of some of the columns, in this order."""
-        pick = list(columns)
-        return Gram(self.products[:, pick][:, :, pick], self.scores[:, pick], self.energy)
-
     def total(
         self, rows: Sequence[int] | np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray, float]:
@@ -94,12 +89,6 @@ class Metric:
             for r, side in enumerate(self._sideways):
                 white[:, r] -= (white[:, r] @ side.T) @ side
         return white
-
-    def energies(self, values: np.ndarray) -> np.ndarray:
-        """Sums of the squares of values (channels, runs, samples) by channel, in units of the
-        noise alone."""
-        white = [self.whitener.apply(one[None], c) for c, one in enumerate(values)]
-        return np.array([float(np.sum(w**2)) for w in white])
 
     def gram(self, residual: np.ndarray, *columns: np.ndarray) -> Gram:
         """Sums of a residual (channels, runs, samples) and blocks of columns (n, ... the same)."""

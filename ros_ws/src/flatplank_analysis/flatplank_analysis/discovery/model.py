@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -44,7 +44,7 @@ class FormError:
     """`mean` for the other channels"""
     law: float = 0.005
     """standard deviation of a signal, as a share of it, independent in each channel and between
-    runs of another law (`same_law`); it limits the precision of effects that are proportional to
+    runs of another law (`laws_of`); it limits the precision of effects that are proportional to
     the signals"""
     shift: float = 0.0
     """standard deviation of the place at which signals rise and fall, in the unit of the place"""
@@ -62,10 +62,19 @@ def form_error_of(model: Model) -> FormError:
     return getattr(model, "form", FormError())
 
 
-def same_law(model: Model) -> Sequence[np.ndarray]:
-    """Rows of the runs whose signals have the same error `FormError.law`: the attribute `same_law`
-    of the model, or the conditions."""
-    return getattr(model, "same_law", model.runs.groups)
+def laws_of(model: Model) -> Sequence[Hashable]:
+    """Per run what says by which law its signals come: runs with the same one have the same error
+    `FormError.law`. The attribute `laws` of the model, or the names of the conditions."""
+    runs = model.runs
+    return getattr(model, "laws", [runs.condition_names[c] for c in runs.condition])
+
+
+def same_law(model: Model) -> dict[Hashable, np.ndarray]:
+    """Rows of the runs of each law, see `laws_of`."""
+    rows: dict[Hashable, list[int]] = {}
+    for row, law in enumerate(laws_of(model)):
+        rows.setdefault(law, []).append(row)
+    return {law: np.array(found) for law, found in rows.items()}
 
 
 def usual_scatter(model: Model) -> Sequence[float]:

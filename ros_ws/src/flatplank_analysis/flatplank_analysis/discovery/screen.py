@@ -157,24 +157,17 @@ def best_per_effect(result: Screen) -> list[ScreenResult]:
     return list(seen.values())
 
 
-def likeness(result: Screen, one: ScreenResult, other: ScreenResult) -> float:
-    """Likeness (0..1) of two candidates with the model's columns projected out.
-
-    With several columns the closest combination of the other's columns is used.
-    """
-    a = one.contribution
-    rows = np.flatnonzero(other.contribution != 0.0)
-    if not len(rows):
-        return 0.0
-    h = float(a @ result.projected @ a)
-    if h <= 1e-12:
-        return 0.0
-    cross = result.projected[rows] @ a
-    inner = result.projected[np.ix_(rows, rows)]
-    weight, _ = solve(inner, cross)
-    return float(np.sqrt(np.clip(weight @ cross / h, 0.0, 1.0)))
-
-
 def settings_of(result: Screen, identifier: str) -> list[ScreenResult]:
     """All settings of one effect, best first."""
     return [s for s in result.ranked if s.identifier == identifier]
+
+
+def negligible(item: ScreenResult) -> bool:
+    """True when the screened size, with what the base may have taken of it, is below half of the
+    smallest size of consequence."""
+    effect = item.candidate.effect
+    values = {p.name: p.null for p in effect.parameters()} | item.candidate.setting
+    for p, size in zip(effect.linear(), item.sizes, strict=True):
+        values[p.name] = p.null + p.screen * size
+    size = abs(effect.size(values)) + effect.in_base
+    return size < 0.5 * effect.main_parameter().matters

@@ -33,18 +33,6 @@ class Candidate:
     """(k, channels, runs, samples), change of the prediction by one screening step of each"""
 
 
-@dataclass(frozen=True)
-class Uneven:
-    """What accepted effects of a wrong form may leave for others to imitate: their columns in
-    parts of the run and in single conditions, by the share by which their size was seen to
-    differ."""
-
-    columns: np.ndarray
-    """(k, channels, runs, samples)"""
-    strength: np.ndarray
-    """(k,) inverse variance of the relative difference"""
-
-
 @dataclass
 class State:
     """A fitted model with everything that decisions need."""
@@ -94,19 +82,12 @@ class State:
         """Whitened sums of products of any columns and residual."""
         return self.metric.gram(residual, *columns)
 
-    def sums(
-        self, fit: Fit, rows: Sequence[int], *columns: np.ndarray, uneven: Uneven | None = None
-    ) -> grams.Gram:
-        """Whitened sums of a fit: of its residual, of `rows` of its Jacobian and of `uneven` with
-        their priors, and of further columns (n, channels, runs, samples)."""
-        own = [fit.jacobian[list(rows)]]
-        strength, pull = self.fitter.prior_terms(fit, rows)
-        if uneven is not None:
-            own.append(uneven.columns)
-            strength = np.concatenate([strength, uneven.strength])
-            pull = np.concatenate([pull, np.zeros(len(uneven.strength))])
-        gram = self.gram(fit.residual(self.runs.measured), *own, *columns)
-        return gram.with_priors(strength, pull)
+    def sums(self, fit: Fit, rows: Sequence[int], *columns: np.ndarray) -> grams.Gram:
+        """Whitened sums of a fit: of its residual, of `rows` of its Jacobian with their priors,
+        and of further columns (n, channels, runs, samples)."""
+        residual = fit.residual(self.runs.measured)
+        gram = self.gram(residual, fit.jacobian[list(rows)], *columns)
+        return gram.with_priors(*self.fitter.prior_terms(fit, rows))
 
     @cached_property
     def patterns(self) -> Patterns:
@@ -266,13 +247,7 @@ def measured_term(term: Term, measured: Mapping[str, float]) -> Term:
 
 def term_of(candidate: Candidate, sizes: np.ndarray) -> Term:
     """A term at the screened sizes (in screening steps), within its bounds."""
-    return sized_term(candidate.effect, candidate.setting, sizes)
-
-
-def sized_term(effect: type[Effect], setting: Mapping[str, float], sizes: np.ndarray) -> Term:
-    """A term in a setting at sizes of its linear parameters (in screening steps), within its
-    bounds."""
-    values = dict(setting)
+    effect, values = candidate.effect, dict(candidate.setting)
     for p, size in zip(effect.linear(), sizes, strict=True):
         values[p.name] = float(np.clip(p.null + p.screen * size, p.lower, p.upper))
     return Term(effect, effect.vector(values), effect.held())

@@ -11,8 +11,8 @@ from typing import Any
 from flatplank_analysis.discovery import heldout, invariants
 from flatplank_analysis.discovery.decision import Decision
 from flatplank_analysis.discovery.effect import Effect
+from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.model import Model
-from flatplank_analysis.discovery.rivals import AlternativeEffect, Rival
 from flatplank_analysis.discovery.screen import Screen, screen
 from flatplank_analysis.discovery.state import State
 
@@ -23,14 +23,27 @@ Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True)
+class Rival:
+    """Another effect in the place of a found one, after its refit."""
+
+    term: Term
+    odds: float
+    """against the found effect"""
+    excluded: bool
+    """True when it is too improbable for the class"""
+
+    @property
+    def name(self) -> str:
+        return self.term.effect.identifier
+
+
+@dataclass(frozen=True)
 class AcceptedEffect:
     """An effect that was accepted."""
 
     decision: Decision
-    suspects: tuple[AlternativeEffect, ...] = ()
-    """effects that may explain the same"""
     rivals: tuple[Rival, ...] = ()
-    """the suspects after a refit in its place, the likeliest first"""
+    """the likeliest first"""
 
     @property
     def alike(self) -> tuple[str, ...]:
@@ -45,8 +58,8 @@ class AcceptedEffect:
 
     @property
     def excluded_names(self) -> tuple[str, ...]:
-        """Similar effects that the data exclude."""
-        return tuple(r.name for r in self.rivals if r.excluded and r.near)
+        """The likeliest effects that the data exclude in its place."""
+        return tuple(r.name for r in self.rivals if r.excluded)[: LARGEST_CLASS - 1]
 
 
 @dataclass
@@ -58,7 +71,7 @@ class Step:
     """of the candidates; None: made when `screen` is asked for"""
     found: list[AcceptedEffect]
     refits: list[Decision] = field(default_factory=list)
-    """tests of the refits from this state, best first"""
+    """effects of the likeliest set that were not accepted"""
 
     @cached_property
     def screen(self) -> Screen:
@@ -84,8 +97,6 @@ class Search:
     effects: list[type[Effect]]
     steps: list[Step]
     seconds: float
-    looked_at: dict[str, int]
-    """by effect: divisor of the family-wise level, see `bonferroni_divisors`"""
     base_fit: float
     """duration of the first fit [s]"""
     first_ranking: float
@@ -94,11 +105,10 @@ class Search:
     """number of sets of start values from which the base was fitted"""
     with_law_effects: State | None = None
     """the last state with all parts of the force law fitted: what they explain is no fault"""
-    posterior: dict[str, Any] | None = None
-    """probabilities of the sets of effects, see `inference.answer.to_dict`; None when the search
-    states none"""
-    detectable: dict[str, tuple[float, str]] | None = None
-    """smallest size of each effect that is named, and its unit; None: see `detectable`"""
+    stated: dict[str, Any] = field(default_factory=dict)
+    """probabilities of the sets of effects, see `inference.answer.to_dict`"""
+    detectable: dict[str, tuple[float, str]] = field(default_factory=dict)
+    """smallest size of each effect that is named, and its unit"""
     notes: tuple[str, ...] = ()
     """what the search itself has to say"""
 

@@ -10,10 +10,8 @@ from typing import Any
 import numpy as np
 
 from flatplank_analysis.discovery import invariants, view, where
-from flatplank_analysis.discovery.detectable import detectable_sizes
+from flatplank_analysis.discovery.law import fit_with_law_effects
 from flatplank_analysis.discovery.runs import RunSet
-from flatplank_analysis.discovery.search import fit_with_law_effects
-from flatplank_analysis.discovery.shortlist import unidentifiable
 from flatplank_analysis.discovery.sources import (
     AT_FLOOR,
     FOUND,
@@ -125,7 +123,7 @@ class Diagnosis:
 
     def _posterior(self) -> dict[str, Any]:
         """Probabilities, where the search states them."""
-        stated = self.search.posterior if self.search else None
+        stated = self.search.stated if self.search else None
         return {"posterior": stated} if stated else {}
 
 
@@ -184,7 +182,7 @@ def diagnose(search: Search, next_run: dict[str, Any] | None = None) -> Diagnosi
         period=period if share > 0.2 else float("nan"),
         coherence=where.coherence(runs, residual),
         next_run=next_run or {},
-        detectable=search.detectable or detectable_sizes(last, search.looked_at),
+        detectable=search.detectable,
         seconds=search.seconds,
         source=source,
         limits=counts,
@@ -225,8 +223,7 @@ def _verdict(search: Search, last: Step) -> tuple[str, str]:
             why = f"nothing of consequence is left beyond the floor of {brief(level.floor)}"
             return AT_FLOOR, why
         if lawful:
-            doubtful = unidentifiable(last.screen, search.looked_at)
-            return LAW, left + by_law + ("" if doubtful else ", the machine is in order")
+            return LAW, left + by_law + ("" if search.notes else ", the machine is in order")
         return NONE, f"{left}; {_unexplained(last)}"
     if _only_law(last) and (lawful or not left):
         return LAW, "the machine is in order; the force law is of another form"
@@ -253,8 +250,8 @@ def _unexplained(last: Step) -> str:
     slight = max((d for d in last.refits if d.slight), key=lambda d: d.drop, default=None)
     if slight is None:
         return "no effect of the library explains it"
-    unit = slight.term.effect.main_parameter().unit
-    size, matters = quantity(slight.term.size, unit), quantity(slight.matters, unit)
+    main = slight.term.effect.main_parameter()
+    size, matters = quantity(slight.term.size, main.unit), quantity(main.matters, main.unit)
     return (
         f"{slight.term.effect.identifier} of {size} is in the data, but below the size that "
         f"matters ({matters}): not named; no other effect of the library explains it"
@@ -267,42 +264,14 @@ def _period(runs: RunSet, residual: np.ndarray, verdict: str) -> tuple[float, fl
     return where.period_of(runs, residual, "plank position", 0.015)
 
 
-def _refused(last: Step) -> Iterator[str]:
-    """Effects beyond chance that were refused where something is left, and what speaks against
-    each; the one that explains most comes first."""
-    for d in last.refits:
-        if d.slight or d.accepted or d.p_repeats > d.level:
-            continue
-        effect = d.term.effect
-        size = quantity(d.term.size, effect.main_parameter().unit)
-        share = 100.0 * d.drop / last.state.whitened.chi2
-        yield (
-            f"{effect.identifier} of {size} would take {share:.2g} % of what is left, in units "
-            f"of the noise, and is not named: {', '.join(d.reasons)}"
-        )
-
-
 def _notes(runs: RunSet, search: Search) -> Iterator[str]:
     yield from search.notes
-    if search.last.left:
-        yield from _refused(search.last)
     steps = runs.facts.get("step", np.array([]))
     known = steps[np.isfinite(steps)]
     if known.size and np.ptp(known) < 0.05:
         yield (
             "one step position in all runs: plank position and distance since the step are one "
             "coordinate"
-        )
-    unseen = unidentifiable(search.last.screen, search.looked_at)
-    if unseen:
-        yield (
-            f"what is left points to {', '.join(unseen)}, but in these runs the base's own "
-            "numbers imitate nearly all of it: not named"
-        )
-    for d in (f.decision for f in search.last.found if f.decision.misshapen):
-        yield (
-            f"{d.term.effect.identifier}: {', '.join(d.reasons)}; the fault is of another form "
-            "than the library's, its number is rough"
         )
     state = search.last.state
     if unseen := invariants.parameters_without_column(state.whitened.fit):

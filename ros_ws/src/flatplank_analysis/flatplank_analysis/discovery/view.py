@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.sources import NONE, PARTLY
 from flatplank_analysis.discovery.steps import AcceptedEffect
-from flatplank_data.wording import one_of, quantity, six_digits, sized
+from flatplank_data.wording import one_of, probability_words, quantity, six_digits, sized
 
 if TYPE_CHECKING:
     from flatplank_analysis.discovery.verdict import Diagnosis
@@ -158,20 +158,26 @@ def cause_dict(found: AcceptedEffect) -> dict[str, Any]:
         "class": [m.name for m in others],
         "weakly": list(found.excluded_names),
         "members": [asdict(m) | {"sized": m.sized} for m in cause.members],
-        "text": {"name": cause.name, "title": cause.title, "size": cause.sized},
+        "text": {
+            "name": cause.name,
+            "title": cause.title,
+            "size": cause.sized,
+            "probability": probability_words(d.probability),
+        },
         "held_out_gain": six_digits(d.held_out_gain),
-        "p_value": float(f"{d.p_value:.3g}"),
+        "probability": six_digits(d.probability),
         "parameters": {k: six_digits(v) for k, v in d.term.named().items()},
     }
 
 
 def stored(effect: Mapping[str, Any]) -> dict[str, Any]:
     """A found effect of a stored diagnosis; earlier versions stored less of its class."""
-    if "members" in effect:
+    if "probability" in effect.get("text", {}):
         return dict(effect)
     text = {
         "name": one_of([effect["name"], *effect["class"]]),
         "title": effect["title"],
         "size": sized(effect["size"], effect["interval"], effect["unit"]),
+        "probability": f"p = {effect['p_value']:.2g}" if "p_value" in effect else "",
     }
-    return {**effect, "members": effect.get("advice") or [], "text": text}
+    return {**effect, "members": effect.get("members") or effect.get("advice") or [], "text": text}

@@ -4,7 +4,7 @@ without consequence."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +13,6 @@ from scipy.stats import t as student
 
 from flatplank_analysis.discovery.decision import FLAT, NEGLIGIBLE, Decision
 from flatplank_analysis.discovery.fit import Term
-from flatplank_analysis.discovery.rivals import Rival
 from flatplank_analysis.discovery.steps import AcceptedEffect
 from flatplank_analysis.inference.posterior import MEMBER, NAMED, Posterior
 from flatplank_analysis.inference.weigh import Weighed
@@ -65,17 +64,12 @@ def _effect(posterior: Posterior, index: int) -> AcceptedEffect | None:
     """An effect of the likeliest set with its class; None when they are not probable enough."""
     best = posterior.best
     term = best.fit.terms[index]
-    rivals = [
-        Rival(w.fit.terms[place], _excess(posterior, w), True, odds < MEMBER)
-        for w, place, odds in posterior.alternatives(index)
-        if posterior.matters(w, place) > MEMBER
-    ]
+    rivals = posterior.rivals(best, index)
     members = {term.effect.identifier, *(r.name for r in rivals if not r.excluded)}
     probability = posterior.in_set(members, _rank(posterior, index, members))
     if probability < NAMED:
         return None
-    decision = _decision(posterior, index, probability, ())
-    return AcceptedEffect(decision, rivals=tuple(rivals))
+    return AcceptedEffect(decision_of(posterior, best, index, probability), rivals)
 
 
 def _rank(posterior: Posterior, index: int, members: set[str]) -> int:
@@ -87,37 +81,25 @@ def _rank(posterior: Posterior, index: int, members: set[str]) -> int:
     return sum(sure[i] >= sure[index] for i in own)
 
 
-def _excess(posterior: Posterior, weighed: Weighed) -> float:
-    """What a set leaves more than the likeliest one."""
-    return posterior.fit_and_price(weighed)[0] - posterior.fit_and_price(posterior.best)[0]
-
-
-def _decision(
-    posterior: Posterior, index: int, probability: float, reasons: Sequence[str]
+def decision_of(
+    posterior: Posterior, weighed: Weighed, index: int, probability: float, *reasons: str
 ) -> Decision:
-    best = posterior.best
-    term = best.fit.terms[index]
-    size, spread = best.sizes[index]
-    without = posterior.without(best, index)
+    """The decision about an effect of a set, with the interval of its size there."""
+    term = weighed.fit.terms[index]
+    size, spread = weighed.sizes[index]
+    without = posterior.without(weighed, index)
     wide = spread * float(student.ppf(0.5 + 0.5 * INTERVAL, posterior.freedom))
     null = term.effect.main_parameter().null
     low, high = (null, np.inf) if size > null else (-np.inf, null)
     return Decision(
         term=term,
-        drop=_excess(posterior, without) if without else 0.0,
-        parameters=sum(owner == index for owner, _ in best.fit.free),
-        dispersion=posterior.dispersion,
-        dispersion_conditions=posterior.dispersion,
-        p_repeats=1.0 - probability,
-        p_conditions=1.0 - probability,
-        level=1.0 - NAMED,
-        matters=term.effect.main_parameter().matters,
-        stretch_q=0.0, stretch_limit=0.0, condition_q=0.0, condition_limit=0.0,
+        drop=posterior.excess(without, weighed) if without else 0.0,
+        probability=probability,
         # on one side of the null: what is told is there
         interval=(max(size - wide, low), min(size + wide, high)),
-        held_out_gain=float("nan"),
-        reasons=tuple(reasons),
-    )  # fmt: skip
+        dispersion=posterior.dispersion,
+        reasons=reasons,
+    )
 
 
 def present_without_name(answer: Answer, held: int) -> list[Decision]:
@@ -136,7 +118,7 @@ def present_without_name(answer: Answer, held: int) -> list[Decision]:
             else f"P = {p:.2g}, below {NAMED:g}"
         )
         reason = FLAT if id(term) in flat else reason
-        out.append(_decision(answer.posterior, index, p, (reason,)))
+        out.append(decision_of(answer.posterior, best, index, p, reason))
     return out
 
 
@@ -160,9 +142,12 @@ def _against(posterior: Posterior, name: str) -> str:
     if inside:
         least = best.fit.terms[inside[0]].effect.main_parameter()
         most = max(posterior.matters(best, i) for i in inside)
+        known = max(posterior.known(best, i) for i in inside)
+        if known < most:
+            return f"it may be scatter or an unknown fault, P = {1.0 - known:.2g}"
         return f"larger than {quantity(least.matters, least.unit)} with P = {most:.2g}"
     other = posterior.sets[next(k for k in posterior.probability if name in k)]
-    gain = -0.5 * _excess(posterior, other)
+    gain = -0.5 * posterior.excess(other, best)
     price = posterior.fit_and_price(best)[1] - posterior.fit_and_price(other)[1]
     beside = ", ".join(n for n in other.names if n != name)
     where = f"beside {beside}" if beside else "alone"
@@ -182,7 +167,7 @@ def to_dict(posterior: Posterior) -> dict[str, Any]:
                 "effects": sets[key].names,
                 "probability": six_digits(p),
                 "log_odds": six_digits(posterior.logs[key]),
-                "fit": six_digits(-0.5 * _excess(posterior, sets[key])),
+                "fit": six_digits(-0.5 * posterior.excess(sets[key], posterior.best)),
                 "price": six_digits(posterior.fit_and_price(sets[key])[1] - price),
                 "sizes": [six_digits(size) for size, _ in sets[key].sizes],
             }

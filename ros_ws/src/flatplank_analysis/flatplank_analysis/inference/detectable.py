@@ -8,11 +8,13 @@ import math
 import numpy as np
 from scipy.stats import norm
 
-from flatplank_analysis.discovery.detectable import POWER
 from flatplank_analysis.discovery.screen import ScreenResult, best_per_effect
 from flatplank_analysis.inference import priors
 from flatplank_analysis.inference.posterior import NAMED
 from flatplank_analysis.inference.weigh import Scales
+
+POWER = 0.8
+"""share of the campaigns in which an effect of the stated size is named"""
 
 
 def detectable_sizes(scales: Scales) -> dict[str, tuple[float, str]]:

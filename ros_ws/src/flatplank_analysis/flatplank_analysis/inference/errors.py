@@ -9,14 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from copy import copy
+from dataclasses import dataclass
 
 import numpy as np
 
 from flatplank_analysis.discovery.fit import Fit, effect_contribution
 from flatplank_analysis.discovery.gram import Metric
-from flatplank_analysis.discovery.model import form_error_of, same_law
+from flatplank_analysis.discovery.model import Model, form_error_of, same_law
 from flatplank_analysis.discovery.noise import SLOW
-from flatplank_analysis.discovery.size_errors import later, shifted_later, single_channels
 from flatplank_analysis.discovery.state import State
 
 FORMS = (0.03, 0.15)
@@ -90,36 +90,46 @@ def _principal(loose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return sizes, (vectors[:, keep] / sizes).T @ flat
 
 
-def law_errors(state: State) -> np.ndarray:
-    """Columns (n, channels, runs, samples) of the errors of law and transient, each with its
-    standard deviation.
+@dataclass(frozen=True)
+class LawErrors:
+    """Errors of law and transient of a model. A force rises earlier or later as a whole and in
+    each stretch of its rise, and, where it rises so steeply that this is more than the noise of a
+    sample (start from a locked wheel), also at each node by itself: there the form of the
+    transient is no better known than its place."""
 
-    A force rises earlier or later as a whole and in each stretch of its rise, and, where it rises
-    so steeply that this is more than the noise of a sample (start from a locked wheel), also at
-    each node by itself: there the form of the transient is no better known than its place.
-    """
-    signals = state.whitened.fit.predicted
-    law = form_error_of(state.model).law * single_channels(signals)
-    late = shifted_later(state, signals)
-    noise = np.sqrt([n.weights[:SLOW].sum() for n in state.metric.whitener.noises])
-    steepness = (np.sqrt(np.mean(late**2, axis=1)) / noise[:, None]).max(axis=0)
-    steep = np.argsort(-steepness)[:STEEP]
-    steep = steep[steepness[steep] > 1.0]
-    single = [late * (np.arange(late.shape[-1]) == n) for n in steep]
-    return np.concatenate([law, late[None], in_stretches(late), *(s[None] for s in single)])
+    steep: np.ndarray
+    """nodes with an error of their own"""
+
+    @classmethod
+    def of(cls, state: State) -> LawErrors:
+        """The errors for the runs and the noise of a state."""
+        late = shifted_later(state.model, state.whitened.fit.predicted)
+        noise = np.sqrt([n.weights[:SLOW].sum() for n in state.metric.whitener.noises])
+        steepness = (np.sqrt(np.mean(late**2, axis=1)) / noise[:, None]).max(axis=0)
+        steep = np.argsort(-steepness)[:STEEP]
+        return cls(steep[steepness[steep] > 1.0])
+
+    def columns(self, model: Model, signals: np.ndarray) -> np.ndarray:
+        """Columns (n, channels, runs, samples) of the errors of signals (channels, runs, samples),
+        each with its standard deviation."""
+        law = form_error_of(model).law * np.eye(len(signals))[:, :, None, None] * signals
+        late = shifted_later(model, signals)
+        single = (late * (np.arange(late.shape[-1]) == n) for n in self.steep)
+        return np.concatenate([law, late[None], in_stretches(late), *(s[None] for s in single)])
 
 
 def with_law_errors(state: State) -> WithLawErrors:
     """The metric of a state with the errors of law and transient of its model."""
-    return WithLawErrors(state.metric, same_law(state.model), law_errors(state))
+    columns = LawErrors.of(state).columns(state.model, state.whitened.fit.predicted)
+    return WithLawErrors(state.metric, list(same_law(state.model).values()), columns)
 
 
-def effect_errors(state: State, fit: Fit, index: int) -> np.ndarray:
+def effect_errors(model: Model, fit: Fit, index: int) -> np.ndarray:
     """Columns (2 * STRETCHES, channels, runs, samples) of the form error of an effect, of one
     standard deviation each where the form is that of the largest of `FORMS`: size and place of its
     contribution differ between stretches of the run."""
     direction = effect_contribution(fit, index)
-    moved = later(state, direction, FORMS[-1] * form_error_of(state.model).reach)
+    moved = later(model, direction, FORMS[-1] * form_error_of(model).reach)
     return np.concatenate([in_stretches(direction), in_stretches(moved) / FORMS[-1]])
 
 
@@ -130,3 +140,33 @@ def in_stretches(direction: np.ndarray) -> np.ndarray:
     even = np.linspace(0.0, 1.0, direction.shape[-1])
     place = np.minimum((0.5 * (along + even) * STRETCHES).astype(int), STRETCHES - 1)
     return np.stack([direction * (place == i) for i in range(STRETCHES)])
+
+
+def shifted_later(model: Model, signals: np.ndarray) -> np.ndarray:
+    """Change of all signals (channels, runs, samples) when they rise and fall later over the place
+    by the form error of the model; nothing where it has no such error."""
+    shift = form_error_of(model).shift
+    places = _places(model)
+    if not shift or places is None:
+        return np.zeros_like(signals)
+    step = np.maximum(np.gradient(places, axis=-1), shift)
+    return -shift * np.gradient(signals, axis=-1) / step
+
+
+def later(model: Model, change: np.ndarray, length: float) -> np.ndarray:
+    """Difference of a change of the signals (channels, runs, samples) when it comes later over the
+    place by a length; nothing where no place is recorded."""
+    places = _places(model)
+    if not length or places is None:
+        return np.zeros_like(change)
+    out = -change
+    for c, r in np.ndindex(change.shape[:2]):
+        if np.any(change[c, r]):
+            out[c, r] += np.interp(places[r] - length, places[r], change[c, r])
+    return out
+
+
+def _places(model: Model) -> np.ndarray | None:
+    """The place (runs, samples) of the first local coordinate, None where there is none."""
+    places = [c.values for c in model.runs.coordinates.values() if c.local]
+    return places[0] if places else None

@@ -37,6 +37,12 @@ class Fixed:
     """sum of squares of the present values' distances from the centres of their priors, in units
     of the priors' standard deviations"""
 
+    def without(self, places: Sequence[int]) -> Fixed:
+        """The same without some coefficients, which are at the centres of their priors."""
+        keep = np.setdiff1d(np.arange(len(self.strength)), places)
+        parts = (self.strength, self.pull, self.lower, self.upper)
+        return Fixed(*(part[keep] for part in parts), self.distance)
+
 
 @dataclass(frozen=True)
 class Random:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,8 +12,8 @@ import numpy as np
 from flatplank_analysis.discovery.fit import Fit, Term
 from flatplank_analysis.discovery.invariants import is_active
 from flatplank_analysis.discovery.screen import ScreenResult, best_per_effect
-from flatplank_analysis.discovery.shortlist import line_search_with_drop
-from flatplank_analysis.discovery.state import State, term_of
+from flatplank_analysis.discovery.starts import start_of
+from flatplank_analysis.discovery.state import State, measured_term
 from flatplank_analysis.inference.posterior import MEMBER, Key, Posterior, log_evidence
 from flatplank_analysis.inference.priors import of_set, of_value
 from flatplank_analysis.inference.weigh import Scales, Weighed, key_of
@@ -44,6 +44,8 @@ class Explorer:
     extended: set[Key] = field(default_factory=set)
     held: int = 0
     """number of effects, the first ones, that are in every set"""
+    measured: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    """effect -> parameter -> start value"""
     say: Callable[[str], None] = lambda text: None
     """receives what is being done"""
 
@@ -110,9 +112,8 @@ class Explorer:
     def _start(self, state: State, item: ScreenResult) -> tuple[Term, float, float] | None:
         """Start of a candidate's fit, its linear gain, and the logarithm of its volume."""
         effect = item.candidate.effect
-        start, gain = term_of(item.candidate, item.sizes), item.gain
-        if len(effect.starts()) > 1:
-            start, gain = line_search_with_drop(state.model, state, item)
+        start, gain = start_of(state, item)
+        start = measured_term(start, self.measured.get(item.identifier, {}))
         named = start.named()
         if all(named[p.name] == p.null for p in effect.linear()):
             return None

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.special import logsumexp
 from scipy.stats import norm
 
+from flatplank_analysis.discovery.steps import Rival
 from flatplank_analysis.inference.weigh import Weighed
 
 NAMED = 0.95
@@ -97,10 +98,10 @@ class Posterior:
 
     def in_set(self, names: Iterable[str], count: int = 1) -> float:
         """Probability that at least `count` of these effects, several of one name counted each,
-        are present at a size of consequence."""
+        are present at a size of consequence, and are no unknown faults."""
         wanted = set(names)
         return sum(
-            p * _at_least(count, [m for n, m in self._members(self.sets[k]) if n in wanted])
+            p * _at_least(count, self._members(self.sets[k], wanted))
             for k, p in self.probability.items()
         )
 
@@ -115,8 +116,8 @@ class Posterior:
     def nothing(self) -> float:
         """Probability that no effect of consequence is present."""
         return sum(
-            p * (1.0 - _at_least(1, [m for _, m in self._members(self.sets[k])]))
-            for k, p in self.probability.items()
+            p * (1.0 - _at_least(1, (self.matters(w, i) for i in range(len(w.names)))))
+            for w, p in ((self.sets[k], p) for k, p in self.probability.items())
         )
 
     def without(self, weighed: Weighed, index: int) -> Weighed | None:
@@ -124,18 +125,22 @@ class Posterior:
         return self.sets.get(_without(weighed.key, weighed.names[index]))
 
     def towards_null(self, weighed: Weighed, index: int) -> float:
-        """Standard deviation of the size of an effect on the side of its null.
-
-        It is that at the most probable size, or less where the set without the effect fits worse
-        than this one says: a gap changes little by a little more of it, and much by its absence.
-        """
+        """Standard deviation of the size of an effect on the side of its null, by what its absence
+        leaves: a gap changes little by a little more of it, and much by its absence."""
         size, spread = weighed.sizes[index]
-        without = self.without(weighed, index)
-        if without is None:
-            return spread
-        drop = self.fit_and_price(without)[0] - self.fit_and_price(weighed)[0]
-        drop /= max(self.dispersion, 1.0)
-        return min(spread, abs(size) / math.sqrt(drop)) if drop > 0.0 else spread
+        drop = weighed.unknown[index][0][0] - weighed.parts[weighed.rank][0]
+        return abs(size) * math.sqrt(max(self.dispersion, 1.0) / drop) if drop > 0.0 else spread
+
+    def known(self, weighed: Weighed, index: int) -> float:
+        """Probability that an effect of a set is the one of the library, and neither scatter about
+        zero nor an unknown fault, see `Weighed.unknown`."""
+        parts = (weighed.parts[weighed.rank], *weighed.unknown[index])
+        least = min(chi2 for chi2, _ in parts)
+        logs = [
+            log_evidence(chi2 - least, volume, self.freedom, self.dispersion)
+            for chi2, volume in parts
+        ]
+        return math.exp(logs[0] - float(logsumexp(logs)))
 
     def matters(self, weighed: Weighed, index: int) -> float:
         """Probability that the size of an effect is of consequence, in a set."""
@@ -144,25 +149,37 @@ class Posterior:
         low, high = norm.cdf([(-least - size) / spread, (least - size) / spread])
         return float(1.0 - high + low)
 
-    def _members(self, weighed: Weighed) -> list[tuple[str, float]]:
-        """Name of each effect of a set, and the probability that its size is of consequence."""
-        return [(name, self.matters(weighed, i)) for i, name in enumerate(weighed.names)]
+    def _members(self, weighed: Weighed, wanted: set[str]) -> list[float]:
+        """Of each effect of a set with one of these names, the probability that it is the one of
+        the library, of a size of consequence."""
+        places = [i for i, name in enumerate(weighed.names) if name in wanted]
+        return [self.matters(weighed, i) * self.known(weighed, i) for i in places]
 
-    def alternatives(self, index: int) -> list[tuple[Weighed, int, float]]:
-        """What may stand for effect `index` of the likeliest set: sets with another effect in its
-        place, the place of that effect, and odds against the likeliest set; the likeliest first.
-        """
-        best = self.best
-        own = best.fit.terms[index].effect.identifier
-        rest = _without(best.key, own)
+    def alternatives(self, weighed: Weighed, index: int) -> list[tuple[Weighed, int, float]]:
+        """What may stand for effect `index` of a set: sets with another effect in its place, the
+        place of that effect, and odds against the set; the likeliest first."""
+        own = weighed.names[index]
+        rest = _without(weighed.key, own)
         out = []
-        for key, weighed in self.sets.items():
+        for key, other in self.sets.items():
             new = [n for n in key if rest == _without(key, n) and n != own]
-            if len(key) != len(best.key) or not new or key == best.key:
+            if len(key) != len(weighed.key) or not new or key == weighed.key:
                 continue
-            place = len(key) - 1 - weighed.names[::-1].index(new[0])
-            out.append((weighed, place, math.exp(self.logs[key])))
+            place = len(key) - 1 - other.names[::-1].index(new[0])
+            out.append((other, place, math.exp(self.logs[key] - self.logs[weighed.key])))
         return sorted(out, key=lambda item: -item[2])
+
+    def rivals(self, weighed: Weighed, index: int) -> tuple[Rival, ...]:
+        """The same as rivals of the effect, of those whose size may be of consequence."""
+        return tuple(
+            Rival(other.fit.terms[place], odds, odds < MEMBER)
+            for other, place, odds in self.alternatives(weighed, index)
+            if self.matters(other, place) > MEMBER
+        )
+
+    def excess(self, weighed: Weighed, other: Weighed) -> float:
+        """Sum of squares that a set leaves more than another one, at the likeliest size."""
+        return self.fit_and_price(weighed)[0] - self.fit_and_price(other)[0]
 
 
 def _without(key: Key, name: str) -> Key:

@@ -19,7 +19,7 @@ FREEDOM = 2.0
 """degrees of freedom of that prior (Student): a large fault is rare, and not absurd"""
 
 
-def of_set(count: int, library: int) -> float:
+def of_set(count: int, library: float) -> float:
     """Logarithm of the prior odds of `count` given effects of a library against none."""
     share = min(EXPECTED / library, 0.5)
     return count * math.log(share / (1.0 - share))

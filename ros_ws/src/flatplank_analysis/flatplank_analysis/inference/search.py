@@ -1,32 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The search by posterior: base, exploration of sets, answer, in the form of `discovery.steps`."""
+"""The search: base, exploration of sets of effects, answer, in the form of `discovery.steps`."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
-from flatplank_analysis.discovery import invariants
+import numpy as np
+
+from flatplank_analysis.discovery import heldout, invariants
 from flatplank_analysis.discovery.effect import Effect
-from flatplank_analysis.discovery.fit import Fit, Fitter, Term
+from flatplank_analysis.discovery.fit import Fit, Term
 from flatplank_analysis.discovery.model import Model, starts_of
-from flatplank_analysis.discovery.screen import screen
-from flatplank_analysis.discovery.search import (
-    WORTH_A_FIT,
-    Options,
-    bonferroni_divisors,
-    fit_from_other_starts,
-    opened,
-)
-from flatplank_analysis.discovery.state import (
-    State,
-    channel_weights,
-    make_state,
-    rough_levels,
-    start_base,
-)
-from flatplank_analysis.discovery.steps import AcceptedEffect, Search, Step
+from flatplank_analysis.discovery.opening import Options, fitted_base, from_other_starts, opened
+from flatplank_analysis.discovery.screen import best_per_effect, screen
+from flatplank_analysis.discovery.state import State, make_state, start_base, term_of
+from flatplank_analysis.discovery.steps import AcceptedEffect, Step
 from flatplank_analysis.inference.answer import (
     Answer,
     answer_of,
@@ -37,15 +27,16 @@ from flatplank_analysis.inference.answer import (
 from flatplank_analysis.inference.detectable import detectable_sizes
 from flatplank_analysis.inference.explore import REACH, Explorer
 from flatplank_analysis.inference.posterior import Posterior
+from flatplank_analysis.inference.searched import Searched
 from flatplank_analysis.inference.weigh import Scales, Weighed, key_of
 
 AGAIN = 1
 """most times that the noise is estimated anew, with the effects that were found"""
 
 
-def run_posterior(
+def run_search(
     model: Model, effects: Sequence[type[Effect]], options: Options | None = None
-) -> Search:
+) -> Searched:
     """Search for the effects that a model lacks, by the posterior over sets of effects."""
     return _Inference(opened(model), list(effects), options or Options()).run()
 
@@ -59,66 +50,71 @@ class _Inference:
     starts: int = 1
     """number of sets of start values of the base"""
 
-    def run(self) -> Search:
+    def run(self) -> Searched:
         self.say("fit of the base", 0.0)
-        search = self.searched(self.base())
-        if search.last.left and starts_of(self.model):
-            # a local minimum of the base leaves what no effect explains
-            self.say("other starts of the base", 0.9)
-            better = self.from_other_starts(search.steps[0].state)
-            return search if better is None else self.searched(better)
-        return search
+        search = self.searched(fitted_base(self.model, self.effects, self.options))
+        if not search.last.left:
+            return search
+        # a local minimum of the base leaves what no effect explains, or imitates one
+        self.say("other starts", 0.9)
+        first = search.steps[0].state
+        better = None
+        if starts_of(self.model):
+            better = from_other_starts(first, self.effects, self.options)
+            self.starts = search.starts = 1 + len(starts_of(self.model))
+        restarted = self.restarted(better or first)
+        if better is None and not restarted:
+            return search
+        return self.searched(better or first, restarted)
 
-    def searched(self, base: State) -> Search:
-        """The search from a fitted base."""
+    def searched(self, base: State, restarted: Sequence[Fit] = ()) -> Searched:
+        """The search from a fitted base, and from some fits with an effect."""
         fitted = time.perf_counter() - self.began
         scales = Scales.of(base, self.effects)
         first = Step(base, scales.ranking, [])
-        explorer = self.explorer(scales, [scales.fitted(base.whitened.fit)], 0.2)
+        sets = [scales.fitted(fit) for fit in (base.whitened.fit, *restarted)]
+        explorer = self.explorer(scales, sets, 0.2)
         ranked = time.perf_counter() - self.began
         scales, posterior = self.explored(explorer)
         self.say("answer", 0.9)
         held = len(self.options.terms)
         answer, state = self.with_a_fall(base, answer_of(posterior, held), scales.state)
+        answer = replace(answer, named=tuple(self.named(answer, state)))
         last = Step(state, screen(state), list(answer.named), present_without_name(answer, held))
         steps = [first, last] if answer.terms[held:] else [last]
-        return Search(
-            self.model, self.effects, steps, time.perf_counter() - self.began,
-            bonferroni_divisors(self.effects, self.model), fitted, ranked,
-            self.starts, posterior=to_dict(posterior), notes=tuple(runners_up(answer)),
-            detectable=detectable_sizes(scales),
+        return Searched(
+            self.model, self.effects, steps, time.perf_counter() - self.began, fitted, ranked,
+            self.starts, stated=to_dict(posterior), notes=tuple(runners_up(answer)),
+            detectable=detectable_sizes(scales), scales=scales, answer=answer,
         )  # fmt: skip
+
+    def restarted(self, state: State) -> list[Fit]:
+        """Fits of the base from its start values together with each effect whose size acts in
+        another way when it is large (a gap): without the effect the base may have ended where it
+        imitates the effect, and the screening shows nothing of it."""
+        cold = start_base(self.model, self.options.start)
+        items = [i for i in best_per_effect(screen(state)) if len(i.candidate.effect.starts()) > 1]
+        largest = [np.full(len(i.sizes), max(i.candidate.effect.starts())) for i in items]
+        terms = [term_of(i.candidate, s) for i, s in zip(items, largest, strict=True)]
+        return [state.fitter.fit(cold, [*state.fit.terms, term]) for term in terms]
+
+    def named(self, answer: Answer, state: State) -> Iterator[AcceptedEffect]:
+        """The named effects with what they predict of left-out conditions."""
+        first = len(state.fit.terms) - len(answer.named)
+        for index, found in enumerate(answer.named, first):
+            gain = heldout.gain(state, state.fit, index)
+            yield replace(found, decision=replace(found.decision, held_out_gain=gain))
 
     def say(self, text: str, share: float) -> None:
         if self.options.progress is not None:
             self.options.progress(text, share)
 
-    def base(self) -> State:
-        """The base with the channel weights of its floors."""
-        fitter = Fitter(self.model, channel_weights(self.model, rough_levels(self.model)))
-        fit = fitter.fit(start_base(self.model, self.options.start), self.options.terms)
-        state = make_state(self.model, fitter, fit, self.effects)
-        fitter = Fitter(self.model, channel_weights(self.model, [f.floor for f in state.floors]))
-        fits = [fitter.fit(f.base, f.terms, known=f) for f in (fit, state.whitened.fit)]
-        best = min(fits, key=lambda f: f.chi2)
-        if fitter.error(best) > WORTH_A_FIT * fitter.error(fit):
-            return replace(state, fitter=fitter)
-        return make_state(self.model, fitter, best, self.effects)
-
-    def from_other_starts(self, known: State) -> State | None:
-        """The base from the best of its further start values; None when that is no better."""
-        fitter = known.fitter
-        fit, others = fit_from_other_starts(fitter, self.options)
-        self.starts = 1 + others
-        if fitter.error(fit) > WORTH_A_FIT * fitter.error(known.fit):
-            return None
-        return make_state(self.model, fitter, fit, self.effects)
-
     def explorer(self, scales: Scales, sets: Sequence[Weighed], share: float) -> Explorer:
         """An explorer of some sets; share: of the search that is done."""
         explorer = Explorer(
-            scales, held=len(self.options.terms), say=lambda text: self.say(text, share)
-        )
+            scales, held=len(self.options.terms), measured=self.options.measured,
+            say=lambda text: self.say(text, share),
+        )  # fmt: skip
         for weighed in sets:
             explorer.keep(weighed)
         return explorer

@@ -37,6 +37,9 @@ from flatplank_analysis.inference.errors import (
 )
 from flatplank_analysis.inference.evidence import Evidence, Fixed, Random, evidence
 
+UNKNOWN = 1.0
+"""standard deviation of an unknown fault's amount in a condition or stretch, relative to the size
+that an effect of the library has in its place"""
 JACOBIANS = 6
 """most Jacobians of a joint fit"""
 
@@ -57,6 +60,12 @@ class Weighed:
     set and of this size"""
     sizes: tuple[tuple[float, float], ...]
     """per effect: most probable size and its standard deviation there, in the unit of the size"""
+    rank: int = 0
+    """number of the likeliest size of the model errors"""
+    unknown: tuple[tuple[tuple[float, float], ...], ...] = ()
+    """per effect: the same two parts at that size for what may look like it: scatter about zero
+    with the effect's own form errors; and an unknown fault, which acts as the effect does, but by
+    another amount in each condition and each stretch"""
 
     @property
     def names(self) -> list[str]:
@@ -84,19 +93,16 @@ class Scales:
     """effects that are searched"""
     ranking: Screen
     """candidates beside the model of the state"""
+    library: float
+    """number of effects among which one is looked for"""
 
     @classmethod
     def of(cls, state: State, effects: Sequence[type[Effect]]) -> Scales:
         """Noise of a state, and the errors of its model, of the size that is likeliest for it."""
-        scales = cls(state, with_law_errors(state), effects, screen(state))
+        scales = cls(state, with_law_errors(state), effects, screen(state), len(effects))
         parts = scales.fitted(state.whitened.fit).parts
         best = max(range(len(WORSE)), key=lambda i: parts[i][1] - 0.5 * parts[i][0])
         return replace(scales, metric=scales.metric.larger(WORSE[best]))
-
-    @property
-    def library(self) -> int:
-        """Number of effects that are searched."""
-        return len(self.effects)
 
     @property
     def fitter(self) -> Fitter:
@@ -124,9 +130,11 @@ class Scales:
     def weighed(self, fit: Fit) -> Weighed:
         """Evidence of the set of effects of a fit, whose Jacobian is that of its parameters."""
         rows, effects = fit.loose(), range(len(fit.terms))
-        errors = [effect_errors(self.state, fit, i) for i in effects]
+        errors = [effect_errors(self.state.model, fit, i) for i in effects]
         residual = fit.residual(self.state.runs.measured)
-        white = self.metric.plain(np.concatenate([fit.jacobian[rows], *errors, residual[None]]))
+        whole = [fit.predicted - self.fitter.without_term(fit, i).predicted for i in effects]
+        columns = [fit.jacobian[rows], *errors, *(w[None] for w in whole), residual[None]]
+        white = self.metric.plain(np.concatenate(columns))
         fixed = self._fixed(fit, rows)
         parts, best = [], []
         for rank, factor in enumerate(WORSE):
@@ -135,14 +143,53 @@ class Scales:
             result = max(forms, key=lambda r: r.log)
             # the average over the forms: where they fit alike, none has a price
             volume = result.volume + float(logsumexp([r.log - result.log for r in forms]))
-            volume += self.metric.volume(factor) - math.log(len(forms)) - rank * math.log(2.0)
-            parts.append((result.chi2, volume))
-            best.append((volume - 0.5 * result.chi2, result))
-        sizes = tuple(self._size(fit, rows, i, max(best, key=lambda b: b[0])[1]) for i in effects)
+            size = self.metric.volume(factor) - math.log(len(forms)) - rank * math.log(2.0)
+            parts.append((result.chi2, volume + size))
+            best.append((volume + size - 0.5 * result.chi2, gram, forms.index(result), result))
+        rank = max(range(len(WORSE)), key=lambda r: best[r][0])
+        _, gram, form, result = best[rank]
+        sizes = tuple(self._size(fit, rows, i, result) for i in effects)
         price = priors.of_set(len(fit.terms), self.library)
         price += sum(priors.of_term(t, t.effect.scanned(self.state.runs)) for t in fit.terms)
         price += sum(_inside(t.effect, s) for t, s in zip(fit.terms, sizes, strict=True))
-        return Weighed(fit, tuple((chi2, volume + price) for chi2, volume in parts), sizes)
+        unknown = [self._unknown(gram, fixed, fit, rows, i, FORMS[form], result) for i in effects]
+        size = price + parts[rank][1] - result.volume
+        return Weighed(
+            fit, tuple((chi2, volume + price) for chi2, volume in parts), sizes, rank,
+            tuple(tuple((chi2, volume + size) for chi2, volume in one) for one in unknown),
+        )  # fmt: skip
+
+    def _unknown(
+        self, gram: Gram, fixed: Fixed, fit: Fit, rows: Sequence[int], index: int, form: float,
+        result: Evidence,
+    ) -> list[tuple[float, float]]:  # fmt: skip
+        """`Weighed.unknown` of an effect, but for the price of the set.
+
+        form: likeliest size of the form errors; result: evidence of the set with them.
+        """
+        own = [k for k, row in enumerate(rows) if fit.free[row][0] == index]
+        keep = [k for k in range(gram.scores.shape[1]) if k not in own]
+        place = gram.scores.shape[1] - len(fit.terms) + index
+        # the residual with the effect at its null
+        scores = gram.scores + gram.products[:, :, place]
+        energy = gram.energy + 2.0 * gram.scores[:, place] + gram.products[:, place, place]
+        less = Gram(gram.products[:, keep][:, :, keep], scores[:, keep], energy)
+        rest, count = fixed.without(own), len(rows) - len(own)
+        spreads = [self._dispersion(fit, len(rows), i, gram) for i in range(len(fit.terms))]
+
+        along = np.abs(doubling_step(fit, index)[rows])[own]
+        wide = np.sqrt(2.0 * np.pi * np.diag(result.covariance)[own])
+        # the amount has the prior of the size, within a factor
+        width = float(np.sum(np.log(np.maximum(along, wide))))
+        out = []
+        for amount in (form, UNKNOWN):
+            errors = (
+                self._form_errors(less, count, i, amount if i == index else form, spread)
+                for i, spread in enumerate(spreads)
+            )
+            found = evidence(less, rest, [r for one in errors for r in one])
+            out.append((found.chi2, found.volume + width))
+        return out
 
     def _by_form(self, gram: Gram, fixed: Fixed, own: int, fit: Fit) -> list[Evidence]:
         """Evidence with form errors of the effects of each of the sizes `FORMS`."""

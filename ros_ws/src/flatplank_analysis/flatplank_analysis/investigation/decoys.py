@@ -16,15 +16,12 @@ from zlib import crc32
 
 import numpy as np
 
-from flatplank_analysis.discovery import screen as screens
-from flatplank_analysis.discovery.decide import Judge
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.screen import VISIBLE, ScreenResult, best_per_effect
-from flatplank_analysis.discovery.search import bonferroni_divisors
-from flatplank_analysis.discovery.shortlist import shortlist
-from flatplank_analysis.discovery.state import Candidate, State, term_of
+from flatplank_analysis.discovery.state import Candidate, term_of
 from flatplank_analysis.discovery.steps import Search
 from flatplank_analysis.effects.base import Signal, TireEffect
+from flatplank_analysis.inference.beside import Beside
 
 REFITS = 3
 """most decoys that are refitted, the most promising ones"""
@@ -56,19 +53,11 @@ def decoys_of(search: Search) -> Decoys:
         if item.visible >= VISIBLE and not item.candidate.effect.generic
     ]
     offered = [Candidate(k, {}, k.column[None]) for k in kinds]
-    state = replace(last.state, offered=partial(list, offered))
-    ranking = screens.screen(state)
-    looked_at = bonferroni_divisors(kinds, state.model)
-    before = tuple(f.decision for f in last.found)
-    judge = Judge(state, state.whitened.chi2, last.screen.typical, before)
-    tried = shortlist(ranking, looked_at, REFITS)
-    accepted = [i.identifier for i in tried if _passes(judge, state, i, looked_at[i.identifier])]
+    beside = Beside.of(replace(last.state, offered=partial(list, offered)), kinds)
+    tried = best_per_effect(beside.scales.ranking)[:REFITS]
+    weighed = [beside.with_term(term_of(i.candidate, i.sizes)) for i in tried]
+    accepted = (w.names[-1] for w in weighed if beside.decide(w).accepted)
     return Decoys(len(kinds), tuple(accepted))
-
-
-def _passes(judge: Judge, state: State, item: ScreenResult, looked_at: int) -> bool:
-    found = state.with_term(term_of(item.candidate, item.sizes), most=2)
-    return judge.decide(found, len(found.fit.terms) - 1, looked_at).accepted
 
 
 def _derangement(groups: Sequence[np.ndarray], key: str) -> np.ndarray:
@@ -88,7 +77,7 @@ class Decoy(TireEffect):
     column: ClassVar[np.ndarray]
     """(channels, runs, samples)"""
 
-    times: float = param(0.0, unit="1", bounds=(-100.0, 100.0), screen=1.0)
+    times: float = param(0.0, unit="1", bounds=(-100.0, 100.0), screen=1.0, matters=1.0)
 
     def signal(self, signal: Signal) -> None:
         for name, column in zip(signal.data.runs.channels, self.column, strict=True):
@@ -96,10 +85,11 @@ class Decoy(TireEffect):
 
 
 def _decoy(item: ScreenResult, groups: Sequence[np.ndarray], order: Iterable[int]) -> type[Decoy]:
-    """The effect's column at its best sizes, with the conditions permuted."""
-    effect = item.candidate.effect
+    """The effect's column, of the size that matters, with the conditions permuted."""
+    effect, main = item.candidate.effect, item.candidate.effect.main_parameter()
     sizes = item.sizes if np.any(item.sizes) else np.ones(len(item.sizes))
-    own = np.tensordot(sizes / np.abs(sizes).max(), item.candidate.columns, axes=1)
+    sizes = sizes / np.abs(sizes).max() * main.matters / abs(main.screen or main.matters)
+    own = np.tensordot(sizes, item.candidate.columns, axes=1)
     column = np.empty_like(own)
     for rows, other in zip(groups, order, strict=True):
         column[:, rows] = own[:, np.resize(groups[other], len(rows))]

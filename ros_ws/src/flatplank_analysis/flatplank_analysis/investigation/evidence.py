@@ -24,15 +24,12 @@ from flatplank_analysis.discovery.fit import Fit, Fitter, priors
 from flatplank_analysis.discovery.gram import Metric
 from flatplank_analysis.discovery.model import form_error_of
 from flatplank_analysis.discovery.noise import ChannelNoise, make_whitener
-from flatplank_analysis.discovery.shortlist import EVIDENCE
 from flatplank_analysis.discovery.state import State, scatter_columns
 from flatplank_analysis.discovery.steps import Search
 from flatplank_analysis.investigation.settings import Setting, settings_of
 
 ALPHA = 0.05
 """largest share of false claims; a claim needs an e-value of its inverse"""
-LIKELY = 0.05
-"""p-value among repeats below which an effect that was not accepted becomes the hypothesis"""
 LEAST = 1e-12
 """smallest information of a prior (inverse variance)"""
 MOST = 99
@@ -57,17 +54,13 @@ class Hypothesis:
     def of(cls, decisions: Sequence[Decision], state: State, claim: Fit, null: Fit) -> Hypothesis:
         """The hypothesis of tested effects, against the tire without them."""
         names = tuple(d.term.effect.identifier for d in decisions)
-        spread = max(max(d.dispersion, d.dispersion_conditions) for d in decisions)
-        return cls(names, state, claim, null, max(spread, 1.0))
+        return cls(names, state, claim, null, max(1.0, *(d.dispersion for d in decisions)))
 
 
 def likeliest_refused(search: Search) -> Decision | None:
-    """The likeliest effect that was refitted but not accepted; None when none is likely."""
-    for d in search.last.refits:
-        likely = d.p_repeats < LIKELY and d.drop > EVIDENCE
-        if likely and not d.term.effect.generic and abs(d.term.size) >= d.matters:
-            return d
-    return None
+    """The likeliest effect that is in the likeliest set but not sure; None when there is none."""
+    unsure = [d for d in search.last.refits if not (d.slight or d.term.effect.generic)]
+    return max(unsure, key=lambda d: d.probability, default=None)
 
 
 def hypothesis_of(search: Search) -> Hypothesis | None:

@@ -15,14 +15,13 @@ import numpy as np
 
 from flatplank_analysis.contact_patch.plans import planned
 from flatplank_analysis.discovery import verdict
-from flatplank_analysis.discovery.contrast import Contrast, Products, separations
 from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.model import Model, ParameterSet
-from flatplank_analysis.discovery.nextrun import CLEAR
-from flatplank_analysis.discovery.rivals import ALIKE, indecisive_difference
 from flatplank_analysis.discovery.screen import VISIBLE, best_per_effect
-from flatplank_analysis.discovery.steps import Search
 from flatplank_analysis.discovery.verdict import Diagnosis
+from flatplank_analysis.inference.contrast import Contrast, Part
+from flatplank_analysis.inference.nextrun import EXCLUDED, Pair
+from flatplank_analysis.inference.searched import Searched
 from flatplank_analysis.investigation.evidence import (
     ALPHA,
     Evidence,
@@ -66,7 +65,7 @@ class Predictor:
 def questions(result: Diagnosis, evidence: Evidence, made: Sequence[Setting]) -> list[Question]:
     """Questions that a diagnosis leaves open."""
     search = result.search
-    if search is None:
+    if not isinstance(search, Searched):
         return []
     predictor = Predictor(search.model)
     if result.found:
@@ -83,36 +82,30 @@ def questions(result: Diagnosis, evidence: Evidence, made: Sequence[Setting]) ->
     return out
 
 
-def _between(search: Search, predictor: Predictor):
-    """One question per effect and rival: answered where the verdict excludes the rival, asked
-    with a margin (`CLEAR`)."""
-    decisions = [f.decision for f in search.last.found]
+def _between(search: Searched, predictor: Predictor) -> Iterator[Question]:
+    """One question per effect and rival: answered when the odds exclude the rival."""
+    posterior = search.posterior
     for i, found in enumerate(search.last.found):
         name = found.decision.term.effect.identifier
-        drop = _gain(Contrast.of(search, i, None), predictor)
         for rival in found.reported:
-            apart = _gain(Contrast.of(search, i, rival.term), predictor)
-            needed = CLEAR * indecisive_difference(found.decision, decisions) / 2.0
-            excess = max(rival.excess / 2.0, 0.0)
-            text = f"to separate {name} from {rival.name}"
-            yield Question(text, min(excess, needed), needed, _beyond_indifference(apart, drop))
-
-
-def _beyond_indifference(apart: Gain, drop: Gain) -> Gain:
-    """Expected increase of a difference, minus the share that does not decide."""
-    return lambda settings: max(apart(settings) - ALIKE * drop(settings), 0.0)
+            pair = Pair(search, search.rival_set(i, rival.name), posterior.best)
+            have = min(max(-math.log(rival.odds), 0.0), -EXCLUDED)
+            apart = _gain(pair.contrast, predictor, 1.0 / max(posterior.dispersion, 1.0))
+            yield Question(f"to separate {name} from {rival.name}", have, -EXCLUDED, apart)
 
 
 def _evidence_questions(
-    search: Search, predictor: Predictor, evidence: Evidence, made: Sequence[Setting]
+    search: Searched, predictor: Predictor, evidence: Evidence, made: Sequence[Setting]
 ) -> list[Question]:
     """Runs to which no hypothesis was fitted, to refute the tire alone."""
     if evidence.enough:
         return []
-    index, found = max(enumerate(search.last.found), key=lambda p: p[1].decision.drop)
-    d = found.decision
-    pair = Contrast.of(search, index, None)
-    spread = max(d.dispersion, d.dispersion_conditions, 1.0)
+    found = max(search.last.found, key=lambda f: f.decision.drop)
+    d, posterior = found.decision, search.posterior
+    place = [t is d.term for t in posterior.best.fit.terms].index(True)
+    without = search.scales.fitter.without_term(posterior.best.fit, place)
+    pair = Contrast(search.scales, without, [posterior.best.fit.parameter_set()])
+    spread = max(d.dispersion, 1.0)
     text = f"to test {d.term.effect.identifier} on runs that had no part in finding it"
     whole = _gain(pair, predictor, 1.0 / spread)
 
@@ -122,15 +115,16 @@ def _evidence_questions(
     return [Question(text, evidence.log, -math.log(ALPHA), gain)]
 
 
-def _suspect_question(search: Search, predictor: Predictor):
+def _suspect_question(search: Searched, predictor: Predictor) -> Iterator[Question]:
     """An effect that is likely but not accepted yet."""
     d = likeliest_refused(search)
     if d is None:
         return
-    state = search.last.state
-    fit = state.fitter.with_term(state.fit, d.term)
-    pair = Contrast(state, state.fit, [fit.parameter_set()])
-    spread = max(d.dispersion, d.dispersion_conditions, 1.0)
+    best = search.posterior.best.fit
+    place = [t is d.term for t in best.terms].index(True)
+    without = search.scales.fitter.without_term(best, place)
+    pair = Contrast(search.scales, without, [best.parameter_set()])
+    spread = max(d.dispersion, 1.0)
     text = f"to see whether {d.term.effect.identifier} is real ({', '.join(d.reasons)})"
     yield Question(text, 0.0, TOLD_APART, _gain(pair, predictor, 1.0 / spread))
 
@@ -139,7 +133,7 @@ def _gain(pair: Contrast, predictor: Predictor, share: float = 1.0) -> Gain:
     known = _Cached(pair, predictor)
 
     def gain(settings: tuple[Setting, ...]) -> float:
-        return share * 0.5 * float(pair.gain(*map(known, settings))[0])
+        return share * 0.5 * float(pair.gain(*known.all_of(settings))[0])
 
     return gain
 
@@ -150,9 +144,13 @@ class _Cached:
 
     contrast: Contrast
     predictor: Predictor
-    known: dict[Setting, Products] = field(default_factory=dict)
+    known: dict[Setting, list[Part]] = field(default_factory=dict)
 
-    def __call__(self, setting: Setting) -> Products:
+    def all_of(self, settings: Sequence[Setting]) -> list[Part]:
+        """The products of several runs."""
+        return [part for setting in settings for part in self(setting)]
+
+    def __call__(self, setting: Setting) -> list[Part]:
         if setting not in self.known:
             self.known[setting] = self.contrast.products(self.predictor(setting))
         return self.known[setting]
@@ -182,7 +180,7 @@ def _of_place(made: Sequence[Setting], side: Side) -> Question:
     )
 
 
-def _residual_excess(search: Search) -> np.ndarray:
+def _residual_excess(search: Searched) -> np.ndarray:
     """Residual above the floor in the condition of each run [N]."""
     runs, floor = search.model.runs, search.last.state.floors[0]
     out = np.zeros(runs.runs)
@@ -229,19 +227,18 @@ def _of_levels(made: Sequence[Setting], side: Side) -> Iterator[Question]:
     )
 
 
-def _absence_question(search: Search, predictor: Predictor, conditions: int) -> Question:
+def _absence_question(search: Searched, predictor: Predictor, conditions: int) -> Question:
     """Whether any effect of consequence would have been detected: the least detectable effect of
     those that the bench shows at all."""
-    state = search.last.state
-    fit, terms = state.whitened.fit, _effects_that_matter(search)
+    fit, terms = search.scales.state.whitened.fit, _effects_that_matter(search)
     own = fit.parameter_set()
     tried = [ParameterSet(own.base, (*own.effects, (t.effect, t.values))) for t in terms]
-    contrast = Contrast(state, fit, tried)
+    contrast = Contrast(search.scales, fit, tried)
     known = _Cached(contrast, predictor)
     had = np.minimum(0.5 * contrast.had, SEEN)
 
     def gain(settings: tuple[Setting, ...]) -> float:
-        each = separations(contrast.old, *map(known, settings))
+        each = contrast.separations(*known.all_of(settings))
         return float(np.mean(np.minimum(0.5 * each, SEEN) - had))
 
     have = float(np.mean(had)) if terms else SEEN
@@ -249,7 +246,7 @@ def _absence_question(search: Search, predictor: Predictor, conditions: int) -> 
     return Question("to see what could still be hidden", have, needed, gain)
 
 
-def _effects_that_matter(search: Search) -> list[Term]:
+def _effects_that_matter(search: Searched) -> list[Term]:
     """Effects that the runs show at all, at the size that matters."""
     out = []
     for item in best_per_effect(search.last.screen):

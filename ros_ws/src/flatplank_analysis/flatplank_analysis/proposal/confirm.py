@@ -17,7 +17,6 @@ import numpy as np
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import invariants
-from flatplank_analysis.discovery.decide import FORM
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import scale_of
 from flatplank_analysis.discovery.gram import Metric, scatter_of, solve
@@ -27,6 +26,7 @@ from flatplank_analysis.discovery.noise import make_whitener
 from flatplank_analysis.discovery.state import State, scatter_columns
 from flatplank_analysis.discovery.steps import Step
 from flatplank_analysis.identify.results import NORMAL_90
+from flatplank_analysis.inference.errors import FORMS
 from flatplank_data.disjoint import shared_runs
 from flatplank_data.errors import FlatplankError
 
@@ -191,7 +191,7 @@ def _sized(
     if raw > 0.0 and inverse[0, 0] > 0.0:
         # error of the law's form, as in the search
         visible = min(1.0 / (float(inverse[0, 0]) * raw), 1.0)
-        form = FORM**2 / max(visible, 1e-9)
+        form = FORMS[0] ** 2 / max(visible, 1e-9)
         half = NORMAL_90 * float(np.sqrt(kappa * inverse[0, 0] + form))
     errors = _errors(rest[0], columns[:count, 0], share[0])
     return float(share[0]) * term.size, abs(half * term.size), *errors

@@ -18,9 +18,7 @@ from flatplank_analysis.discovery import heldout, invariants, verdict
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import effect_contribution
 from flatplank_analysis.discovery.modelfile import ModelFile
-from flatplank_analysis.discovery.rivals import ALIKE
 from flatplank_analysis.discovery.screen import screen
-from flatplank_analysis.discovery.shortlist import EVIDENCE
 from flatplank_analysis.discovery.state import State, make_candidates, make_state
 from flatplank_analysis.discovery.steps import Progress, Step
 from flatplank_analysis.discovery.verdict import Diagnosis
@@ -29,6 +27,9 @@ from flatplank_analysis.effects.grammar.hooks import HOOKS
 from flatplank_analysis.effects.grammar.modulators import BY_NAME
 from flatplank_analysis.effects.grammar.sentence import Sentence, Site, effect_of
 from flatplank_analysis.effects.grammar.shapes.base import LEVEL
+from flatplank_analysis.inference.beside import Beside
+from flatplank_analysis.inference.nextrun import EXCLUDED
+from flatplank_analysis.inference.posterior import NAMED
 from flatplank_analysis.proposal.curves import effect_of_curve
 from flatplank_analysis.proposal.exchange import POWERS, exchange_test
 from flatplank_analysis.proposal.search import Outcome, Proposer, RefittedSentence
@@ -40,9 +41,6 @@ STEADY = ("fx", "gain", "friction", "slip")
 separately, because repeats have few degrees of freedom"""
 ORDERED = 0.005
 """p-value of the permutation test below which a setting orders the repeats"""
-CHANCE = 0.0005
-"""largest p-value of a sentence, among repeats or among conditions: smaller than that of an effect
-of the library, because the place and the form of a sentence are chosen from many"""
 LEAST_RUNS = 2.0
 """number of runs in which a sentence must act: what only one run shows may be its scatter"""
 HELD_OUT = 0.003
@@ -136,8 +134,8 @@ def _residual_proposal(
     """A proposal for the residual beside the effects that were found."""
     assert result.search is not None
     step = _cleaned(session, result.search.last)
-    others = tuple(f.decision for f in result.found)
-    proposer = Proposer(step.state, session.data, step.screen.typical, others, only, progress)
+    beside = Beside.of(step.state, list(session.effects.values()))
+    proposer = Proposer(beside, session.data, only, progress)
     outcome = proposer.run()
     why = _refused(outcome, proposer, result)
     if why:
@@ -162,11 +160,10 @@ def _replacing_proposal(
     search = result.search
     assert search is not None
     first = search.steps[0]
-    together = first.state.fit_whitened(search.last.state.whitened.fit)
-    proposer = Proposer(first.state, session.data, first.screen.typical, progress=progress)
-    outcome = proposer.run()
-    margin = EVIDENCE * proposer.level + ALIKE * (first.state.whitened.chi2 - together.chi2)
-    if outcome.best is None or outcome.best.found.chi2 > together.chi2 - margin:
+    beside = Beside.of(first.state, list(session.effects.values()))
+    together = beside.fitted(search.last.state.whitened.fit)
+    outcome = Proposer(beside, session.data, progress=progress).run()
+    if outcome.best is None or outcome.best.log < together.log - EXCLUDED:
         return None
     made = _refitted_proposal(session, result, first, outcome, outcome.best, model)
     assert made.numbers is not None
@@ -229,13 +226,10 @@ def _refused(outcome: Outcome, proposer: Proposer, result: Diagnosis) -> str:
         )  # fmt: skip
         return f"{result.verdict}, and no sentence of the grammar passes the tests{beside}"
     with_law_effects = result.search.with_law_effects if result.search else None
-    if result.verdict == verdict.LAW and with_law_effects is not None:
-        law = proposer.state.fit_whitened(with_law_effects.fit)
-        more = len(law.fit.free) - len(proposer.state.whitened.fit.free)
-        level, price = proposer.level, proposer.price
-        if outcome.best.cost(level, price) >= law.chi2 / level + price * more:
-            return f"{result.verdict}: {result.reason}"
-    return ""
+    if result.verdict != verdict.LAW or with_law_effects is None:
+        return ""
+    law = proposer.beside.fitted(with_law_effects.fit)
+    return f"{result.verdict}: {result.reason}" if outcome.best.log <= law.log else ""
 
 
 def reason_against(numbers: dict[str, Any], at_floor: bool = False) -> str:
@@ -246,8 +240,8 @@ def reason_against(numbers: dict[str, Any], at_floor: bool = False) -> str:
     low, high = numbers["interval"]
     if low <= 0.0 <= high:
         return "its interval covers zero"
-    if numbers["p_value"] > CHANCE:  # among repeats or conditions, whichever is larger
-        return f"not beyond the scatter of the runs, p = {numbers['p_value']:.1g}"
+    if numbers["probability"] < NAMED:
+        return f"it may be chance, P = {numbers['probability']:.2g}"
     if numbers["acts_in_runs"] < LEAST_RUNS:
         return f"it acts in {numbers['acts_in_runs']:.1f} runs, and one run repeats nothing"
     if numbers["held_out_gain"] <= HELD_OUT:

@@ -11,16 +11,14 @@ from typing import TypeVar
 import numpy as np
 
 from flatplank_analysis.contact_patch.tire_runs import TireRuns
-from flatplank_analysis.discovery.decide import Judge
 from flatplank_analysis.discovery.decision import Decision
-from flatplank_analysis.discovery.dispersion import TypicalDispersion
-from flatplank_analysis.discovery.fit import Term, Whitened
-from flatplank_analysis.discovery.rivals import ALIKE
-from flatplank_analysis.discovery.shortlist import EVIDENCE
-from flatplank_analysis.discovery.state import State
+from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.steps import Progress
 from flatplank_analysis.effects.grammar.sentence import Sentence, Site, effect_of
 from flatplank_analysis.effects.grammar.shapes.base import SIGNAL
+from flatplank_analysis.inference.beside import Beside
+from flatplank_analysis.inference.nextrun import EXCLUDED
+from flatplank_analysis.inference.weigh import Weighed
 from flatplank_analysis.proposal.scan import (
     CURVE,
     FURTHER,
@@ -51,15 +49,14 @@ class RefittedSentence:
 
     sentence: Sentence
     decision: Decision
-    found: Whitened
+    weighed: Weighed
+    doubt: float
+    """what the reasons against its site cost, in logarithms of odds"""
 
-    def cost(self, dispersion: float, price: float) -> float:
-        """Remaining chi2 in units of the scatter, plus the penalty for its parameters."""
-        return self.found.chi2 / dispersion + price * self.sentence.shape.price
-
-    def cost_with_reasons(self, dispersion: float, price: float) -> float:
-        """The cost with the penalty for every reason against its site."""
-        return self.cost(dispersion, price) + DOUBT * price * reasons_against(self.sentence.site)
+    @property
+    def log(self) -> float:
+        """Logarithm of its evidence, with what speaks against its site."""
+        return self.weighed.log - self.doubt
 
 
 @dataclass(frozen=True)
@@ -81,10 +78,9 @@ class Outcome:
         if self.best is None:
             return ()
         best = self.best
-        limit = best.found.chi2 + EVIDENCE + ALIKE * best.decision.drop
         seen, out = {best.sentence.site.key}, []
         for t in self.tried:
-            if t.sentence.site.key not in seen and t.found.chi2 < limit:
+            if t.sentence.site.key not in seen and t.log > best.log + EXCLUDED:
                 seen.add(t.sentence.site.key)
                 out.append(t)
         return tuple(out)
@@ -137,31 +133,19 @@ def is_sibling(one: Site, other: Site) -> bool:
     return alike and reasons_against(one) < reasons_against(other)
 
 
-def simplest(accepted: Sequence[RefittedSentence]) -> RefittedSentence | None:
-    """The best one, or at its site a form with fewer parameters and about the same fit."""
-    if not accepted:
-        return None
-    best = accepted[0]
-    here = [t for t in accepted if t.sentence.site.key == best.sentence.site.key]
-    near = [t for t in here if t.found.chi2 < best.found.chi2 + EVIDENCE]
-    return min(near, key=lambda t: t.sentence.shape.price)
-
-
 @dataclass
 class Proposer:
     """The search from one state of a model."""
 
-    state: State
+    beside: Beside
+    """the model"""
     data: TireRuns
-    typical: TypicalDispersion
-    others: tuple[Decision, ...] = ()
-    """effects that are in the model already"""
     only: Sequence[str] | None = None
     """coordinates that are tested; None: all"""
     progress: Progress | None = None
 
     def run(self) -> Outcome:
-        scanner = Scanner(self.state, self.data)
+        scanner = Scanner(self.beside.scales.state, self.data)
         coordinates = [
             p for p in varying_coordinates(self.data) if self.only is None or p.name in self.only
         ]
@@ -185,8 +169,8 @@ class Proposer:
             self.say("joint refits", 0.8)
             tried.append(self.refit(f, looks))
         tried += self.refit_siblings(scanner, ranked, tried, looked)
-        tried.sort(key=lambda t: t.cost_with_reasons(self.level, self.price))
-        taken = simplest([t for t in tried if t.decision.accepted])
+        tried.sort(key=lambda t: -t.log)
+        taken = next((t for t in tried if t.decision.accepted), None)
         curve = None
         if taken and not has_period(taken.sentence.shape):
             curve = scanner.free_curve(taken.sentence.site, self.level)
@@ -202,9 +186,7 @@ class Proposer:
         accepted = [t for t in tried if t.decision.accepted]
         if not accepted:
             return []
-        best = min(
-            accepted, key=lambda t: t.cost_with_reasons(self.level, self.price)
-        ).sentence.site
+        best = max(accepted, key=lambda t: t.log).sentence.site
         seen, out = {t.sentence.site.key for t in tried}, []
         for s in ranked:
             if is_sibling(s.site, best) and s.site.key not in seen:
@@ -221,12 +203,13 @@ class Proposer:
     @property
     def level(self) -> float:
         """Typical dispersion of the scores in these runs."""
-        return max(self.typical.dispersion, 1.0)
+        return max(self.beside.scales.dispersion, 1.0)
 
     @property
     def price(self) -> float:
         """Penalty per parameter: as in an information criterion for independent samples."""
-        return float(np.log(max(self.state.floors[0].freedom, self.state.runs.runs)))
+        state = self.beside.scales.state
+        return float(np.log(max(state.floors[0].freedom, state.runs.runs)))
 
     def ranked(self, scanned: Sequence[ScanResult]) -> list[ScanResult]:
         """Sites by the gain of their curves minus the penalty."""
@@ -245,16 +228,15 @@ class Proposer:
         start = {
             p.name: float(np.clip(values[p.name], p.lower, p.upper)) for p in effect.parameters()
         }
-        state = self.state
-        found = state.with_term(Term(effect, effect.vector(start)), most=6)
-        judge = Judge(state, state.whitened.chi2, self.typical, self.others)
-        index = len(found.fit.terms) - 1
-        decision = judge.decide(found, index, looked)
-        named = found.fit.terms[index].named()
+        beside = self.beside.among(looked)
+        weighed = beside.with_term(Term(effect, effect.vector(start)))
+        decision = beside.decide(weighed)
+        named = decision.term.named()
         settled = replace(
             sentence,
             numbers={n.name: named[n.name] for n in formed.shape.numbers},
             sizes=tuple(named[n] for n in sentence.shape.sizes),
             interval=decision.interval,
         )
-        return RefittedSentence(settled, decision, found)
+        doubt = 0.5 * DOUBT * self.price * reasons_against(settled.site)
+        return RefittedSentence(settled, decision, weighed, doubt)

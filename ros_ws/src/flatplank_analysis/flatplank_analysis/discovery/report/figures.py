@@ -16,11 +16,10 @@ from flatplank_analysis.discovery import screen
 from flatplank_analysis.discovery.report.collapse import collapse_of
 from flatplank_analysis.discovery.report.text import amount, channel_of, unit_of
 from flatplank_analysis.discovery.runs import Coordinate, RunSet
-from flatplank_analysis.discovery.shortlist import negligible
 from flatplank_analysis.discovery.sources import source_of
 from flatplank_analysis.discovery.steps import Search, Step
 from flatplank_analysis.discovery.where import Map
-from flatplank_data.wording import displayed, with_unit
+from flatplank_data.wording import displayed, probability_words, with_unit
 
 BLUE, ORANGE, GREY, GREEN = "#2b6cb0", "#c05621", "#718096", "#2f855a"
 COLORS = {"machine": BLUE, "sensor": GREEN, "tire": ORANGE}
@@ -168,28 +167,24 @@ def map_of(table: Map, runs: RunSet) -> Figure:
 
 
 def ranking(search: Search, count: int = 12) -> Figure:
-    """Screened gain of the best effects at the first step; refitted ones are marked."""
+    """Screened gain of the best effects beside the base, and their probabilities at the end."""
     items = screen.best_per_effect(search.steps[0].screen)[:count][::-1]
-    refits = {d.term.effect.identifier: d for s in search.steps for d in s.refits}
-    found = {f.decision.term.effect.identifier for f in search.last.found}
+    stated = search.stated.get("effects", {})
+    named = {n for f in search.last.found for n in (f.decision.term.effect.identifier, *f.alike)}
     figure = figure_of(8.0, 0.9 + 0.27 * len(items))
     axes = figure.add_subplot()
     for i, item in enumerate(items):
-        name = item.identifier
+        name, gain = item.identifier, max(item.gain, 1.0)
         color = COLORS[item.candidate.effect.kind]
-        gain = refits[name].drop if name in refits else item.gain
-        axes.barh(i, max(gain, 1.0), color=color, alpha=1.0 if name in found else 0.35)
-        if name in found:
-            text = "accepted"
-        elif name in refits:
-            text = "; ".join(refits[name].reasons[:1])
-        else:
-            text = "of no consequence" if negligible(item) else ""
-        axes.text(max(gain, 1.0) * 1.1, i, text, va="center", fontsize=7, color=GREY)
+        axes.barh(i, gain, color=color, alpha=1.0 if name in named else 0.35)
+        text = probability_words(stated[name]) if name in stated else ""
+        if not text and screen.negligible(item):
+            text = "of no consequence"
+        axes.text(gain * 1.1, i, text, va="center", fontsize=7, color=GREY)
     axes.set_xscale("log")
     axes.set_yticks(range(len(items)), [i.identifier for i in items], fontsize=8)
     axes.set_xlim(1.0, axes.get_xlim()[1] * 30.0)
-    axes.set_xlabel("drop of the whitened chi2 (log)", fontsize=9)
+    axes.set_xlabel("drop of the whitened chi2 beside the base (log)", fontsize=9)
     clean(axes)
     return figure
 
@@ -260,6 +255,6 @@ def steps_of(search: Search) -> list[dict[str, Any]]:
     out = []
     for step in search.steps:
         rmse = search.model.runs.rmse(step.state.residual[0])
-        name = "+ " + step.found[-1].decision.term.effect.identifier if step.found else "base"
+        name = "\n".join(f"+ {f.decision.term.effect.identifier}" for f in step.found) or "base"
         out.append({"name": name, "rmse": rmse, "held_out": step.held_out})
     return out

@@ -27,7 +27,7 @@ from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.discovery.view import Cause, causes, tasks
 from flatplank_data.errors import FlatplankError
 from flatplank_data.files import write_atomic
-from flatplank_data.wording import quantity, span
+from flatplank_data.wording import probability_words, quantity, span
 
 HERE = Path(__file__).parent
 BEFORE_AND_AFTER = "before_and_after"
@@ -129,7 +129,7 @@ def _effect(
     )
     return {
         "cause": cause,
-        "p_value": f"{found.decision.p_value:.2g}",
+        "probability": probability_words(found.decision.probability),
         "held_out_gain": found.decision.held_out_gain,
         "weakly": found.excluded_names,
         "svg": book.add(f"collapse{number}", figures.collapse(search, number)),

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.discovery.view import Cause, Member, causes, tasks
-from flatplank_data.wording import brief
+from flatplank_data.wording import brief, probability_words
 
 NAMES = {"fx": "Fx", "fy": "Fy"}
 """display names of channels"""
@@ -38,7 +38,7 @@ def text_of(result: Diagnosis, folder: str = "DIR") -> str:
     for found, cause in zip(result.found, causes(result), strict=True):
         lines += [
             f"{cause.name}: {cause.sized}, {cause.members[0].kind}, "
-            f"p = {found.decision.p_value:.2g}",
+            f"{probability_words(found.decision.probability)}",
             *(f"  {_of(m, cause)}{m.what}" for m in cause.members),
         ]
     if runs is not None and result.verdict in ("none of these", "partly"):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The shortlist of screened effects, and the sizes from which their refits start."""
+"""Screened effects, and the sizes from which their fits start."""
 
 from __future__ import annotations
 
@@ -11,15 +11,14 @@ import pytest
 from ball import Drag, throw
 from decisions import screened
 from draws import numbers, without
-from scipy.stats import chi2
 from shapes import LONG, OTHER, Sum, measured, shape, wave
 
-from flatplank_analysis.discovery import shortlist
 from flatplank_analysis.discovery.dispersion import among_repeats, typical_dispersion
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import Fitter
 from flatplank_analysis.discovery.parameters import param
-from flatplank_analysis.discovery.screen import _bounded, best_per_effect, likeness, screen
+from flatplank_analysis.discovery.screen import _bounded, best_per_effect, negligible, screen
+from flatplank_analysis.discovery.starts import line_search
 from flatplank_analysis.discovery.state import (
     channel_weights,
     make_state,
@@ -29,116 +28,18 @@ from flatplank_analysis.discovery.state import (
 )
 
 
-def test_what_the_tire_can_feign_is_told_when_the_residual_asks_for_it():
-    """Beyond the level and within its range; what is visible, is on the shortlist."""
-    looked, typical = {"long": 3, "other": 3}, SimpleNamespace(dispersion=2.0)
-    least = 2.0 * 0.8 * chi2.isf(0.05 / 3, 1)
-
-    def told(*items):
-        return shortlist.unidentifiable(
-            SimpleNamespace(ranked=list(items), typical=typical), looked
-        )
-
-    faint = screened(LONG, 1.0, gain=1.01 * least, visible=0.004)
-    assert told(faint) == ["long"]
-    # scores that scatter less than the noise are luck
-    typical.dispersion = 0.4
-    assert told(replace(faint, gain=0.51 * least)) == ["long"]
-    assert told(replace(faint, gain=0.49 * least)) == []
-    typical.dispersion = 2.0
-    assert told(screened(OTHER, 1.0, gain=2.0 * least, visible=0.004), faint) == ["other", "long"]
-    assert told(screened(LONG, 1.0, gain=0.99 * least, visible=0.004)) == []
-    assert told(screened(LONG, 1.0, gain=1.01 * least, visible=0.006)) == []
-    far = LONG.main_parameter().upper / LONG.main_parameter().screen
-    assert told(screened(LONG, far, gain=2.0 * least, visible=0.004)) == []
-
-
-def test_the_shortlist_has_what_may_be_an_effect():
-    looked = {"long": 3, "other": 3}
-    least = 0.8 * chi2.isf(0.05 / 3, 1)
-    assert shortlist._least_gain(screened(LONG, 1.0), looked) == pytest.approx(least)
-    one, other = screened(LONG, 1.0), screened(OTHER, 1.0, gain=900.0)
-    other = replace(other, contribution=np.eye(9)[1])
-
-    def listed(*items, most=5, like=0.0):
-        projected = np.eye(9) + like * (np.ones((9, 9)) - np.eye(9))
-        result = SimpleNamespace(ranked=list(items), projected=projected)
-        return [i.identifier for i in shortlist.shortlist(result, looked, most)]
-
-    assert listed(one, other) == ["long", "other"]
-    assert listed(one, other, most=1) == ["long"]
-    assert listed(replace(one, gain=0.99 * least), other) == ["other"]
-    assert listed(replace(one, visible=0.0049), other) == ["other"]
-    # twins take one place: the surer one, or the alphabet
-    assert listed(one, other, like=0.999) == ["long"]
-    assert listed(replace(other, gain=1010.0), one, like=0.999) == ["long"]
-    assert listed(replace(other, gain=1021.0), one, like=0.999) == ["other"]
-    assert listed(one, other, like=0.99) == ["long", "other"]
-    usual = screened(shape("zzz", LONG.form), 1.0, gain=500.0)
-    rare = screened(shape("aaa", LONG.form, rarity=2), 1.0)
-    assert shortlist._goes_before(usual, rare) and not shortlist._goes_before(rare, usual)
-
-
-def test_what_the_base_imitates_mostly_is_refitted_without_any_gain():
-    """One size, and no free form, and no gap; from one screening step, whatever its sign."""
-    two = classmethod(lambda cls: (1.0, 7.5))
-    gap, free = shape("gap", LONG.form, starts=two), shape("free", LONG.form, generic=True)
-    second = param(0.0, unit="1", bounds=(-1.0, 1.0), screen=0.1)
-    pair = make_dataclass("pair", [("b", float, second)], bases=(LONG,), frozen=True)
-    pair.identifier = "pair"
-
-    def listed(*items, known=()):
-        result = SimpleNamespace(ranked=list(items))
-        found = shortlist.mostly_imitated(result, list(known))
-        assert all(item.sizes.tolist() == [1.0] for item in found)
-        return [item.identifier for item in found]
-
-    faint = screened(LONG, -3.0, gain=0.0, visible=0.24)
-    assert listed(faint, screened(OTHER, 0.0, 0.0, 0.005)) == ["long", "other"]
-    assert listed(faint, known=[faint]) == []
-    assert listed(replace(faint, visible=0.26)) == listed(replace(faint, visible=0.0049)) == []
-    assert listed(*(screened(e, np.ones(len(e.linear())), visible=0.1) for e in (gap, free))) == []
-    assert listed(screened(pair, [1.0, 1.0], visible=0.1)) == []
-
-
-def test_likeness_is_that_of_columns_without_what_the_model_takes():
-    """0.6 between two columns; never more than 1, whatever rounding makes of the sums."""
-    one, other = screened(LONG, 1.0), screened(OTHER, 1.0)
-    one, other = (replace(o, contribution=np.eye(2)[i]) for i, o in enumerate((one, other)))
-    for cross, own, wanted in (
-        (0.6, 1.0, 0.6),
-        (-0.6, 1.0, 0.6),
-        (1.2, 4.0, 0.6),
-        (1.0, 0.9, 1.0),
-    ):
-        result = SimpleNamespace(projected=np.array([[1.0, cross], [cross, own]]))
-        assert likeness(result, one, other) == pytest.approx(wanted)
-    nothing = replace(other, contribution=np.zeros(2))
-    assert likeness(result, one, nothing) == 0.0
-
-
 def test_a_screened_size_far_below_what_matters_is_none():
     """Half of it: the screening is rough. The step is 0.02."""
     least = shape("least", LONG.form, matters=0.1)
-    assert shortlist.negligible(screened(least, 2.4))
-    assert not shortlist.negligible(screened(least, -2.6))
+    assert negligible(screened(least, 2.4))
+    assert not negligible(screened(least, -2.6))
     # steps count from the null, and what the base takes counts, too
     size = param(0.06, unit="1", bounds=(-1.0, 1.0), screen=0.02, matters=0.1)
     apart = make_dataclass("apart", [("a", float, size)], bases=(Effect,), frozen=True)
-    assert shortlist.negligible(screened(apart, -2.0))
-    assert not shortlist.negligible(screened(apart, 2.0))
+    assert negligible(screened(apart, -2.0))
+    assert not negligible(screened(apart, 2.0))
     apart.in_base = 0.04
-    assert not shortlist.negligible(screened(apart, -2.0))
-
-
-def test_a_size_of_no_consequence_is_refitted_only_where_several_are_tried():
-    """A gap that was screened from its null shows less than it is."""
-    several = classmethod(lambda cls: (1.0, 7.5))
-    for starts, wanted in ((LONG.starts, []), (several, ["small"])):
-        small = screened(shape("small", LONG.form, matters=0.1, starts=starts), 2.4)
-        result = SimpleNamespace(ranked=[small], projected=np.eye(9))
-        listed = shortlist.shortlist(result, {"small": 1}, 5)
-        assert [i.identifier for i in listed] == wanted
+    assert not negligible(screened(apart, -2.0))
 
 
 def test_a_term_starts_at_its_screened_size_within_its_range():
@@ -159,18 +60,15 @@ def test_the_best_of_several_sizes_with_the_base_moved_along():
     state = make_state(model, fitter, fitter.fit(start_base(model)), [Drag])
     (item,) = best_per_effect(screen(state))
     for sizes in (np.zeros(1), np.ones(1)):
-        term, gain = shortlist.line_search_with_drop(model, state, replace(item, sizes=sizes))
+        term, gain = line_search(state, replace(item, sizes=sizes))
         assert term.values == pytest.approx([0.022])
         found = state.fit_whitened(fitter.with_term(state.whitened.fit, term))
         assert gain == pytest.approx(state.whitened.chi2 - found.chi2, rel=0.05)
-    half, _ = shortlist.line_search_with_drop(model, state, replace(item, sizes=np.full(1, 0.4)))
+    half, _ = line_search(state, replace(item, sizes=np.full(1, 0.4)))
     assert half.values == pytest.approx([0.02])
     # what was screened as next to nothing is tried with one and three screening steps, too
-    tiny, _ = shortlist.line_search_with_drop(model, state, replace(item, sizes=np.full(1, 0.01)))
+    tiny, _ = line_search(state, replace(item, sizes=np.full(1, 0.01)))
     assert tiny.values == pytest.approx([0.03])
-    assert shortlist.line_search(model, state, item).values == pytest.approx(
-        shortlist.line_search_with_drop(model, state, item)[0].values
-    )
 
 
 @pytest.mark.parametrize("times", [0.5, 1.0, 1.5, 2.2, 3.3, 5.0])
@@ -186,7 +84,7 @@ def test_sizes_from_half_to_five_times_the_screened_one_are_tried(times):
     (item,) = best_per_effect(screen(state))
     # five steps of 0.02
     item = replace(item, sizes=np.full(1, 5.0 / times))
-    term, gain = shortlist.line_search_with_drop(model, state, item)
+    term, gain = line_search(state, item)
     assert term.values == pytest.approx([0.1])
     white = state.metric(far.jacobian).reshape(len(far.jacobian), -1).T
     left = far.residual(model.runs.measured)
@@ -213,7 +111,7 @@ def test_an_effect_of_two_sizes_is_tried_with_their_ratio():
         state = make_state(model, fitter, fitter.fit(start_base(model)), [pair])
         (item,) = best_per_effect(screen(state))
         item = replace(item, sizes=np.array(screened_sizes))
-        assert shortlist.line_search(model, state, item).values == pytest.approx(hidden)
+        assert line_search(state, item)[0].values == pytest.approx(hidden)
 
 
 def test_a_screened_size_is_that_of_least_squares():
