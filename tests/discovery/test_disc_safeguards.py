@@ -95,8 +95,8 @@ def test_the_sum_of_two_effects_is_no_use_beside_the_two():
 
 
 def test_a_part_of_another_force_law_is_no_effect():
-    """Alone its form is another one; beside the law nothing is left of it, though the law itself is
-    too small to be named. An effect that is there passes beside it."""
+    """Alone its form is another one; beside the law nothing is left of it, though the law itself
+    is too small to be named. An effect that is there passes beside it."""
     law = shape("law", LONG.form, generic=True, matters=0.03)
     part = shape("part", lambda c: LONG.form(c) + 0.8 * (1.0 - 0.5 * c) * wave(3.5, 0.5))
     assert names(searched(measured(21, (0.02, LONG.form)), part).last.found) == set()
