@@ -60,14 +60,14 @@ def test_the_best_of_several_sizes_with_the_base_moved_along():
     state = make_state(model, fitter, fitter.fit(start_base(model)), [Drag])
     (item,) = best_per_effect(screen(state))
     for sizes in (np.zeros(1), np.ones(1)):
-        term, gain = line_search(state, replace(item, sizes=sizes))
+        term, gain = line_search(state, replace(item, sizes=sizes), {})
         assert term.values == pytest.approx([0.022])
         found = state.fit_whitened(fitter.with_term(state.whitened.fit, term))
         assert gain == pytest.approx(state.whitened.chi2 - found.chi2, rel=0.05)
-    half, _ = line_search(state, replace(item, sizes=np.full(1, 0.4)))
+    half, _ = line_search(state, replace(item, sizes=np.full(1, 0.4)), {})
     assert half.values == pytest.approx([0.02])
     # what was screened as next to nothing is tried with one and three screening steps, too
-    tiny, _ = line_search(state, replace(item, sizes=np.full(1, 0.01)))
+    tiny, _ = line_search(state, replace(item, sizes=np.full(1, 0.01)), {})
     assert tiny.values == pytest.approx([0.03])
 
 
@@ -84,7 +84,7 @@ def test_sizes_from_half_to_five_times_the_screened_one_are_tried(times):
     (item,) = best_per_effect(screen(state))
     # five steps of 0.02
     item = replace(item, sizes=np.full(1, 5.0 / times))
-    term, gain = line_search(state, item)
+    term, gain = line_search(state, item, {})
     assert term.values == pytest.approx([0.1])
     white = state.metric(far.jacobian).reshape(len(far.jacobian), -1).T
     left = far.residual(model.runs.measured)
@@ -111,7 +111,7 @@ def test_an_effect_of_two_sizes_is_tried_with_their_ratio():
         state = make_state(model, fitter, fitter.fit(start_base(model)), [pair])
         (item,) = best_per_effect(screen(state))
         item = replace(item, sizes=np.array(screened_sizes))
-        assert line_search(state, item)[0].values == pytest.approx(hidden)
+        assert line_search(state, item, {})[0].values == pytest.approx(hidden)
 
 
 def test_a_screened_size_is_that_of_least_squares():

@@ -55,7 +55,7 @@ def test_a_search_tells_what_it_does_and_how_long_it_took():
     search = searched(tone, LONG, OTHER, progress=lambda *what: told.append(what))
     assert 0.0 < search.base_fit < search.first_ranking < search.seconds
     assert search.seconds < time.perf_counter() - began
-    assert told[0] == ("fit of the base", 0.0) and ("other starts of the base", 0.9) in told
+    assert told[0] == ("fit of the base", 0.0) and ("other starts", 0.9) in told
     assert {text for text, _ in told} >= {"effects beside the base", "noise beside long", "answer"}
     assert all(0.0 <= share < 1.0 for _, share in told)
 

@@ -136,8 +136,9 @@ class Contrast:
         """Sums of the runs of a model, by law."""
         rows, effects = other.loose(), range(len(other.terms))
         forms = [FORMS[-1] * effect_errors(model, other, i) for i in effects]
-        shared = [other.jacobian[rows], *forms]
-        names = [other.free[i] for i in rows]
+        late = self.factor * self.errors.shared(model, other.predicted)
+        shared = [other.jacobian[rows], late, *forms]
+        names = [other.free[i] for i in rows] + [(-2, f"late {k}") for k in range(len(late))]
         names += [(i, f"form {k}") for i, form in enumerate(forms) for k in range(len(form))]
         whole = [FORMS[-1] * effect_contribution(other, i)[None] for i in effects]
         local = [self.factor * self.errors.columns(model, other.predicted), *whole]

@@ -38,16 +38,22 @@ ROUNDING = 1e-12
 class WithLawErrors(Metric):
     """Metric in which errors of law and transient are down-weighted, beside noise and scatter.
 
-    They are the same in all runs of one law, so that repeats do not average them out. How large
-    they are for a tire is known within factors only (`WORSE`).
+    They are the same in all runs of one law, and those of the transient also have a part that all
+    runs share, so that repeats do not average them out. How large they are for a tire is known
+    within factors only (`WORSE`).
     """
 
-    def __init__(self, plain: Metric, groups: Sequence[np.ndarray], loose: np.ndarray) -> None:
-        """groups: rows of the runs of one law; loose (k, channels, runs, samples): columns of the
-        errors, each with its standard deviation. `factor` is how much larger they are here."""
+    def __init__(
+        self, plain: Metric, groups: Sequence[np.ndarray], loose: np.ndarray, shared: np.ndarray
+    ) -> None:
+        """groups: rows of the runs of one law; loose, shared (k, channels, runs, samples): columns
+        of the errors of one law and of those of all runs, each with its standard deviation.
+        `factor` is how much larger they are here."""
         self.whitener, self.scatter, self.plain = plain.whitener, plain.scatter, plain
         self.groups, self.factor = groups, WORSE[0]
         self.parts = [_principal(plain(loose)[:, rows]) for rows in groups]
+        white = plain(shared)
+        self.shared = {f: _principal(f * self._beside_law(white, f)) for f in WORSE}
 
     def __call__(self, values: np.ndarray) -> np.ndarray:
         """Values (n, channels, runs, samples) in units of the noise: (n, runs, m)."""
@@ -66,19 +72,26 @@ class WithLawErrors(Metric):
     def down_weighted(self, white: np.ndarray, factor: float) -> np.ndarray:
         """Values (n, runs, m) in units of noise and scatter, in which model errors that are larger
         by a factor are down-weighted."""
-        out = np.empty_like(white)
-        for rows, (sizes, directions) in zip(self.groups, self.parts, strict=True):
-            part = white[:, rows]
-            flat = part.reshape(len(white), -1)
-            # (1 + L'L)^(-1/2) for errors L in units of the noise
-            share = 1.0 - 1.0 / np.sqrt(1.0 + (factor * sizes) ** 2)
-            left = flat - ((flat @ directions.T) * share) @ directions
-            out[:, rows] = left.reshape(part.shape)
-        return out
+        return _without(self._beside_law(white, factor), *self.shared[factor])
 
     def volume(self, factor: float) -> float:
         """Logarithm of the volume that model errors, larger by a factor, take from the data."""
-        return -0.5 * sum(float(np.sum(np.log1p((factor * s) ** 2))) for s, _ in self.parts)
+        sizes = [*(factor * s for s, _ in self.parts), self.shared[factor][0]]
+        return -0.5 * sum(float(np.sum(np.log1p(s**2))) for s in sizes)
+
+    def _beside_law(self, white: np.ndarray, factor: float) -> np.ndarray:
+        out = np.empty_like(white)
+        for rows, (sizes, directions) in zip(self.groups, self.parts, strict=True):
+            out[:, rows] = _without(white[:, rows], factor * sizes, directions)
+        return out
+
+
+def _without(white: np.ndarray, sizes: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """Values (n, runs, m) with errors of some sizes (k,) along orthonormal directions (k, runs *
+    m) down-weighted: (1 + L'L)^(-1/2) for errors L in units of the noise."""
+    flat = white.reshape(len(white), -1)
+    share = 1.0 - 1.0 / np.sqrt(1.0 + sizes**2)
+    return (flat - ((flat @ directions.T) * share) @ directions).reshape(white.shape)
 
 
 def _principal(loose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -109,9 +122,16 @@ class LawErrors:
         steep = np.argsort(-steepness)[:STEEP]
         return cls(steep[steepness[steep] > 1.0])
 
+    @staticmethod
+    def shared(model: Model, signals: np.ndarray) -> np.ndarray:
+        """Columns (n, channels, runs, samples) of the errors that all runs share, each with its
+        standard deviation: this tire's transients come later."""
+        late = shifted_later(model, signals)
+        return np.concatenate([late[None], in_stretches(late)])
+
     def columns(self, model: Model, signals: np.ndarray) -> np.ndarray:
-        """Columns (n, channels, runs, samples) of the errors of signals (channels, runs, samples),
-        each with its standard deviation."""
+        """Columns (n, channels, runs, samples) of the errors of signals (channels, runs, samples)
+        that runs of one law share, each with its standard deviation."""
         law = form_error_of(model).law * np.eye(len(signals))[:, :, None, None] * signals
         late = shifted_later(model, signals)
         single = (late * (np.arange(late.shape[-1]) == n) for n in self.steep)
@@ -120,8 +140,10 @@ class LawErrors:
 
 def with_law_errors(state: State) -> WithLawErrors:
     """The metric of a state with the errors of law and transient of its model."""
-    columns = LawErrors.of(state).columns(state.model, state.whitened.fit.predicted)
-    return WithLawErrors(state.metric, list(same_law(state.model).values()), columns)
+    model, signals = state.model, state.whitened.fit.predicted
+    groups, errors = list(same_law(model).values()), LawErrors.of(state)
+    columns, shared = errors.columns(model, signals), errors.shared(model, signals)
+    return WithLawErrors(state.metric, groups, columns, shared)
 
 
 def effect_errors(model: Model, fit: Fit, index: int) -> np.ndarray:

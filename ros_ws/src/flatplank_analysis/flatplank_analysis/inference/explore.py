@@ -13,7 +13,7 @@ from flatplank_analysis.discovery.fit import Fit, Term
 from flatplank_analysis.discovery.invariants import is_active
 from flatplank_analysis.discovery.screen import ScreenResult, best_per_effect
 from flatplank_analysis.discovery.starts import start_of
-from flatplank_analysis.discovery.state import State, measured_term
+from flatplank_analysis.discovery.state import State
 from flatplank_analysis.inference.posterior import MEMBER, Key, Posterior, log_evidence
 from flatplank_analysis.inference.priors import of_set, of_value
 from flatplank_analysis.inference.weigh import Scales, Weighed, key_of
@@ -42,6 +42,8 @@ class Explorer:
     scales: Scales
     sets: dict[Key, Weighed] = field(default_factory=dict)
     extended: set[Key] = field(default_factory=set)
+    lessened: set[tuple[Key, int]] = field(default_factory=set)
+    """sets that were fitted without one of their effects, and its place"""
     held: int = 0
     """number of effects, the first ones, that are in every set"""
     measured: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
@@ -56,13 +58,21 @@ class Explorer:
     def keep(self, weighed: Weighed) -> None:
         """Keep a set; of several fits of one set the likeliest is kept.
 
-        A set with an effect at its null is the set without it, and is not kept.
+        A set with an effect at its null is the set without it.
         """
-        if not all(is_active(t) for t in weighed.fit.terms[self.held :]):
+        terms = weighed.fit.terms
+        idle = [i for i in range(self.held, len(terms)) if not is_active(terms[i])]
+        if idle:
+            if key_of([*terms[: idle[0]], *terms[idle[0] + 1 :]]) not in self.sets:
+                self.keep(self._lessened(weighed, idle[0]))
             return
         known = self.sets.get(weighed.key)
         if known is None or known.log < weighed.log:
             self.sets[weighed.key] = weighed
+
+    def _lessened(self, weighed: Weighed, index: int) -> Weighed:
+        """The set without one of its effects, fitted from there."""
+        return self.scales.fitted(self.scales.fitter.without_term(weighed.fit, index))
 
     def run(self) -> Posterior:
         """Extend sets until none within reach gains."""
@@ -112,8 +122,7 @@ class Explorer:
     def _start(self, state: State, item: ScreenResult) -> tuple[Term, float, float] | None:
         """Start of a candidate's fit, its linear gain, and the logarithm of its volume."""
         effect = item.candidate.effect
-        start, gain = start_of(state, item)
-        start = measured_term(start, self.measured.get(item.identifier, {}))
+        start, gain = start_of(state, item, self.measured.get(item.identifier))
         named = start.named()
         if all(named[p.name] == p.null for p in effect.linear()):
             return None
@@ -142,11 +151,13 @@ class Explorer:
         return None
 
     def _parents(self, weighed: Weighed) -> Iterator[Key]:
-        """Sets that lack one effect of a set; those that were not weighed yet are fitted."""
+        """Sets that lack one effect of a set, fitted from there as well: the base found with an
+        effect may fit better without it than the one found before."""
         terms = weighed.fit.terms
         for index in range(self.held, len(terms)):
             key = key_of([*terms[:index], *terms[index + 1 :]])
-            if key not in self.sets and key not in self.extended:
-                self.keep(self.scales.fitted(self.scales.fitter.without_term(weighed.fit, index)))
+            if (weighed.key, index) not in self.lessened:
+                self.lessened.add((weighed.key, index))
+                self.keep(self._lessened(weighed, index))
             if key in self.sets:
                 yield key

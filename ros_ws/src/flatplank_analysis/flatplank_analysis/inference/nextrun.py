@@ -50,23 +50,25 @@ class Pair:
 
     def __init__(self, found: Searched, wrong: Weighed, true: Weighed) -> None:
         self.posterior = posterior = found.posterior
+        self.runs = found.model.runs.runs
         self.contrast = Contrast(found.scales, wrong.fit, [true.fit.parameter_set()])
         (one, volume), (other, beside) = (posterior.fit_and_price(w) for w in (wrong, true))
         self.excess, self.volume = one - other, volume - beside
 
-    def odds(self, more: float) -> float:
-        """Logarithm of the odds of the wrong set when it leaves so much more than now."""
+    def odds(self, more: float, runs: int = 0) -> float:
+        """Logarithm of the odds of the wrong set when it leaves so much more than now, after so
+        many runs more, which make the level of the noise better known."""
         excess, p = self.excess + more, self.posterior
-        side = math.copysign(1.0, excess)
-        return side * log_evidence(abs(excess), 0.0, p.freedom, p.dispersion) + self.volume
+        side, freedom = math.copysign(1.0, excess), p.freedom * (1.0 + runs / self.runs)
+        return side * log_evidence(abs(excess), 0.0, freedom, p.dispersion) + self.volume
 
-    def promise(self, parts: Sequence[Part]) -> tuple[float, float]:
+    def promise(self, parts: Sequence[Part], runs: int) -> tuple[float, float]:
         """Logarithm of the odds of the wrong set after planned runs: expected, and the most that
         the noise of these runs leaves in nineteen of twenty cases."""
         (more,) = self.contrast.gain(*parts)
         # a log likelihood ratio varies by twice its root; the dispersion is that of the noise
         chance = 2.0 * KEPT * math.sqrt(more * max(self.posterior.dispersion, 1.0))
-        return self.odds(float(more)), self.odds(float(more) - chance)
+        return self.odds(float(more), runs), self.odds(float(more) - chance, runs)
 
 
 class Question:
@@ -77,10 +79,12 @@ class Question:
         best, other = found.posterior.best, found.rival_set(index, rival)
         self.pairs = Pair(found, other, best), Pair(found, best, other)
 
-    def promise(self, parts: Sequence[Sequence[Part]], repeats: int) -> tuple[float, float]:
-        """The same for the worse of both cases; parts: for each pair."""
+    def promise(
+        self, parts: Sequence[Sequence[Part]], repeats: int, runs: int
+    ) -> tuple[float, float]:
+        """The same for the worse of both cases; parts: for each pair, of `runs` runs."""
         made = [
-            pair.promise([part.times(repeats) for part in own])
+            pair.promise([part.times(repeats) for part in own], repeats * runs)
             for pair, own in zip(self.pairs, parts, strict=True)
         ]
         return max(made, key=lambda one: one[1])
@@ -125,9 +129,11 @@ def next_run(found: Searched, plans: Sequence[PlannedRun]) -> dict[str, Any]:
 def _offer(questions: Sequence[Question], plan: PlannedRun) -> Offer:
     """Planned runs with the number of repeats that decides most questions."""
     parts = [[p.contrast.products(plan.model) for p in q.pairs] for q in questions]
-    offers = []
-    for repeats in range(1, max(MOST_RUNS // plan.model.runs.runs, 1) + 1):
-        made = [(q, q.promise(own, repeats)) for q, own in zip(questions, parts, strict=True)]
+    offers, runs = [], plan.model.runs.runs
+    for repeats in range(1, max(MOST_RUNS // runs, 1) + 1):
+        made = [
+            (q, q.promise(own, repeats, runs)) for q, own in zip(questions, parts, strict=True)
+        ]
         kept = [(q, expected) for q, (expected, worst) in made if worst < EXCLUDED]
         odds = max((expected for _, expected in kept), default=0.0)
         offers.append(Offer(plan, repeats, tuple(q for q, _ in kept), odds))

@@ -129,7 +129,9 @@ class Posterior:
         leaves: a gap changes little by a little more of it, and much by its absence."""
         size, spread = weighed.sizes[index]
         drop = weighed.unknown[index][0][0] - weighed.parts[weighed.rank][0]
-        return abs(size) * math.sqrt(max(self.dispersion, 1.0) / drop) if drop > 0.0 else spread
+        if drop <= 0.0 or size == 0.0:
+            return spread
+        return abs(size) * math.sqrt(max(self.dispersion, 1.0) / drop)
 
     def known(self, weighed: Weighed, index: int) -> float:
         """Probability that an effect of a set is the one of the library, and neither scatter about
