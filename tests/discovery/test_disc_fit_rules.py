@@ -99,20 +99,6 @@ def test_a_whitened_fit_leaves_what_is_known():
     assert found.chi2 < np.sum(start.residual(ball.runs.measured) ** 2)
 
 
-def test_what_is_known_goes_back_to_its_null():
-    """What it has absorbed is left for an effect; a number that is not known stays."""
-    ball = Known(throw(1, 0.0).runs)
-    fitter = Fitter(ball, np.ones((1, 1, 1)))
-    fit = fitter.fit(start_base(ball), iterations=0)
-    assert fit.known == (0,)
-    for absorbed in (5.0, 8.9, 15.0):
-        found = fitter.known_at_null(replace(fit, base=np.array([absorbed, 0.1])))
-        assert found.base == pytest.approx([9.0, 0.1])
-        np.testing.assert_allclose(found.predicted, ball.predict([found.parameter_set()])[0])
-    there = replace(fit, base=np.array([9.0, 0.1]))
-    assert fitter.known_at_null(there) is there
-
-
 def test_a_whitened_fit_makes_as_many_jacobians_as_it_may(monkeypatch):
     """That of the fit counts as one; known numbers and their priors stay outside."""
     ball = Known(throw(1, 0.0).runs)

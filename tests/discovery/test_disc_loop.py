@@ -127,7 +127,7 @@ def test_diagnose_writes_contract_and_page(folder, tmp_path, capsys):
     assert keys <= set(out)
     (effect,) = out["effects"]
     assert {
-        "name", "kind", "size", "unit", "interval", "class", "held_out_gain", "p_value",
+        "name", "kind", "size", "unit", "interval", "class", "held_out_gain", "probability",
     } <= set(effect)  # fmt: skip
     html = (page / "index.html").read_text()
     assert "<svg" in html and "http://" not in html.replace("http://www.w3.org", "")

@@ -26,7 +26,7 @@ from flatplank_analysis.proposal.propose import _refused, reason_against
 from flatplank_analysis.proposal.propose import propose as of_session
 from flatplank_analysis.proposal.scan import CURVE, FURTHER, SETTING, WAVE, Scanner, ScanResult
 from flatplank_analysis.proposal.search import (
-    RefittedSentence,
+    Proposer,
     bonferroni_divisors,
     few_per_hook,
     is_sibling,
@@ -201,14 +201,11 @@ def test_a_force_may_fade_with_the_slip():
     assert told == ["fx", "plank position", "little slip", "bump"], result
 
 
-@pytest.mark.parametrize(("law", "refused"), [(990.0, True), (1010.0, False)])
-def test_a_law_of_another_form_pays_for_its_numbers(law, refused):
-    """Ten more numbers at a price of 3: a sentence at 1035 is beaten by a law below 1005."""
-    tried = SimpleNamespace(cost=lambda level, price: (1032.0 + price) / level)
-    fits = {"law": SimpleNamespace(chi2=law, fit=SimpleNamespace(free=[0] * 28))}
-    own = SimpleNamespace(fit=SimpleNamespace(free=[0] * 18))
-    state = SimpleNamespace(fit_whitened=fits.get, whitened=own)
-    proposer = SimpleNamespace(state=state, level=1.0, price=3.0)
+@pytest.mark.parametrize(("law", "refused"), [(-10.0, True), (-20.0, False)])
+def test_a_law_of_another_form_that_is_likelier_refuses_a_sentence(law, refused):
+    tried = SimpleNamespace(log=-15.0)
+    fits = {"law": SimpleNamespace(log=law)}
+    proposer = SimpleNamespace(beside=SimpleNamespace(fitted=fits.get))
     search = SimpleNamespace(with_law_effects=SimpleNamespace(fit="law"))
     result = SimpleNamespace(verdict="tire law only", reason="why", search=search)
     told = _refused(SimpleNamespace(best=tried), proposer, result)
@@ -292,19 +289,19 @@ def test_a_site_is_ranked_by_its_best_form_where_that_takes_more_for_its_price()
 @pytest.mark.parametrize(
     ("interval", "p", "gain", "after", "acts_in", "why"),
     [
-        ([-1.0, 2.0], 1e-6, 0.2, 8.0, 1.0, "its interval covers zero"),
-        ([1.0, 2.0], 6e-4, 0.2, 8.0, 1.0, "not beyond the scatter of the runs, p = 0.0006"),
-        ([1.0, 2.0], 1e-6, -0.1, 8.0, 1.0, "left-out conditions are no better with it"),
-        ([1.0, 2.0], 1e-6, 0.0013, 8.0, 1.0, "left-out conditions are no better with it"),
-        ([1.0, 2.0], 1e-6, 0.01, 9.9, 1.0,
+        ([-1.0, 2.0], 0.99, 0.2, 8.0, 1.0, "its interval covers zero"),
+        ([1.0, 2.0], 0.94, 0.2, 8.0, 1.0, "it may be chance, P = 0.94"),
+        ([1.0, 2.0], 0.99, -0.1, 8.0, 1.0, "left-out conditions are no better with it"),
+        ([1.0, 2.0], 0.99, 0.0013, 8.0, 1.0, "left-out conditions are no better with it"),
+        ([1.0, 2.0], 0.99, 0.01, 9.9, 1.0,
          "it takes 1.4 N out of the error where it acts, 3.0 N count"),
-        ([1.0, 2.0], 1e-6, 0.01, 9.9, 0.1, ""),
-        ([1.0, 2.0], 4e-4, 0.2, 8.0, 1.0, ""),
+        ([1.0, 2.0], 0.99, 0.01, 9.9, 0.1, ""),
+        ([1.0, 2.0], 0.96, 0.2, 8.0, 1.0, ""),
     ],
 )  # fmt: skip
 def test_a_sentence_must_stand_its_refit(interval, p, gain, after, acts_in, why):
     """What acts at one place only is of consequence there."""
-    numbers = {"interval": interval, "p_value": p, "held_out_gain": gain, "acts_in_runs": 6.0}
+    numbers = {"interval": interval, "probability": p, "held_out_gain": gain, "acts_in_runs": 6.0}
     numbers |= {"rmse": after, "acts_in": acts_in, "rmse_before": 10.0, "floor_before": 10.0}
     assert reason_against(numbers, at_floor=True) == why
 
@@ -312,7 +309,12 @@ def test_a_sentence_must_stand_its_refit(interval, p, gain, after, acts_in, why)
 def test_a_sentence_must_act_in_more_than_one_run():
     """Over the run order, beyond the last but one: nothing repeats it. That was proposed where
     nothing was hidden."""
-    numbers = {"interval": [1.0, 2.0], "p_value": 1e-6, "held_out_gain": 0.2, "acts_in_runs": 1.0}
+    numbers = {
+        "interval": [1.0, 2.0],
+        "probability": 0.99,
+        "held_out_gain": 0.2,
+        "acts_in_runs": 1.0,
+    }
     assert reason_against(numbers) == "it acts in 1.0 runs, and one run repeats nothing"
 
 
@@ -338,14 +340,11 @@ def test_a_tie_goes_to_what_a_person_would_look_for_first():
     over = replace(friction, coordinate=measured)
     assert is_sibling(friction, over) and not is_sibling(over, load)
 
-    def cost(site, left):
-        sentence = SimpleNamespace(site=site, shape=SimpleNamespace(price=3))
-        return RefittedSentence(sentence, None, SimpleNamespace(chi2=left)).cost_with_reasons(
-            2.0, 5.0
-        )
+    def log(site):
+        proposer = SimpleNamespace(price=5.0)
+        return Proposer.doubt(proposer, site)
 
-    assert cost(friction, 200.0) == pytest.approx(115.0)
-    assert cost(load, 200.0) == pytest.approx(125.0)
+    assert log(friction) == 0.0 and log(load) == pytest.approx(5.0)
 
 
 def test_a_curve_does_not_pay_for_the_periods_of_waves():

@@ -103,16 +103,6 @@ def two_channels(samples: int) -> tuple[Whitener, np.ndarray]:
     return Whitener(np.arange(samples), factors, np.zeros(RUNS, int), unit), scale
 
 
-def test_the_energy_of_a_channel_is_in_units_of_its_noise():
-    whitener, scale = two_channels(15)
-    values = numbers(27, 2, RUNS, 15)
-    metric = Metric(whitener, values[None][:0], np.zeros(0))
-    energy = np.sum(values[0] ** 2), np.sum((2.0 * values[1] / scale[:, None]) ** 2)
-    np.testing.assert_allclose(metric.energies(values), energy)
-    values[1] = 0.0
-    np.testing.assert_allclose(metric.energies(values), [energy[0], 0.0])
-
-
 def test_channels_that_a_column_leaves_alone_stay_zero():
     """Of two channels, the second one with half of the noise in one run."""
     samples = 15
@@ -197,20 +187,6 @@ def test_dispersion_among_repeats():
     wanted = bottom.sum() ** 2 / (bottom[0] ** 2 / 2.0 + bottom[1] ** 2)
     assert dispersion.among_repeats(groups, score, uneven)[1] == pytest.approx(wanted)
     assert dispersion.among_repeats(groups[2:], score, info) == (1.0, 1.0)
-
-
-def test_dispersion_among_conditions():
-    score, info = numbers(11, RUNS), np.full(RUNS, 2.0)
-    kappa, freedom = dispersion.among_conditions(GROUPS, score, info)
-    of_each = np.array([score[g].sum() for g in GROUPS])
-    assert freedom == pytest.approx(CONDITIONS - 1.0)
-    assert kappa == pytest.approx(np.sum(of_each**2) / (2.0 * REPEATS * (CONDITIONS - 1.0)))
-    two = np.where(np.arange(RUNS) < 2 * REPEATS, 1.0, 0.0)
-    assert dispersion.among_conditions(GROUPS, score, two)[1] == pytest.approx(1.0)
-    one = np.where(np.arange(RUNS) < REPEATS, 1.0, 0.0)
-    assert dispersion.among_conditions(GROUPS, score, one)[1] == 0.5
-    assert dispersion.among_conditions(GROUPS[:1], score, info) == (1.0, 1.0)
-    assert dispersion.among_conditions(GROUPS, score, 0.0 * info) == (1.0, 1.0)
 
 
 def test_moments_of_the_logs_of_dispersions():

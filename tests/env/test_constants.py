@@ -54,7 +54,7 @@ def test_what_is_said_of_constants_is_said_of_constants_that_there_are(study):
     ],
 )
 def test_how_a_constant_is_halved_and_doubled(study, value, halved, doubled):
-    made = study.Constant("discovery.decide", "NONE", value, "")
+    made = study.Constant("inference.posterior", "NONE", value, "")
     for factor, wanted in zip(study.FACTORS, (halved, doubled), strict=True):
         assert made.times(factor) == pytest.approx(wanted)
 
@@ -62,17 +62,17 @@ def test_how_a_constant_is_halved_and_doubled(study, value, halved, doubled):
 def test_whoever_imports_a_varied_constant_gets_the_varied_one():
     code = (
         "import sensitivity;"
-        "others = {'discovery.shortlist.EVIDENCE': 40.0, 'discovery.decide.SURE': 1.0};"
+        "others = {'inference.posterior.MEMBER': 0.1, 'inference.priors.USUAL': 4.0};"
         "sensitivity.vary(others);"
-        "from flatplank_analysis.discovery import decide, rivals, search, shortlist;"
-        "users = [m for m in (rivals, search) if hasattr(m, 'EVIDENCE')];"
-        "print(decide.SURE, len(users), *{m.EVIDENCE for m in (shortlist, *users)})"
+        "from flatplank_analysis.inference import answer, explore, nextrun, posterior, priors;"
+        "users = [m for m in (answer, explore, nextrun) if hasattr(m, 'MEMBER')];"
+        "print(priors.USUAL, len(users), *{m.MEMBER for m in (posterior, *users)})"
     )
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=BENCHMARKS, capture_output=True, text=True, check=False
     )
     value, users, *seen = done.stdout.split()
-    assert float(value) == 1.0 and int(users) >= 1 and [float(s) for s in seen] == [40.0], done
+    assert float(value) == 4.0 and int(users) >= 1 and [float(s) for s in seen] == [0.1], done
 
 
 def test_the_study_tells_what_changed(study, tmp_path):

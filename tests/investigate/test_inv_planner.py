@@ -3,13 +3,13 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
 
-from flatplank_analysis.discovery.rivals import indecisive_difference
 from flatplank_analysis.investigation import inquiry
 from flatplank_analysis.investigation.inquiry import _of_levels, _of_place, _side
 from flatplank_analysis.investigation.planner import (
@@ -166,54 +166,36 @@ def test_what_was_handed_back_twice_is_not_asked_again():
         assert any(third in c.settings for c in found) is there
 
 
-@pytest.mark.parametrize("drop", [100.0, 4000.0])
-def test_a_class_is_asked_about_as_long_as_the_verdict_names_it(drop, monkeypatch):
-    decision = _decision("a", drop)
-    limit = indecisive_difference(decision, [decision])
-    rivals = [
-        SimpleNamespace(name=n, term=_term(n), excess=share * limit)
-        for n, share in (("near", 0.2), ("far", 0.99))
-    ]
-    found = [SimpleNamespace(decision=decision, reported=rivals)]
-    search = SimpleNamespace(last=SimpleNamespace(found=found))
-    # of the pair without a rival, a run adds to the whole; of the others, to the difference
-    gains = {None: lambda _runs: 50.0, "near": lambda _runs: 4.0, "far": lambda _runs: 1.0}
-    name = lambda term: term and term.effect.identifier  # noqa: E731
-    monkeypatch.setattr(inquiry.Contrast, "of", lambda _search, _index, term: name(term))
-    monkeypatch.setattr(inquiry, "_gain", lambda pair, _predictor: gains[pair])
-    near, far = inquiry._between(search, None)
-    assert near.text == "to separate a from near"
-    for question, share in ((near, 0.2), (far, 0.99)):
-        # twice what the verdict asks for: by a hair nothing is decided
-        assert question.needed == limit
-        assert question.open == pytest.approx((2.0 - share) * limit / 2.0)
-    assert near.gain((RUN,)) == pytest.approx(4.0 - 0.03 * 50.0)
-    assert far.gain((RUN,)) == 0.0
+def asked_between(monkeypatch, odds: float, each: float):
+    """The question about one rival with these odds, of which a run adds so much."""
+    rival = SimpleNamespace(name="b", odds=odds)
+    found = SimpleNamespace(decision=SimpleNamespace(term=_term("a")), reported=[rival])
+    search = SimpleNamespace(
+        last=SimpleNamespace(found=[found]), rival_set=lambda _index, _name: None,
+        posterior=SimpleNamespace(best=None, dispersion=1.0),
+    )  # fmt: skip
+    monkeypatch.setattr(inquiry, "Pair", lambda *_: SimpleNamespace(contrast=None))
+    monkeypatch.setattr(inquiry, "_gain", lambda _pair, _predictor, _share: lambda _runs: each)
+    (question,) = inquiry._between(search, None)
+    return question
 
 
-def test_a_pair_that_could_only_be_told_apart_by_a_hair_is_not_pursued(monkeypatch):
-    # 0.4 short of the limit, and ten runs would bring 0.5 each: that would decide, not clearly
-    decision = _decision("a", 100.0)
-    limit = indecisive_difference(decision, [decision])
-    rival = SimpleNamespace(name="b", term=_term("b"), excess=limit - 0.8)
-    found = [SimpleNamespace(decision=decision, reported=[rival])]
-    search = SimpleNamespace(last=SimpleNamespace(found=found))
-    monkeypatch.setattr(inquiry.Contrast, "of", lambda _search, _index, term: term)
-    for each, pursued in ((0.5, False), (2.0, True)):
-        gains = lambda pair, _p, each=each: lambda _runs: each if pair else 0.0  # noqa: E731
-        monkeypatch.setattr(inquiry, "_gain", gains)
-        asked = [*inquiry._between(search, None)]
-        choice = choose(asked, [NEAR], minutes(once_more=6.0), 60.0)
+@pytest.mark.parametrize("odds", [0.9, 0.06, 3.0])
+def test_a_class_is_asked_about_as_long_as_the_verdict_names_it(odds, monkeypatch):
+    question = asked_between(monkeypatch, odds, 4.0)
+    assert question.text == "to separate a from b"
+    assert question.needed == pytest.approx(math.log(20.0))
+    assert question.open == pytest.approx(min(math.log(20.0) + math.log(odds), math.log(20.0)))
+    assert question.gain((RUN,)) == 4.0
+
+
+def test_a_pair_that_no_run_tells_apart_is_not_pursued(monkeypatch):
+    """Ten runs are left: 0.2 each would not do, 2 each would."""
+    for each, pursued in ((0.2, False), (2.0, True)):
+        asked = asked_between(monkeypatch, 0.5, each)
+        choice = choose([asked], [NEAR], minutes(once_more=6.0), 60.0)
         assert (choice.candidate is NEAR) is pursued
 
 
 def _term(name: str) -> SimpleNamespace:
     return SimpleNamespace(effect=SimpleNamespace(identifier=name))
-
-
-def _decision(name: str, drop: float) -> SimpleNamespace:
-    """With one signal."""
-    return SimpleNamespace(
-        drop=drop, dispersion=1.0, residue=0.0, term=_term(name),
-        explained_by=lambda found: sum(d.drop for d in found),
-    )  # fmt: skip

@@ -10,6 +10,6 @@ def of_which_search(commits: Iterable[str]) -> str:
     """`commits`: of the entries."""
     known = sorted({commit.rstrip("+") for commit in commits})
     return (
-        f"The numbers are of the search as it was at commit {', '.join(known)}. "
-        f"What changed since is not in them: `git log {known[0]}.. -- ros_ws/src/flatplank_analysis`."
+        f"The numbers are of the search as it was at commit {', '.join(known)}. What changed since "
+        f"is not in them: `git log {known[0]}.. -- ros_ws/src/flatplank_analysis`."
     )

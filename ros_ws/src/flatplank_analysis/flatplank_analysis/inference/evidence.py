@@ -40,8 +40,8 @@ class Fixed:
     def without(self, places: Sequence[int]) -> Fixed:
         """The same without some coefficients, which are at the centres of their priors."""
         keep = np.setdiff1d(np.arange(len(self.strength)), places)
-        parts = (self.strength, self.pull, self.lower, self.upper)
-        return Fixed(*(part[keep] for part in parts), self.distance)
+        strength, pull = self.strength[keep], self.pull[keep]
+        return Fixed(strength, pull, self.lower[keep], self.upper[keep], self.distance)
 
 
 @dataclass(frozen=True)

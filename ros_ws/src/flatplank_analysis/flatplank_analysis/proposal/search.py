@@ -238,5 +238,8 @@ class Proposer:
             sizes=tuple(named[n] for n in sentence.shape.sizes),
             interval=decision.interval,
         )
-        doubt = 0.5 * DOUBT * self.price * reasons_against(settled.site)
-        return RefittedSentence(settled, decision, weighed, doubt)
+        return RefittedSentence(settled, decision, weighed, self.doubt(settled.site))
+
+    def doubt(self, site: Site) -> float:
+        """What the reasons against a site cost, in logarithms of odds."""
+        return 0.5 * DOUBT * self.price * reasons_against(site)
