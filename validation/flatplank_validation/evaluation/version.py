@@ -9,7 +9,8 @@ from collections.abc import Iterable
 def of_which_search(commits: Iterable[str]) -> str:
     """`commits`: of the entries."""
     known = sorted({commit.rstrip("+") for commit in commits})
+    made = f"The numbers are of the search as it was at commit {', '.join(known)}."
     return (
-        f"The numbers are of the search as it was at commit {', '.join(known)}. What changed since "
-        f"is not in them: `git log {known[0]}.. -- ros_ws/src/flatplank_analysis`."
+        f"{made} What changed since is not in them: "
+        f"`git log {known[0]}.. -- ros_ws/src/flatplank_analysis`."
     )

@@ -91,11 +91,13 @@ def decision_of(
     wide = spread * float(student.ppf(0.5 + 0.5 * INTERVAL, posterior.freedom))
     null = term.effect.main_parameter().null
     low, high = (null, np.inf) if size > null else (-np.inf, null)
+    if probability < NAMED:
+        low, high = -np.inf, np.inf
     return Decision(
         term=term,
         drop=posterior.excess(without, weighed) if without else 0.0,
         probability=probability,
-        # on one side of the null: what is told is there
+        # of what is named on one side of the null: it is there
         interval=(max(size - wide, low), min(size + wide, high)),
         dispersion=posterior.dispersion,
         reasons=reasons,

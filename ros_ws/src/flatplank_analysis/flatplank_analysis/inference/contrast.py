@@ -18,7 +18,13 @@ from flatplank_analysis.discovery.gram import Metric, solve
 from flatplank_analysis.discovery.model import Model, ParameterSet, same_law
 from flatplank_analysis.discovery.noise import make_whitener
 from flatplank_analysis.discovery.state import State
-from flatplank_analysis.inference.errors import FORMS, LawErrors, effect_errors
+from flatplank_analysis.inference.errors import (
+    FORMS,
+    SHARED,
+    LawErrors,
+    effect_errors,
+    shared_errors,
+)
 from flatplank_analysis.inference.weigh import Scales
 
 SMALL = 1e-4
@@ -136,7 +142,7 @@ class Contrast:
         """Sums of the runs of a model, by law."""
         rows, effects = other.loose(), range(len(other.terms))
         forms = [FORMS[-1] * effect_errors(model, other, i) for i in effects]
-        late = self.factor * self.errors.shared(model, other.predicted)
+        late = self.factor * SHARED[-1] * shared_errors(model, other.predicted)
         shared = [other.jacobian[rows], late, *forms]
         names = [other.free[i] for i in rows] + [(-2, f"late {k}") for k in range(len(late))]
         names += [(i, f"form {k}") for i, form in enumerate(forms) for k in range(len(form))]

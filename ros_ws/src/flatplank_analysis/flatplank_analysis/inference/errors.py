@@ -29,6 +29,10 @@ WORSE = (1.0, 2.0, 4.0, 8.0, 16.0)
 """factors of the errors of law and transient that a tire may have, each half as probable as the
 one before"""
 
+SHARED = (1.0, 16.0)
+"""factors of the transient error that all runs share, relative to the other errors of a tire,
+equally probable: a tire whose law is that of the base may enter it along another transient"""
+
 STEEP = 40
 """numerical: most nodes with an error of their own"""
 ROUNDING = 1e-12
@@ -38,22 +42,16 @@ ROUNDING = 1e-12
 class WithLawErrors(Metric):
     """Metric in which errors of law and transient are down-weighted, beside noise and scatter.
 
-    They are the same in all runs of one law, and those of the transient also have a part that all
-    runs share, so that repeats do not average them out. How large they are for a tire is known
-    within factors only (`WORSE`).
+    They are the same in all runs of one law, so that repeats do not average them out. How large
+    they are for a tire is known within factors only (`WORSE`).
     """
 
-    def __init__(
-        self, plain: Metric, groups: Sequence[np.ndarray], loose: np.ndarray, shared: np.ndarray
-    ) -> None:
-        """groups: rows of the runs of one law; loose, shared (k, channels, runs, samples): columns
-        of the errors of one law and of those of all runs, each with its standard deviation.
-        `factor` is how much larger they are here."""
+    def __init__(self, plain: Metric, groups: Sequence[np.ndarray], loose: np.ndarray) -> None:
+        """groups: rows of the runs of one law; loose (k, channels, runs, samples): columns of the
+        errors, each with its standard deviation. `factor` is how much larger they are here."""
         self.whitener, self.scatter, self.plain = plain.whitener, plain.scatter, plain
         self.groups, self.factor = groups, WORSE[0]
         self.parts = [_principal(plain(loose)[:, rows]) for rows in groups]
-        white = plain(shared)
-        self.shared = {f: _principal(f * self._beside_law(white, f)) for f in WORSE}
 
     def __call__(self, values: np.ndarray) -> np.ndarray:
         """Values (n, channels, runs, samples) in units of the noise: (n, runs, m)."""
@@ -72,26 +70,18 @@ class WithLawErrors(Metric):
     def down_weighted(self, white: np.ndarray, factor: float) -> np.ndarray:
         """Values (n, runs, m) in units of noise and scatter, in which model errors that are larger
         by a factor are down-weighted."""
-        return _without(self._beside_law(white, factor), *self.shared[factor])
+        out = np.empty_like(white)
+        for rows, (sizes, directions) in zip(self.groups, self.parts, strict=True):
+            flat = white[:, rows].reshape(len(white), -1)
+            # (1 + L'L)^(-1/2) for errors L in units of the noise
+            share = 1.0 - 1.0 / np.sqrt(1.0 + (factor * sizes) ** 2)
+            left = flat - ((flat @ directions.T) * share) @ directions
+            out[:, rows] = left.reshape(white[:, rows].shape)
+        return out
 
     def volume(self, factor: float) -> float:
         """Logarithm of the volume that model errors, larger by a factor, take from the data."""
-        sizes = [*(factor * s for s, _ in self.parts), self.shared[factor][0]]
-        return -0.5 * sum(float(np.sum(np.log1p(s**2))) for s in sizes)
-
-    def _beside_law(self, white: np.ndarray, factor: float) -> np.ndarray:
-        out = np.empty_like(white)
-        for rows, (sizes, directions) in zip(self.groups, self.parts, strict=True):
-            out[:, rows] = _without(white[:, rows], factor * sizes, directions)
-        return out
-
-
-def _without(white: np.ndarray, sizes: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """Values (n, runs, m) with errors of some sizes (k,) along orthonormal directions (k, runs *
-    m) down-weighted: (1 + L'L)^(-1/2) for errors L in units of the noise."""
-    flat = white.reshape(len(white), -1)
-    share = 1.0 - 1.0 / np.sqrt(1.0 + sizes**2)
-    return (flat - ((flat @ directions.T) * share) @ directions).reshape(white.shape)
+        return -0.5 * sum(float(np.sum(np.log1p((factor * s) ** 2))) for s, _ in self.parts)
 
 
 def _principal(loose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -122,13 +112,6 @@ class LawErrors:
         steep = np.argsort(-steepness)[:STEEP]
         return cls(steep[steepness[steep] > 1.0])
 
-    @staticmethod
-    def shared(model: Model, signals: np.ndarray) -> np.ndarray:
-        """Columns (n, channels, runs, samples) of the errors that all runs share, each with its
-        standard deviation: this tire's transients come later."""
-        late = shifted_later(model, signals)
-        return np.concatenate([late[None], in_stretches(late)])
-
     def columns(self, model: Model, signals: np.ndarray) -> np.ndarray:
         """Columns (n, channels, runs, samples) of the errors of signals (channels, runs, samples)
         that runs of one law share, each with its standard deviation."""
@@ -141,9 +124,16 @@ class LawErrors:
 def with_law_errors(state: State) -> WithLawErrors:
     """The metric of a state with the errors of law and transient of its model."""
     model, signals = state.model, state.whitened.fit.predicted
-    groups, errors = list(same_law(model).values()), LawErrors.of(state)
-    columns, shared = errors.columns(model, signals), errors.shared(model, signals)
-    return WithLawErrors(state.metric, groups, columns, shared)
+    columns = LawErrors.of(state).columns(model, signals)
+    return WithLawErrors(state.metric, list(same_law(model).values()), columns)
+
+
+def shared_errors(model: Model, signals: np.ndarray) -> np.ndarray:
+    """Columns (1 + STRETCHES, channels, runs, samples) of the transient error that all runs share,
+    each with its standard deviation: the forces of this tire rise later than those of the base, as
+    a whole and in each stretch."""
+    late = shifted_later(model, signals)
+    return np.concatenate([late[None], in_stretches(late)])
 
 
 def effect_errors(model: Model, fit: Fit, index: int) -> np.ndarray:

@@ -21,7 +21,7 @@ FREEDOM = 2.0
 
 def of_set(count: int, library: float) -> float:
     """Logarithm of the prior odds of `count` given effects of a library against none."""
-    share = min(EXPECTED / library, 0.5)
+    share = min(EXPECTED / max(library, 1.0), 0.5)
     return count * math.log(share / (1.0 - share))
 
 

@@ -29,10 +29,12 @@ from flatplank_analysis.discovery.state import State, make_candidates
 from flatplank_analysis.inference import priors
 from flatplank_analysis.inference.errors import (
     FORMS,
+    SHARED,
     STRETCHES,
     WORSE,
     WithLawErrors,
     effect_errors,
+    shared_errors,
     with_law_errors,
 )
 from flatplank_analysis.inference.evidence import Evidence, Fixed, Random, evidence
@@ -133,26 +135,29 @@ class Scales:
         errors = [effect_errors(self.state.model, fit, i) for i in effects]
         residual = fit.residual(self.state.runs.measured)
         whole = [fit.predicted - self.fitter.without_term(fit, i).predicted for i in effects]
-        columns = [fit.jacobian[rows], *errors, *(w[None] for w in whole), residual[None]]
+        late = shared_errors(self.state.model, fit.predicted)
+        columns = [fit.jacobian[rows], late, *errors, *(w[None] for w in whole), residual[None]]
         white = self.metric.plain(np.concatenate(columns))
         fixed = self._fixed(fit, rows)
         parts, best = [], []
         for rank, factor in enumerate(WORSE):
             gram = gram_of(self.metric.down_weighted(white, factor))
-            forms = self._by_form(gram, fixed, len(rows), fit)
-            result = max(forms, key=lambda r: r.log)
+            forms = self._by_form(gram, fixed, len(rows), fit, factor)
+            form = max(forms, key=lambda f: forms[f].log)
+            result = forms[form]
             # the average over the forms: where they fit alike, none has a price
-            volume = result.volume + float(logsumexp([r.log - result.log for r in forms]))
+            volume = result.volume
+            volume += float(logsumexp([r.log - result.log for r in forms.values()]))
             size = self.metric.volume(factor) - math.log(len(forms)) - rank * math.log(2.0)
             parts.append((result.chi2, volume + size))
-            best.append((volume + size - 0.5 * result.chi2, gram, forms.index(result), result))
+            best.append((volume + size - 0.5 * result.chi2, gram, form, result))
         rank = max(range(len(WORSE)), key=lambda r: best[r][0])
         _, gram, form, result = best[rank]
         sizes = tuple(self._size(fit, rows, i, result) for i in effects)
         price = priors.of_set(len(fit.terms), self.library)
         price += sum(priors.of_term(t, t.effect.scanned(self.state.runs)) for t in fit.terms)
         price += sum(_inside(t.effect, s) for t, s in zip(fit.terms, sizes, strict=True))
-        unknown = [self._unknown(gram, fixed, fit, rows, i, FORMS[form], result) for i in effects]
+        unknown = [self._unknown(gram, fixed, fit, rows, i, form, result) for i in effects]
         size = price + parts[rank][1] - result.volume
         return Weighed(
             fit, tuple((chi2, volume + price) for chi2, volume in parts), sizes, rank,
@@ -160,12 +165,13 @@ class Scales:
         )  # fmt: skip
 
     def _unknown(
-        self, gram: Gram, fixed: Fixed, fit: Fit, rows: Sequence[int], index: int, form: float,
-        result: Evidence,
+        self, gram: Gram, fixed: Fixed, fit: Fit, rows: Sequence[int], index: int,
+        forms: tuple[float, float], result: Evidence,
     ) -> list[tuple[float, float]]:  # fmt: skip
         """`Weighed.unknown` of an effect, but for the price of the set.
 
-        form: likeliest size of the form errors; result: evidence of the set with them.
+        forms: likeliest sizes of the form errors and of the shared transient error; result:
+        evidence of the set with them.
         """
         own = [k for k, row in enumerate(rows) if fit.free[row][0] == index]
         keep = [k for k in range(gram.scores.shape[1]) if k not in own]
@@ -181,25 +187,38 @@ class Scales:
         wide = np.sqrt(2.0 * np.pi * np.diag(result.covariance)[own])
         # the amount has the prior of the size, within a factor
         width = float(np.sum(np.log(np.maximum(along, wide))))
-        out = []
+        out, (form, late) = [], forms
         for amount in (form, UNKNOWN):
             errors = (
                 self._form_errors(less, count, i, amount if i == index else form, spread)
                 for i, spread in enumerate(spreads)
             )
-            found = evidence(less, rest, [r for one in errors for r in one])
+            shared = self._shared(less, count, late)
+            found = evidence(less, rest, [shared, *(r for one in errors for r in one)])
             out.append((found.chi2, found.volume + width))
         return out
 
-    def _by_form(self, gram: Gram, fixed: Fixed, own: int, fit: Fit) -> list[Evidence]:
-        """Evidence with form errors of the effects of each of the sizes `FORMS`."""
+    def _by_form(
+        self, gram: Gram, fixed: Fixed, own: int, fit: Fit, factor: float
+    ) -> dict[tuple[float, float], Evidence]:
+        """Evidence with form errors of the effects of each of the sizes `FORMS`, and a transient
+        error that all runs share of each of the sizes `SHARED`."""
         effects = range(len(fit.terms))
         spreads = [self._dispersion(fit, own, i, gram) for i in effects]
-        out = []
+        out = {}
         for form in FORMS if fit.terms else FORMS[:1]:
-            errors = (self._form_errors(gram, own, i, form, spreads[i]) for i in effects)
-            out.append(evidence(gram, fixed, [r for one in errors for r in one]))
+            each = (self._form_errors(gram, own, i, form, spreads[i]) for i in effects)
+            errors = [r for one in each for r in one]
+            for late in SHARED:
+                shared = self._shared(gram, own, factor * late)
+                out[form, factor * late] = evidence(gram, fixed, [shared, *errors])
         return out
+
+    def _shared(self, gram: Gram, own: int, size: float) -> Random:
+        """The transient error that all runs share; own: number of columns of the fit."""
+        mix = np.eye(gram.scores.shape[1])[own : own + 1 + STRETCHES]
+        everywhere = np.zeros(self.state.runs.runs, dtype=int)
+        return Random(mix, everywhere, np.full(len(mix), size))
 
     def ranked(self, fit: Fit) -> tuple[State, Screen]:
         """Candidates beside a fit, with the columns that they would have there."""
@@ -281,7 +300,7 @@ def gram_of(white: np.ndarray) -> Gram:
 
 def _parts(gram: Gram, own: int, index: int) -> np.ndarray:
     """(2 * STRETCHES, columns): places of the form errors of an effect in the sums."""
-    first = own + 2 * STRETCHES * index
+    first = own + 1 + STRETCHES + 2 * STRETCHES * index
     return np.eye(gram.scores.shape[1])[first : first + 2 * STRETCHES]
 
 
