@@ -30,6 +30,8 @@ from flatplank_analysis.inference.posterior import Posterior
 from flatplank_analysis.inference.searched import Searched
 from flatplank_analysis.inference.weigh import Scales, Weighed, key_of
 
+COLD = 3
+"""most effects other than gaps that are fitted from the start values of the base"""
 AGAIN = 1
 """most times that the noise is estimated anew, with the effects that were found"""
 
@@ -90,13 +92,21 @@ class _Inference:
 
     def restarted(self, state: State) -> list[Fit]:
         """Fits of the base from its start values together with each effect whose size acts in
-        another way when it is large (a gap): without the effect the base may have ended where it
-        imitates the effect, and the screening shows nothing of it."""
+        another way when it is large (a gap), and with the best others: without the effect the base
+        may have ended where it imitates the effect, and the screening shows little of it."""
         cold = start_base(self.model, self.options.start)
-        items = [i for i in best_per_effect(screen(state)) if len(i.candidate.effect.starts()) > 1]
-        largest = [np.full(len(i.sizes), max(i.candidate.effect.starts())) for i in items]
-        terms = [term_of(i.candidate, s) for i, s in zip(items, largest, strict=True)]
-        return [state.fitter.fit(cold, [*state.fit.terms, term]) for term in terms]
+        fits, others = [], 0
+        for item in best_per_effect(screen(state)):
+            effect = item.candidate.effect
+            if len(effect.starts()) > 1:
+                sizes = np.full(len(item.sizes), max(effect.starts()))
+            elif others < COLD and np.any(item.sizes):
+                others, sizes = others + 1, item.sizes
+            else:
+                continue
+            term = term_of(item.candidate, sizes)
+            fits.append(state.fitter.fit(cold, [*state.fit.terms, term]))
+        return fits
 
     def named(self, answer: Answer, state: State) -> Iterator[AcceptedEffect]:
         """The named effects with what they predict of left-out conditions."""

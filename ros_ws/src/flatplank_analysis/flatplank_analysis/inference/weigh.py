@@ -122,7 +122,11 @@ class Scales:
 
     def fitted(self, start: Fit, most: int = JACOBIANS) -> Weighed:
         """Joint fit of the base and of all effects from a start, and its evidence."""
-        found = fit_whitened(self.metric, self.fitter, start, most)
+        metric = self.metric
+        if metric.factor > WORSE[0]:
+            # the errors are as large as the base needs them: a set that lacks less needs smaller ones
+            metric = metric.larger(WORSE[self.weighed(start).rank])
+        found = fit_whitened(metric, self.fitter, start, most)
         return self.weighed(self.fitter.derivative(found.fit))
 
     def with_term(self, parent: Fit, term: Term, most: int = JACOBIANS) -> Weighed:
