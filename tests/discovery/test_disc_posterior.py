@@ -15,10 +15,11 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.stats import chi2
 
 from flatplank_analysis.discovery.effect import Effect
+from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.invariants import LEFT
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.verdict import AT_FLOOR, FOUND, GROUP, diagnose
-from flatplank_analysis.inference.posterior import Posterior
+from flatplank_analysis.inference.posterior import Posterior, consequence
 from flatplank_analysis.inference.search import run_search
 
 
@@ -180,20 +181,32 @@ def test_instances_of_one_effect_are_counted():
 
 @pytest.mark.parametrize(
     ("drop", "dispersion", "spread"),
-    [(900.0, 1.0, 0.1), (900.0, 4.0, 0.2), (1.0, 1.0, 3.0), (-1.0, 1.0, 2.0)],
+    [(900.0, 1.0, 1.0 / 30.0), (900.0, 4.0, 1.0 / 15.0), (1.0, 1.0, 1.0), (-1.0, 1.0, 2.0 / 3.0)],
 )
 def test_a_size_is_as_sure_as_what_its_absence_leaves(drop, dispersion, spread):
     """A gap of 3 times the least size of consequence, which a little more of it hardly changes."""
-    term = SimpleNamespace(effect=Drag)
     least = Drag.main_parameter().matters
     gap = SimpleNamespace(
         names=["gap"], sizes=((3.0 * least, 2.0 * least),), parts=((5.0, 0.0),), rank=0,
-        unknown=(((5.0 + drop, 0.0),),), fit=SimpleNamespace(terms=[term]),
+        unknown=(((5.0 + drop, 0.0),),),
+        fit=SimpleNamespace(terms=[Term(Drag, np.array([3.0 * least]))]),
     )  # fmt: skip
     posterior = Posterior({("gap",): gap}, 1e9, dispersion)
-    assert posterior.towards_null(gap, 0) == pytest.approx(spread * least)
+    assert posterior.towards_null(gap, 0) == pytest.approx(spread)
     sure = posterior.matters(gap, 0)
-    assert sure > 0.999 if spread < 1.0 else 0.7 < sure < 0.95
+    assert sure > 0.999 if spread < 0.1 else 0.7 < sure < 0.95
+
+
+@dataclass(frozen=True)
+class Airs(Drag):
+    """Two sizes, of which the second counts from 0.01 on."""
+
+    b: float = param(0.0, unit="1/m", bounds=(0.0, 0.5), screen=0.01, matters=0.01)
+
+
+@pytest.mark.parametrize(("first", "second", "times"), [(0.004, 0.0, 2.0), (0.0, 0.05, 5.0)])
+def test_of_several_sizes_the_largest_is_of_consequence(first, second, times):
+    assert consequence(Term(Airs, np.array([first, second]))) == pytest.approx(times)
 
 
 @pytest.mark.parametrize(

@@ -148,5 +148,6 @@ def test_the_bench_with_side_slip_and_camber(settings, named, tmp_path):
     these` with 90 N left in Fy."""
     result = diagnosed(settings, tmp_path)
     names = {f.decision.term.effect.identifier for f in result.found}
-    assert names - {"tire_law"} == named, result.reason
+    # the friction of its tire is shared by both directions
+    assert names - {"tire_law", "combined_slip"} == named, result.reason
     assert result.verdict == ("found" if named else LAW if names else AT_FLOOR), result.reason

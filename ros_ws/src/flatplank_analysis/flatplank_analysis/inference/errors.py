@@ -26,8 +26,8 @@ law of the model imitates by about this share, and one of another form"""
 STRETCHES = 5
 """stretches of a run, of equal share of what is divided"""
 WORSE = (1.0, 2.0, 4.0, 8.0, 16.0)
-"""factors of the errors of law and transient that a tire may have, each half as probable as the
-one before"""
+"""factors of the errors of law and transient that a tire may have, each a quarter as probable as
+the one before: the tail of Student with 2 degrees of freedom, as for the sizes of effects"""
 
 SHARED = (1.0, 16.0)
 """factors of the transient error that all runs share, relative to the other errors of a tire,

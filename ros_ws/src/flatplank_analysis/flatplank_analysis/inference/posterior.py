@@ -12,6 +12,7 @@ import numpy as np
 from scipy.special import logsumexp
 from scipy.stats import norm
 
+from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.steps import Rival
 from flatplank_analysis.inference.weigh import Weighed
 
@@ -37,6 +38,14 @@ def log_evidence(excess: float, volume: float, freedom: float, dispersion: float
     """
     scaled = excess / max(dispersion, 1.0)
     return volume - 0.5 * freedom * math.log1p(scaled / freedom)
+
+
+def consequence(term: Term) -> float:
+    """Size of an effect, in sizes of least consequence: of several sizes the largest counts."""
+    main, named = term.effect.main_parameter(), term.named()
+    others = [p for p in term.effect.linear() if p.matters and p.name != main.name]
+    each = [abs(named[p.name] - p.null) / p.matters for p in others]
+    return max([abs(term.size) / main.matters, *each]) if main.matters else math.inf
 
 
 @dataclass(frozen=True)
@@ -125,13 +134,13 @@ class Posterior:
         return self.sets.get(_without(weighed.key, weighed.names[index]))
 
     def towards_null(self, weighed: Weighed, index: int) -> float:
-        """Standard deviation of the size of an effect on the side of its null, by what its absence
-        leaves: a gap changes little by a little more of it, and much by its absence."""
-        size, spread = weighed.sizes[index]
+        """Standard deviation of an effect, relative to its size, on the side of its null, by what
+        its absence leaves: a gap changes little by a little more of it, much by its absence."""
         drop = weighed.unknown[index][0][0] - weighed.parts[weighed.rank][0]
-        if drop <= 0.0 or size == 0.0:
-            return spread
-        return abs(size) * math.sqrt(max(self.dispersion, 1.0) / drop)
+        if drop > 0.0:
+            return math.sqrt(max(self.dispersion, 1.0) / drop)
+        size, spread = weighed.sizes[index]
+        return spread / max(abs(size), 1e-30)
 
     def known(self, weighed: Weighed, index: int) -> float:
         """Probability that an effect of a set is the one of the library, and neither scatter about
@@ -145,10 +154,11 @@ class Posterior:
         return math.exp(logs[0] - float(logsumexp(logs)))
 
     def matters(self, weighed: Weighed, index: int) -> float:
-        """Probability that the size of an effect is of consequence, in a set."""
-        least = weighed.fit.terms[index].effect.main_parameter().matters
-        size, spread = abs(weighed.sizes[index][0]), self.towards_null(weighed, index)
-        low, high = norm.cdf([(-least - size) / spread, (least - size) / spread])
+        """Probability that an effect is of consequence, in a set."""
+        size, spread = consequence(weighed.fit.terms[index]), self.towards_null(weighed, index)
+        if size == 0.0:
+            return 0.0
+        low, high = norm.cdf([(-1.0 / size - 1.0) / spread, (1.0 / size - 1.0) / spread])
         return float(1.0 - high + low)
 
     def _members(self, weighed: Weighed, wanted: set[str]) -> list[float]:

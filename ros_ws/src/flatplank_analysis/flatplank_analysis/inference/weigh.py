@@ -124,7 +124,7 @@ class Scales:
         """Joint fit of the base and of all effects from a start, and its evidence."""
         metric = self.metric
         if metric.factor > WORSE[0]:
-            # the errors are as large as the base needs them: a set that lacks less needs smaller ones
+            # as large as the base needs them; a set that lacks less needs smaller ones
             metric = metric.larger(WORSE[self.weighed(start).rank])
         found = fit_whitened(metric, self.fitter, start, most)
         return self.weighed(self.fitter.derivative(found.fit))
@@ -144,7 +144,7 @@ class Scales:
         white = self.metric.plain(np.concatenate(columns))
         fixed = self._fixed(fit, rows)
         parts, best = [], []
-        for rank, factor in enumerate(WORSE):
+        for factor in WORSE:
             gram = gram_of(self.metric.down_weighted(white, factor))
             forms = self._by_form(gram, fixed, len(rows), fit, factor)
             form = max(forms, key=lambda f: forms[f].log)
@@ -152,7 +152,7 @@ class Scales:
             # the average over the forms: where they fit alike, none has a price
             volume = result.volume
             volume += float(logsumexp([r.log - result.log for r in forms.values()]))
-            size = self.metric.volume(factor) - math.log(len(forms)) - rank * math.log(2.0)
+            size = self.metric.volume(factor) - math.log(len(forms)) - 2.0 * math.log(factor)
             parts.append((result.chi2, volume + size))
             best.append((volume + size - 0.5 * result.chi2, gram, form, result))
         rank = max(range(len(WORSE)), key=lambda r: best[r][0])
@@ -278,7 +278,8 @@ class Scales:
         typical = self.ranking.typical
         kappa, _ = typical.shrink(*among_repeats(self.state.runs.comparable, score, info))
         excess = kappa / max(typical.dispersion, 1.0) - 1.0
-        known = float(np.median(info))
+        # a scatter of the relative size moves a score by its information
+        known = float(np.sum(info**2) / max(float(np.sum(info)), 1e-30))
         return math.sqrt(max(excess, 0.0) / known) if known > 0.0 else 0.0
 
     def _size(
