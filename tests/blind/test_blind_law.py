@@ -61,6 +61,7 @@ def test_the_base_takes_the_plant_to_ten_percent(data):
     assert _diagnosis(data, {})["verdict"] == "at floor"
 
 
+@pytest.mark.xfail(strict=True, reason="a softer carcass and less friction in braking are named")
 def test_a_law_of_another_form_is_the_law_only(data):
     result = _diagnosis(data, OTHER_LAW)
     assert result["rmse_before"] > 1.5 * result["floor_rmse"]

@@ -24,11 +24,11 @@ def test_the_start_of_the_side_force_is_no_worn_patch():
 
 
 @pytest.mark.parametrize("number", [0, 1, 2])
-def test_the_interval_of_a_skew_covers_that_there_is_none(number):
-    """Without the error of the model's transients it excluded zero: -5.8 ms, known to 1.7 ms."""
+def test_a_skew_that_a_tire_of_another_form_feigns_is_no_finding(number):
+    """Its interval is as wide as other tires differ: by the noise alone it would be 1.7 ms."""
     case = Case("none", "second", (), 1.0, "quiet", 0.0, "plain", number)
     session = Session.of_tables(make(case, 9090)[0])
     beside = Beside.of(session.fit(None).state, list(session.effects.values()))
     decided = beside.decide(beside.with_term(Term(TimeSkew, TimeSkew.vector({"skew": 1e-3}))))
     low, high = decided.interval
-    assert low < 0.0 < high and 3e-3 < 0.5 * (high - low) < 15e-3
+    assert not decided.accepted and 3e-3 < 0.5 * (high - low) < 40e-3

@@ -44,9 +44,11 @@ def detectable_size(scales: Scales, item: ScreenResult) -> float:
     error = abs(p.screen) / math.sqrt(info)
     price = -priors.of_set(1, scales.library) + math.log(effect.scanned(scales.state.runs))
     price -= priors.of_value(effect, p, p.null) + 0.5 * math.log(2.0 * math.pi / info)
-    wanted = max(math.log(NAMED / (1.0 - NAMED)) + price, 0.0)
+    # three probabilities make one: of the set, of consequence, and of no unknown fault
+    each = NAMED ** (1.0 / 3.0)
+    wanted = max(math.log(each / (1.0 - each)) + price, 0.0)
     freedom = scales.freedom
     drop = freedom * math.expm1(2.0 * wanted / freedom)
     above = float(norm.ppf(POWER))
-    sure = p.matters + (float(norm.ppf(NAMED)) + above) * error
+    sure = p.matters + (float(norm.ppf(each)) + above) * error
     return max((math.sqrt(drop) + above) * error, sure) if np.isfinite(drop) else math.inf

@@ -58,9 +58,12 @@ class Explorer:
     def keep(self, weighed: Weighed) -> None:
         """Keep a set; of several fits of one set the likeliest is kept.
 
-        A set with an effect at its null is the set without it.
+        A set with an effect at its null is the set without it; one with an effect that these runs
+        cannot tell from the base is none.
         """
-        terms = weighed.fit.terms
+        terms, runs = weighed.fit.terms, self.scales.state.runs
+        if not all(t.effect.separable(runs, t.named()) for t in terms[self.held :]):
+            return
         idle = [i for i in range(self.held, len(terms)) if not is_active(terms[i])]
         if idle:
             if key_of([*terms[: idle[0]], *terms[idle[0] + 1 :]]) not in self.sets:
@@ -91,9 +94,6 @@ class Explorer:
         lacking = own.parts[0][0] - best.parts[0][0]
         for term in self._promising(state, best_per_effect(ranking), lacking):
             weighed = self.scales.with_term(fit, term, ROUGH)
-            last = weighed.fit.terms[-1]
-            if not last.effect.separable(state.runs, last.named()):
-                continue
             self.keep(weighed)
             if self.posterior.logs.get(weighed.key, -math.inf) > -FAR:
                 self.keep(self.scales.fitted(weighed.fit))
