@@ -118,7 +118,7 @@ def sealed_challenge(folder: Path, seed: int, printer: Steps) -> list[str]:
     session, result, *lines = _diagnosed(folder, printer)
     printer.step("the run that separates the group, made on the same machine; diagnose again")
     proposal = result.next_run
-    lines.append(f"next run: {proposal['what'] if proposal else 'none is needed, no group is left'}")
+    lines.append(f"next run: {proposal.get('what', 'none is needed, there is no group')}")
     printer.print_progress(lines[-1])
     if proposal.get("settings"):
         measure_next(folder, proposal["settings"], proposal["repeats"], printer.count)
