@@ -18,6 +18,7 @@ from flatplank_analysis.discovery.gram import Metric
 from flatplank_analysis.discovery.model import Model, form_error_of, same_law
 from flatplank_analysis.discovery.noise import SLOW
 from flatplank_analysis.discovery.state import State
+from flatplank_analysis.inference.evidence import SMALLEST
 
 FORMS = (0.03, 0.15)
 """standard deviations of the relative difference of an effect's size between conditions, and
@@ -35,8 +36,6 @@ equally probable: a tire whose law is that of the base may enter it along anothe
 
 STEEP = 40
 """numerical: most nodes with an error of their own"""
-ROUNDING = 1e-12
-"""numerical: least square of a model error, relative to the largest one"""
 
 
 class WithLawErrors(Metric):
@@ -88,7 +87,7 @@ def _principal(loose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Sizes (k,) and orthonormal directions (k, m) of errors (k, ...) in units of the noise."""
     flat = loose.reshape(len(loose), -1)
     values, vectors = np.linalg.eigh(flat @ flat.T)
-    keep = values > ROUNDING * max(float(values[-1]), 1e-300)
+    keep = values > SMALLEST * max(float(values[-1]), 1e-300)
     sizes = np.sqrt(values[keep])
     return sizes, (vectors[:, keep] / sizes).T @ flat
 

@@ -19,7 +19,8 @@ from flatplank_analysis.discovery.descent import bounded_step
 from flatplank_analysis.discovery.gram import Gram
 
 SMALLEST = 1e-12
-"""numerical: smallest eigenvalue of a scaled precision, relative to the largest one"""
+"""numerical: smallest number of its kind, relative to the largest one: eigenvalue of a precision,
+square of a model error, information of a candidate"""
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from flatplank_analysis.discovery.invariants import is_active
 from flatplank_analysis.discovery.screen import ScreenResult, best_per_effect
 from flatplank_analysis.discovery.starts import start_of
 from flatplank_analysis.discovery.state import State
+from flatplank_analysis.inference.evidence import SMALLEST
 from flatplank_analysis.inference.posterior import MEMBER, Key, Posterior, log_evidence
 from flatplank_analysis.inference.priors import of_set, of_value
 from flatplank_analysis.inference.weigh import Scales, Weighed, key_of
@@ -29,8 +30,6 @@ PROMISE = 0.3
 ROUGH, FAR = 2, 30.0
 """Jacobians of a first fit; logarithm of its odds against the best set beyond which it is the last
 one"""
-LEAST = 1e-9
-"""numerical: least information of a candidate"""
 LARGEST = 4
 """most effects in a set"""
 
@@ -128,7 +127,7 @@ class Explorer:
             return None
         volume = of_set(1, self.scales.library) - math.log(effect.scanned(state.runs))
         volume += sum(of_value(effect, p, named[p.name]) for p in effect.linear())
-        _, size = np.linalg.slogdet(item.information + np.eye(len(item.sizes)) * LEAST)
+        _, size = np.linalg.slogdet(item.information + np.eye(len(item.sizes)) * SMALLEST)
         volume += 0.5 * (len(item.sizes) * math.log(2.0 * math.pi) - float(size))
         return start, gain, volume
 

@@ -32,8 +32,6 @@ from flatplank_analysis.inference.weigh import Scales, Weighed, key_of
 
 COLD = 3
 """most effects other than gaps that are fitted from the start values of the base"""
-AGAIN = 1
-"""most times that the noise is estimated anew, with the effects that were found"""
 
 
 def run_search(
@@ -131,23 +129,20 @@ class _Inference:
 
     def explored(self, explorer: Explorer) -> tuple[Scales, Posterior]:
         """Explore, estimate the noise with the likeliest set in the model, and explore again."""
-        base = state = explorer.scales.state
-        scales = explorer.scales
+        base, scales = explorer.scales.state, explorer.scales
         posterior = explorer.run()
-        for number in range(AGAIN):
-            best = posterior.best
-            if best.key == key_of(state.fit.terms):
-                break
-            self.say(f"noise beside {', '.join(best.key)}", 0.5 + 0.2 * number)
-            order = sorted(range(len(best.fit.terms)), key=lambda i: posterior.matters(best, i))
-            state = self.state_of(base, best, [best.fit.terms[i] for i in order])
-            scales = Scales.of(state, self.effects)
-            near = [posterior.sets[k] for k, log in posterior.logs.items() if log > -2.0 * REACH]
-            done = explorer.extended - {best.key}
-            explorer = self.explorer(scales, [scales.fitted(w.fit) for w in near], 0.7)
-            explorer.extended = done
-            posterior = explorer.run()
-        return scales, posterior
+        best = posterior.best
+        if best.key == key_of(base.fit.terms):
+            return scales, posterior
+        self.say(f"noise beside {', '.join(best.key)}", 0.5)
+        order = sorted(range(len(best.fit.terms)), key=lambda i: posterior.matters(best, i))
+        state = self.state_of(base, best, [best.fit.terms[i] for i in order])
+        scales = Scales.of(state, self.effects)
+        near = [posterior.sets[k] for k, log in posterior.logs.items() if log > -2.0 * REACH]
+        done = explorer.extended - {best.key}
+        explorer = self.explorer(scales, [scales.fitted(w.fit) for w in near], 0.7)
+        explorer.extended = done
+        return scales, explorer.run()
 
     def with_a_fall(self, base: State, answer: Answer, state: State) -> tuple[Answer, State]:
         """The answer without names that do not lower the plain error, and its state.
