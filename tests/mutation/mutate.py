@@ -72,12 +72,18 @@ AREAS = (
         "discovery", "discovery",
         _files(
             "discovery/test_disc",
-            "decisions decision_sums shortlist fit_rules verdicts residuals sums floor_sums "
+            "screen fit_rules verdicts residuals sums floor_sums "
             "pieces where noise descent heldout whitened engine safeguards wrong_forms "
-            "starts patterns determined detectable steps taken classes sizes floors loop rivals "
-            "invariants",
+            "starts patterns determined sizes floors loop rivals invariants",
         ),
-        ("report", "modelfile.py", "score.py", "nextrun.py"),
+        ("report", "modelfile.py", "score.py"),
+    ),
+    Area(
+        "inference", "inference",
+        _files(
+            "discovery/test_disc",
+            "posterior evidence safeguards wrong_forms starts rivals detectable promise engine",
+        ),
     ),
     Area(
         "models", "models",

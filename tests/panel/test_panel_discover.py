@@ -59,7 +59,7 @@ def test_a_search_is_cancelled_and_begun_again(analyst):
     wait_for(lambda: before - analysts(), 30.0, "the process of the search has ended")
     analyst.said("cancelled")
     analyst.click("Diagnose")
-    wait_for(lambda: "screening" in status(analyst), 120.0, "it searches again")
+    wait_for(lambda: "effects beside" in status(analyst), 120.0, "it searches again")
     analyst.click("Cancel")
 
 
@@ -98,7 +98,7 @@ def test_two_analysts_do_not_disturb_each_other(analyst, visitor, challenge, oth
     b.click("Open")
     wait_for(lambda: "beyond the floor" in status(b), 120.0, "the other base is fitted")
     analyst.click("Diagnose")
-    wait_for(lambda: "screening" in status(analyst), 120.0, "A searches")
+    wait_for(lambda: "effects beside" in status(analyst), 120.0, "A searches")
     searching = analysts()
     b.click("Diagnose")
     wait_for(lambda: "waiting until other work is done" in status(b), 30.0, "B waits")
