@@ -20,7 +20,9 @@ from flatplank_validation.investigate.fast import FastBench
 
 pytestmark = pytest.mark.timeout(1800)  # whole searches: a busy machine takes minutes
 SIZE = 110.0
-FEW = {k: v for k, v in library().items() if k in {n for m in MENU.values() for n in m.names}}
+NAMES = {n for m in MENU.values() for n in m.names} - {"worn_patch"}
+"""with eight runs a worn patch stands for the force, see docs/explanation/search.md"""
+FEW = {k: v for k, v in library().items() if k in NAMES}
 
 
 def test_what_no_effect_explains_is_proposed_at_the_end(tmp_path):

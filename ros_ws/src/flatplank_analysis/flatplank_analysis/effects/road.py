@@ -106,7 +106,7 @@ class WornPatch(TireEffect):
     instances = 3
 
     depth: float = param(
-        0.0, unit="1", bounds=(-0.3, 0.7), screen=0.05, matters=0.01,
+        0.0, unit="1", bounds=(0.0, 0.7), screen=0.05, matters=0.01,
         note="largest relative loss of friction; of a patch shorter than the contact only this "
              "is seen, not the loss of the paper itself",
     )  # fmt: skip
