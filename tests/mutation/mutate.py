@@ -102,7 +102,7 @@ AREAS = (
         package="flatplank_hw",
     ),
     Area(
-        "hub", "hub", _files("hub/test_hub", "appendix_a core gate params parasitic"),
+        "hub", "hub", _files("hub/test_hub", "appendix_a core gate setup params parasitic"),
         package="flatplank_hw",
     ),
     Area(
