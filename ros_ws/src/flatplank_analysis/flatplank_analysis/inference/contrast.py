@@ -81,8 +81,8 @@ class Contrast:
         predicted = state.model.predict(self.true)
         self.old = self._parts(state.model, state.metric, other, predicted)
         self.priors = self._priors(state.fitter, other)
-        self._settled: dict[Hashable, tuple[tuple[Name, ...], np.ndarray]] = {
-            part.law: (part.free, settled([part], part.free)) for part in self.old
+        self._settled = {
+            part.law: Part(part.law, 0, part.free, settled([part], part.free)) for part in self.old
         }
         self.had = self.separations()
 
@@ -114,7 +114,7 @@ class Contrast:
         for law in laws:
             new = [part for part in planned if part.law == law]
             old = [part for part in self.old if part.law == law]
-            sums = sums + (settled([*old, *new], free) if new else self._placed(law, free))
+            sums = sums + (settled([*old, *new], free) if new else self._settled[law].over(free))
         assert isinstance(sums, np.ndarray)
         n = len(free)
         sums[range(n), range(n)] += [self.priors.get(name, 1.0) for name in free]
@@ -126,10 +126,6 @@ class Contrast:
         """Expected increase by planned runs of the sum of squares that the model leaves, for each
         of the others."""
         return np.maximum(self.separations(*planned) - self.had, 0.0)
-
-    def _placed(self, law: Hashable, free: Sequence[Name]) -> np.ndarray:
-        own, sums = self._settled[law]
-        return Part(law, 0, own, sums).over(free)
 
     def _priors(self, fitter: Fitter, other: Fit) -> dict[Name, float]:
         """Inverse variances of the parameters that the runs of a fitter determine."""

@@ -102,9 +102,8 @@ class Scales:
     def of(cls, state: State, effects: Sequence[type[Effect]]) -> Scales:
         """Noise of a state, and the errors of its model, of the size that is likeliest for it."""
         scales = cls(state, with_law_errors(state), effects, screen(state), len(effects))
-        parts = scales.fitted(state.whitened.fit).parts
-        best = max(range(len(WORSE)), key=lambda i: parts[i][1] - 0.5 * parts[i][0])
-        return replace(scales, metric=scales.metric.larger(WORSE[best]))
+        factor = WORSE[scales.fitted(state.whitened.fit).rank]
+        return replace(scales, metric=scales.metric.larger(factor))
 
     @property
     def fitter(self) -> Fitter:
@@ -146,7 +145,8 @@ class Scales:
         parts, best = [], []
         for factor in WORSE:
             gram = gram_of(self.metric.down_weighted(white, factor))
-            forms = self._by_form(gram, fixed, len(rows), fit, factor)
+            spreads = [self._dispersion(fit, len(rows), i, gram) for i in effects]
+            forms = self._by_form(gram, fixed, len(rows), spreads, factor)
             form = max(forms, key=lambda f: forms[f].log)
             result = forms[form]
             # the average over the forms: where they fit alike, none has a price
@@ -154,14 +154,16 @@ class Scales:
             volume += float(logsumexp([r.log - result.log for r in forms.values()]))
             size = self.metric.volume(factor) - math.log(len(forms)) - 2.0 * math.log(factor)
             parts.append((result.chi2, volume + size))
-            best.append((volume + size - 0.5 * result.chi2, gram, form, result))
+            best.append((volume + size - 0.5 * result.chi2, gram, spreads, form, result))
         rank = max(range(len(WORSE)), key=lambda r: best[r][0])
-        _, gram, form, result = best[rank]
+        _, gram, spreads, form, result = best[rank]
         sizes = tuple(self._size(fit, rows, i, result) for i in effects)
         price = priors.of_set(len(fit.terms), self.library)
         price += sum(priors.of_term(t, t.effect.scanned(self.state.runs)) for t in fit.terms)
         price += sum(_inside(t.effect, s) for t, s in zip(fit.terms, sizes, strict=True))
-        unknown = [self._unknown(gram, fixed, fit, rows, i, form, result) for i in effects]
+        unknown = [
+            self._unknown(gram, fixed, fit, rows, i, spreads, form, result) for i in effects
+        ]
         size = price + parts[rank][1] - result.volume
         return Weighed(
             fit, tuple((chi2, volume + price) for chi2, volume in parts), sizes, rank,
@@ -170,12 +172,12 @@ class Scales:
 
     def _unknown(
         self, gram: Gram, fixed: Fixed, fit: Fit, rows: Sequence[int], index: int,
-        forms: tuple[float, float], result: Evidence,
+        spreads: Sequence[float], forms: tuple[float, float], result: Evidence,
     ) -> list[tuple[float, float]]:  # fmt: skip
         """`Weighed.unknown` of an effect, but for the price of the set.
 
-        forms: likeliest sizes of the form errors and of the shared transient error; result:
-        evidence of the set with them.
+        spreads: of each effect, see `_dispersion`; forms: likeliest sizes of the form errors and
+        of the shared transient error; result: evidence of the set with them.
         """
         own = [k for k, row in enumerate(rows) if fit.free[row][0] == index]
         keep = [k for k in range(gram.scores.shape[1]) if k not in own]
@@ -185,8 +187,6 @@ class Scales:
         energy = gram.energy + 2.0 * gram.scores[:, place] + gram.products[:, place, place]
         less = Gram(gram.products[:, keep][:, :, keep], scores[:, keep], energy)
         rest, count = fixed.without(own), len(rows) - len(own)
-        spreads = [self._dispersion(fit, len(rows), i, gram) for i in range(len(fit.terms))]
-
         along = np.abs(doubling_step(fit, index)[rows])[own]
         wide = np.sqrt(2.0 * np.pi * np.diag(result.covariance)[own])
         # the amount has the prior of the size, within a factor
@@ -203,15 +203,13 @@ class Scales:
         return out
 
     def _by_form(
-        self, gram: Gram, fixed: Fixed, own: int, fit: Fit, factor: float
+        self, gram: Gram, fixed: Fixed, own: int, spreads: Sequence[float], factor: float
     ) -> dict[tuple[float, float], Evidence]:
         """Evidence with form errors of the effects of each of the sizes `FORMS`, and a transient
         error that all runs share of each of the sizes `SHARED`."""
-        effects = range(len(fit.terms))
-        spreads = [self._dispersion(fit, own, i, gram) for i in effects]
         out = {}
-        for form in FORMS if fit.terms else FORMS[:1]:
-            each = (self._form_errors(gram, own, i, form, spreads[i]) for i in effects)
+        for form in FORMS if spreads else FORMS[:1]:
+            each = (self._form_errors(gram, own, i, form, s) for i, s in enumerate(spreads))
             errors = [r for one in each for r in one]
             for late in SHARED:
                 shared = self._shared(gram, own, factor * late)

@@ -15,6 +15,7 @@ import numpy as np
 
 from flatplank_analysis.contact_patch.plans import planned
 from flatplank_analysis.discovery import verdict
+from flatplank_analysis.discovery.decision import Decision
 from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.model import Model, ParameterSet
 from flatplank_analysis.discovery.screen import VISIBLE, best_per_effect
@@ -101,13 +102,9 @@ def _evidence_questions(
     if evidence.enough:
         return []
     found = max(search.last.found, key=lambda f: f.decision.drop)
-    d, posterior = found.decision, search.posterior
-    place = [t is d.term for t in posterior.best.fit.terms].index(True)
-    without = search.scales.fitter.without_term(posterior.best.fit, place)
-    pair = Contrast(search.scales, without, [posterior.best.fit.parameter_set()])
-    spread = max(d.dispersion, 1.0)
-    text = f"to test {d.term.effect.identifier} on runs that had no part in finding it"
-    whole = _gain(pair, predictor, 1.0 / spread)
+    name = found.decision.term.effect.identifier
+    text = f"to test {name} on runs that had no part in finding it"
+    whole = _gain_against_absence(search, found.decision, predictor)
 
     def gain(settings: tuple[Setting, ...]) -> float:
         return whole(tuple(s for s in settings if tire_is_determined_at(made, s)))
@@ -120,13 +117,15 @@ def _suspect_question(search: Searched, predictor: Predictor) -> Iterator[Questi
     d = likeliest_refused(search)
     if d is None:
         return
-    best = search.posterior.best.fit
-    place = [t is d.term for t in best.terms].index(True)
-    without = search.scales.fitter.without_term(best, place)
-    pair = Contrast(search.scales, without, [best.parameter_set()])
-    spread = max(d.dispersion, 1.0)
     text = f"to see whether {d.term.effect.identifier} is real ({', '.join(d.reasons)})"
-    yield Question(text, 0.0, TOLD_APART, _gain(pair, predictor, 1.0 / spread))
+    yield Question(text, 0.0, TOLD_APART, _gain_against_absence(search, d, predictor))
+
+
+def _gain_against_absence(search: Searched, d: Decision, predictor: Predictor) -> Gain:
+    """Of the likeliest set against the same one without an effect of it."""
+    true = search.posterior.best.fit.parameter_set()
+    pair = Contrast(search.scales, search.without(d.term), [true])
+    return _gain(pair, predictor, 1.0 / max(d.dispersion, 1.0))
 
 
 def _gain(pair: Contrast, predictor: Predictor, share: float = 1.0) -> Gain:
