@@ -71,6 +71,22 @@ class Sum:
         return values[0] * effect.form(self.setting)
 
 
+@dataclasses.dataclass(frozen=True)
+class Hum(Effect):
+    """A wave whose pitch is fitted, too."""
+
+    identifier, kind, coordinate = "hum", "machine", "time"
+    a: float = param(0.0, unit="1", bounds=(-5.0, 5.0), screen=0.02, matters=0.05)
+    pitch: float = param(0.9, unit="1/s", bounds=(0.5, 3.0))
+
+
+class Hummed(Sum):
+    """Level, slope and hums: from a far pitch no fit gets to the right one."""
+
+    def part(self, effect, values):
+        return values[0] * np.sin(2.0 * np.pi * values[1] * TIME)
+
+
 def measured(seed: int, *hidden: tuple[np.ndarray | float, Form], noise: float = NOISE) -> Sum:
     """Runs with forms of some sizes, one for all runs or one per run (runs,)."""
     random = np.random.default_rng(seed)

@@ -4,15 +4,14 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from shapes import LONG, OTHER, TIME, Sum, measured, searched
+from shapes import LONG, OTHER, TIME, Hum, Hummed, Sum, measured, searched
 
-from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import Fitter
-from flatplank_analysis.discovery.parameters import Parameter, param
+from flatplank_analysis.discovery.parameters import Parameter
 from flatplank_analysis.discovery.state import start_base
 from flatplank_analysis.discovery.verdict import AT_FLOOR, diagnose
 
@@ -58,22 +57,6 @@ def test_a_search_tells_what_it_does_and_how_long_it_took():
     assert told[0] == ("fit of the base", 0.0) and ("other starts", 0.9) in told
     assert {text for text, _ in told} >= {"effects beside the base", "noise beside long", "answer"}
     assert all(0.0 <= share < 1.0 for _, share in told)
-
-
-@dataclass(frozen=True)
-class Hum(Effect):
-    """A wave whose pitch is fitted, too."""
-
-    identifier, kind, coordinate = "hum", "machine", "time"
-    a: float = param(0.0, unit="1", bounds=(-5.0, 5.0), screen=0.02, matters=0.05)
-    pitch: float = param(0.9, unit="1/s", bounds=(0.5, 3.0))
-
-
-class Hummed(Sum):
-    """Level, slope and a hum: from another pitch no fit gets to the right one."""
-
-    def part(self, effect, values):
-        return values[0] * np.sin(2.0 * np.pi * values[1] * TIME)
 
 
 @pytest.mark.parametrize(("known", "found"), [({}, 0), ({"hum": {"pitch": 2.05}}, 1)])
