@@ -104,6 +104,13 @@ def decision_of(
     )
 
 
+def doubt_about(posterior: Posterior, weighed: Weighed, index: int, probability: float) -> str:
+    """Why an effect of a set that is not probable enough has no name."""
+    if posterior.matters(weighed, index) < 0.5:
+        return NEGLIGIBLE
+    return f"P = {probability:.2g}, below {NAMED:g}"
+
+
 def present_without_name(answer: Answer, held: int) -> list[Decision]:
     """Effects of the likeliest set that were not named, with the reason."""
     best, out = answer.posterior.best, []
@@ -114,12 +121,8 @@ def present_without_name(answer: Answer, held: int) -> list[Decision]:
         if id(term) in taken:
             continue
         p = answer.posterior.marginal[term.effect.identifier]
-        reason = (
-            NEGLIGIBLE
-            if answer.posterior.matters(best, index) < 0.5
-            else f"P = {p:.2g}, below {NAMED:g}"
-        )
-        reason = FLAT if id(term) in flat else reason
+        doubt = doubt_about(answer.posterior, best, index, p)
+        reason = FLAT if id(term) in flat else doubt
         out.append(decision_of(answer.posterior, best, index, p, reason))
     return out
 

@@ -6,11 +6,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from flatplank_analysis.discovery.decision import IMITATED, NEGLIGIBLE, Decision
+from flatplank_analysis.discovery.decision import IMITATED, Decision
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import Fit, Term
 from flatplank_analysis.discovery.state import State
-from flatplank_analysis.inference.answer import decision_of
+from flatplank_analysis.inference.answer import decision_of, doubt_about
 from flatplank_analysis.inference.explore import Explorer
 from flatplank_analysis.inference.posterior import NAMED, Posterior
 from flatplank_analysis.inference.weigh import Scales, Weighed
@@ -50,10 +50,8 @@ class Beside:
         name = term.effect.identifier
         probability = posterior.in_set([name], weighed.names.count(name))
         reasons = []
-        if posterior.matters(weighed, index) < 0.5:
-            reasons.append(NEGLIGIBLE)
-        elif probability < NAMED:
-            reasons.append(f"P = {probability:.2g}, below {NAMED:g}")
+        if probability < NAMED:
+            reasons.append(doubt_about(posterior, weighed, index, probability))
         if not term.effect.separable(self.scales.state.runs, term.named()):
             reasons.append(IMITATED)
         return decision_of(posterior, weighed, index, probability, *reasons)
