@@ -35,6 +35,15 @@ def test_a_deaf_drive_that_is_told_to_stand_is_stopped():
         assert not failure(Scenario("hanging", ((fault, 5), ("told to stand", 5))))
 
 
+@pytest.mark.parametrize(
+    ("motion", "faults"),
+    [("free rolling", (("drive deaf", 6), ("image frozen", 19), ("reset and enabled", 14))),
+     ("hanging", (("drive deaf", 114), ("told to stand", 93), ("image frozen", 116)))],
+)  # fmt: skip
+def test_a_frozen_image_does_not_hide_a_deaf_drive(motion, faults):
+    assert not failure(Scenario(motion, faults))
+
+
 @pytest.mark.parametrize("motion", MOTIONS)
 @pytest.mark.parametrize("fault", ["reference Inf", "drive deaf to set-points", "bridge NaN"])
 def test_a_fault_in_every_motion(motion, fault):

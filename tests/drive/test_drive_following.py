@@ -11,7 +11,7 @@ from collections.abc import Callable
 import pytest
 from drive_rig import PERIOD, Rig
 
-from flatplank_hw.bus.image import Digital
+from flatplank_hw.bus.image import Digital, Health
 from flatplank_hw.cia402 import State
 from flatplank_hw.drive.safety import RULES
 
@@ -112,6 +112,52 @@ def test_a_motor_that_runs_away_from_standing_gets_no_room_by_its_speed():
     rig.creep = 0.12
     # by hand: 0.12 t^2 / 2 = 0.005 * 0.5
     assert seconds_to(rig, CODE) == pytest.approx(math.sqrt(2.0 * 0.0025 / 0.12), abs=0.03)
+
+
+class Still(Slow):
+    """A motor whose inputs may stay as they are, whatever it does."""
+
+    still = False
+    shown = None
+
+    def image(self, n: int, stamp: int):
+        inputs = super().image(n, stamp)
+        self.shown = self.shown if self.still and self.shown else inputs.axes
+        return inputs._replace(axes=self.shown)
+
+
+@pytest.mark.parametrize("moved_on_s", [0.0, 0.1, 0.3, 0.55])
+def test_inputs_that_no_longer_change_do_not_hide_a_motor_that_turns_on(moved_on_s):
+    """The counter stands, as commanded, and the speed that is shown contradicts it."""
+    rig = rolling(make=Still)
+    rig.run(100)
+    rig.deaf_to = lambda mode: True
+    rig.plank_velocity = -0.03  # the axis is held: zero speed is commanded
+    rig.run(1 + round(moved_on_s / (PERIOD * 1e-9)))
+    rig.still = True
+    # by hand: 0.1 t = (0.005 + 0.1) 0.5 + 0.1^2 / 2 0.5, as without it
+    assert seconds_to(rig, CODE) == pytest.approx(0.625 - moved_on_s, abs=0.025)
+
+
+@pytest.mark.parametrize("speed", [0.005, 0.1, -0.3])
+def test_inputs_that_no_longer_change_are_noticed_at_every_commanded_speed(speed):
+    """The speed that is shown is the commanded one, and the counter contradicts it."""
+    rig = rolling(value=speed, make=Still)
+    rig.run(100)
+    rig.still = True
+    # by hand, no speed has changed: v t = 0.005 0.5; a standing motor of this speed has 1 s
+    v = abs(speed)
+    most = ((0.005 + v) * 0.5 + v * v) / v
+    assert seconds_to(rig, CODE) < most
+
+
+def test_a_free_rolling_wheel_whose_inputs_no_longer_change_does_not_outrun_the_road():
+    """The counter stands, and the speed that is shown is more than the largest slip."""
+    rig = rolling("free_rolling", 5.0, make=Still)
+    rig.run(100)
+    rig.still, rig.plank_velocity = True, 0.0015
+    # by hand: as with a counter that runs on
+    assert seconds_to(rig, CODE) == pytest.approx(0.62, abs=0.04)
 
 
 def test_a_motor_that_keeps_a_slightly_higher_speed_is_noticed_soon():
@@ -270,6 +316,48 @@ def test_a_drive_that_does_not_stop_gets_no_commands_any_more():
     rig.run(5)
     assert not rig.drive.does_not_stop
     assert rig.commands[-1].cycle == rig.n - 1
+
+
+@pytest.mark.parametrize("again", [0, 30, 55])
+def test_a_stop_that_the_drive_has_not_answered_outlasts_an_enable(again):
+    """Enabled again, a deaf drive had the whole time of the following error once more."""
+    rig = rolling()
+    rig.run(100)
+    rig.deaf = True
+    rig.drive.disable()
+    for _ in range(again):
+        rig.cycle()
+    assert rig.drive.enable().accepted
+    rig.run(60 - again)
+    assert not rig.drive.does_not_stop
+    rig.run(5)
+    assert rig.drive.does_not_stop
+    assert rig.commands[-1].cycle < rig.n - 1
+
+
+def test_a_drive_that_is_enabled_at_once_after_a_stop_leaves_operation_first():
+    rig = rolling()
+    rig.run(100)
+    rig.drive.disable()
+    assert rig.drive.enable().accepted
+    rig.run(50)
+    states = [sample.state for sample in rig.samples[-50:]]
+    assert {sample.stop_reason for sample in rig.samples[-50:]} == {0}
+    assert State.QUICK_STOP_ACTIVE in states
+    assert states[-1] is State.OPERATION_ENABLED
+    assert rig.velocity == pytest.approx(SPEED, rel=1e-6)
+
+
+def test_rules_apply_while_an_enable_waits_for_the_answer_to_a_stop():
+    rig = rolling()
+    rig.run(100)
+    rig.deaf = True
+    rig.drive.disable()
+    assert rig.drive.enable().accepted
+    rig.run(10)
+    rig.health = int(Health.LOST)
+    rig.run(1)
+    assert rig.samples[-1].stop_reason == RULES["inputs"].code
 
 
 FASTEST = 1.5 * 0.03092 / 0.318

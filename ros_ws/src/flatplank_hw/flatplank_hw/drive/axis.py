@@ -27,7 +27,7 @@ class AxisDrive(DriveRequests):
         super().__init__(p)
         self.index = AXES.index(p.axis)
         self._stamp = self._asked_at = self._stopped_at = 0
-        self._was_enabled = self._resetting = self._entered = False
+        self._was_enabled = self._resetting = self._entered = self._unanswered = False
         self._reference: Reference | None = None
         self._following, self._point = Following(p), STAND
         self._answered = -1
@@ -92,13 +92,20 @@ class AxisDrive(DriveRequests):
     def _check_obedience(self, digital: int, dt_ns: int) -> None:
         """Watch whether the drive follows its commands, and whether it stops when told to."""
         enabled = self._state is _ENABLED
+        self._unanswered &= enabled
         situation = self._watch.situation
         free = not self._homer.running and not self._at_switch(digital)
-        if enabled and self._wanted and free:
+        if enabled and self._runs and free:
             self._following.update(situation, self._point, self._shaft, dt_ns)
         else:
             self._following.reset(situation)
-        self._unstopped_ns = self._unstopped_ns + dt_ns if enabled and not self._wanted else 0
+        self._unstopped_ns = self._unstopped_ns + dt_ns if enabled and not self._runs else 0
+
+    @property
+    def _runs(self) -> bool:
+        """True when the axis is to be in operation; after a stop the drive must have left it
+        first, however soon it is enabled again."""
+        return self._wanted and not self._unanswered
 
     def _at_switch(self, digital: int) -> bool:
         """True when a limit switch holds the axis against its command."""
@@ -121,6 +128,8 @@ class AxisDrive(DriveRequests):
         rule = safety.first_stop(self._rules, self._watch.situation, self.parameters)
         if rule is not None and rule.latching:
             self._stop_with(rule.code)
+            return True
+        if self._unanswered:
             return True
         if self._state is _ENABLED:
             self._was_enabled = True
@@ -147,7 +156,7 @@ class AxisDrive(DriveRequests):
         return word, STAND
 
     def _goal(self, now: int) -> Goal:
-        if self._wanted:
+        if self._runs:
             return Goal.ENABLED
         p = self.parameters
         if self._resetting:
@@ -193,7 +202,7 @@ class AxisDrive(DriveRequests):
 
     def _stop_with(self, code: int) -> None:
         if self._wanted:
-            self._stopped_at = self._stamp
+            self._stopped_at, self._unanswered = self._stamp, True
         self._wanted, self._stop, self._resetting = False, code, False
         if self._homer.running:
             self._homer.running = False

@@ -11,6 +11,10 @@ that. In position control v is the largest speed. The first term is the travel d
 of the drive, the second is that of speeding up, braking or reversing. The play of the gears does
 not count: the motor's encoder sits in front of it.
 
+The travel of a cycle is told twice, by the counter and by the speed of the drive; the one that is
+further from the command counts. Inputs that no longer change contradict themselves, the counter
+stands and the speed does not, and cannot agree with a command unless they show a motor at rest.
+
 Free rolling commands a torque, so the road takes the place of the commanded speed: a tire that
 rolls turns between standing, kappa = -1, and
 
@@ -60,13 +64,15 @@ class Following:
         if before is None:
             self._from = shaft.velocity
             return
+        dt = dt_ns * 1e-9
         velocity, torque = point.velocity, point.torque
+        travel, told = position - before, shaft.velocity * dt
         if torque == torque:
             off = not -self._play <= torque - shaft.torque <= self._play
             s.torque_off_ns = s.torque_off_ns + dt_ns if off else 0
             self._from = shaft.velocity
             if s.follows_reference:
-                self._update_from_road(s, position - before, dt_ns * 1e-9)
+                self._update_from_road(s, travel, told, dt)
             else:
                 s.following_error, self._peak = 0.0, 0.0
             return
@@ -77,8 +83,7 @@ class Following:
             obeys = -self._rest <= error <= self._rest
             speed = max(abs(velocity), abs(turns))
         else:
-            dt = dt_ns * 1e-9
-            missing = velocity * dt - (position - before)
+            missing = _larger(velocity * dt - travel, velocity * dt - told)
             obeys = abs(missing) <= OBEYS * max(abs(velocity), p.standstill_speed) * dt
             error = 0.0 if obeys else s.following_error + missing
             if obeys:
@@ -88,15 +93,15 @@ class Following:
         self._peak = speed if obeys else max(self._peak, speed)
         self._set(s, error)
 
-    def _update_from_road(self, s: Situation, travel: float, dt: float) -> None:
+    def _update_from_road(self, s: Situation, travel: float, told: float, dt: float) -> None:
         """Following error of a torque that a source commands: the tire rolls with the road."""
         p = self._p
         low = -p.standstill_speed * dt
         high = (MOST * s.plank_velocity / p.free_radius + p.standstill_speed) * dt
-        if low <= travel <= high:
+        outside = _larger(_beyond(travel, low, high), _beyond(told, low, high))
+        if outside == 0.0:
             self._peak = error = 0.0
         else:
-            outside = travel - (high if travel > 0.0 else low)
             error = s.following_error - outside
             if dt > 0.0:  # else two images have one stamp
                 self._peak = max(self._peak, abs(outside) / dt)
@@ -108,3 +113,11 @@ class Following:
         s.following_limit = (
             self._rest + peak * p.following_time + 0.5 * peak * peak / p.acceleration
         )
+
+
+def _larger(a: float, b: float) -> float:
+    return a if abs(a) >= abs(b) else b
+
+
+def _beyond(value: float, low: float, high: float) -> float:
+    return value - min(max(value, low), high)
