@@ -44,6 +44,25 @@ def test_a_frozen_image_does_not_hide_a_deaf_drive(motion, faults):
     assert not failure(Scenario(motion, faults))
 
 
+def test_a_wheel_that_recovers_lost_travel_is_commanded_and_a_deaf_one_is_noticed_afterwards():
+    """Enabled on the moving plank it turned with slip 0.5 for a second, as its source wants."""
+    late = (("disabled", 39), ("reset and enabled", 122))
+    assert not failure(Scenario("slip", (*late, ("drive deaf to set-points", 89))))
+    assert not failure(Scenario("slip", late))
+
+
+def test_a_disabled_wheel_that_trembles_in_the_play_of_its_gear_rests():
+    """Its speed comes in samples, most of which have one sign; its angle stays."""
+    faults = (("bridge frozen", 98), ("bridge NaN", 33), ("emergency stop", 9))
+    assert not failure(Scenario("free rolling", faults))
+
+
+def test_a_wheel_that_turns_on_before_the_last_fault_is_a_failure(monkeypatch):
+    monkeypatch.setattr(Following, "update", lambda *_: None)
+    faults = (("drive deaf to set-points", 5), ("told to stand", 5), ("disabled", 310))
+    assert "0.100 rad/s" in failure(Scenario("hanging", faults))
+
+
 @pytest.mark.parametrize("motion", MOTIONS)
 @pytest.mark.parametrize("fault", ["reference Inf", "drive deaf to set-points", "bridge NaN"])
 def test_a_fault_in_every_motion(motion, fault):

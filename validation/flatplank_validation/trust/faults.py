@@ -11,7 +11,7 @@ from typing import Any
 from flatplank_hw.bus.image import AxisCommand, BusInputs, Health
 from flatplank_hw.samples import EncoderSample, HubSample, Reference
 from flatplank_sim.twin.twin import Twin
-from flatplank_validation.trust.faulty import Fault, FaultyDrive
+from flatplank_validation.trust.faulty import WHEEL, Fault, FaultyDrive
 
 
 @dataclass
@@ -44,6 +44,19 @@ class Frozen(Fault):
         if self.kept is None:
             self.kept = getattr(inputs, self.name)
         return inputs._replace(**{self.name: self.kept})
+
+
+@dataclass
+class Hung(Fault):
+    """The inputs of the drive do not change any more, while those of the others do."""
+
+    kept: Any = None
+
+    def inputs(self, inputs: BusInputs) -> BusInputs:
+        self.kept = self.kept or inputs.axes[WHEEL]
+        axes = list(inputs.axes)
+        axes[WHEEL] = self.kept
+        return inputs._replace(axes=tuple(axes))
 
 
 @dataclass
@@ -171,6 +184,7 @@ FAULTS: dict[str, Callable[[], Fault]] = {
     "plank encoder jumps": lambda: Jump("plank_counts"),
     "wheel encoder frozen": lambda: Frozen("wheel_counts"),
     "image frozen": lambda: Frozen(""),
+    "drive image frozen": Hung,
     "bus lost": lambda: BadBus(Health.LOST),
     "bus stale": lambda: BadBus(Health.STALE),
     "cycles lost": LostCycles,

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scenarios on the twin: a rolling wheel, faults, and for how long the wheel turns uncommanded.
 
-The shaft must rest, or turn as the good source of its mode wants it to while the drive is in
-operation. It may do otherwise until the fault is noticed and the wheel is stopped. The slowest is
-a drive that obeys no command at all (`most_s`).
+From the first fault on the shaft must rest, or turn as the good source of its mode wants it to
+while the drive is in operation. It may do otherwise until the fault is noticed and the wheel is
+stopped. The slowest is a drive that obeys no command at all (`most_s`).
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from functools import cache
 
 from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.sequencer.sequencer import Follower
 from flatplank_data.machine import FAST
 from flatplank_hw.answers import Answer
 from flatplank_hw.cia402 import State
@@ -27,7 +28,7 @@ from flatplank_validation.trust.faulty import FaultyTwin
 WATCHED_S = 2.5
 """time from the last fault on in which the wheel is watched [s]"""
 MEAN_S = 0.1
-"""the speed is the mean over this time [s]: a wheel that trembles in the play of its gear rests"""
+"""the speed is the travel in this time [s]: a wheel that trembles in the play of its gear rests"""
 WATCHDOG_S = 0.06
 """the drive's own watchdog, 15 cycles"""
 KAPPA, RADIUS, SPEED, LOAD = 0.05, 0.31, 0.1, 3700.0
@@ -50,13 +51,17 @@ def most_s(p: DriveParameters) -> float:
     return braked + following + p.stop_timeout + WATCHDOG_S + MEAN_S
 
 
+Wanted = Callable[[Twin, DriveSample], float]
+"""speed of the wheel when all is well [rad/s]; 0 when it has no reason to turn"""
+
+
 @dataclass(frozen=True)
 class Motion:
     """A way of turning."""
 
     prepare: Callable[[Twin], None]
-    wanted: Callable[[Twin, DriveSample], float]
-    """speed of the wheel when all is well [rad/s]; 0 when it has no reason to turn"""
+    wanted: Callable[[Twin], Wanted]
+    """made for a scenario before its first fault"""
     road_turns: bool = False
     """the road may turn the wheel, however hard it is braked: any speed up to the wanted one"""
 
@@ -98,20 +103,37 @@ def _hang(twin: Twin) -> None:
     _cycles(twin, 0.5)
 
 
-def _slipping(twin: Twin, _sample: DriveSample) -> float:
-    """The sequencer gives no valid reference at the slow speed of the plank."""
-    speed = twin.plant.truth.road_velocity
-    return speed * (1.0 + KAPPA) / RADIUS if speed > 0.5 * FAST else 0.0
+class _Slipping:
+    """What the sequencer wants with the true motion: the slip, and lost travel recovered.
+
+    It gives no valid reference at the slow speed of the plank.
+    """
+
+    def __init__(self, twin: Twin) -> None:
+        self.parameters = twin.sequencer.parameters
+        self.follower = Follower(self.parameters)
+
+    def __call__(self, twin: Twin, _sample: DriveSample) -> float:
+        truth, latest = twin.plant.truth, twin.latest
+        assert latest is not None
+        speed, per_metre = truth.road_velocity, (1.0 + KAPPA) / RADIUS
+        true = latest.encoders._replace(
+            plank_position=truth.road_position, plank_velocity=speed, plank_moving=speed != 0.0,
+            wheel_angle=truth.wheel_angle, mismatch=0.0,
+        )  # fmt: skip
+        recovers = self.follower.travel < self.parameters.follow_until
+        lost = self.follower.step(true, per_metre) if recovers else 0.0
+        return speed * per_metre + lost if speed > 0.5 * FAST else 0.0
 
 
 MOTIONS: dict[str, Motion] = {
-    "slip": Motion(lambda twin: _roll(twin, "slip"), _slipping),
+    "slip": Motion(lambda twin: _roll(twin, "slip"), _Slipping),
     "free rolling": Motion(
         lambda twin: _roll(twin, "free_rolling"),
-        lambda twin, _sample: twin.plant.truth.road_velocity / RADIUS,
+        lambda _twin: lambda twin, _sample: twin.plant.truth.road_velocity / RADIUS,
         road_turns=True,
     ),
-    "hanging": Motion(_hang, lambda twin, sample: sample.reference_velocity),
+    "hanging": Motion(_hang, lambda _twin: lambda _, sample: sample.reference_velocity),
 }
 """name -> motion"""
 
@@ -144,30 +166,49 @@ def failure(scenario: Scenario) -> str:
     bench.drive.client = "operator"
     _need(twin.drive.claim("operator"))
     twin.cycle()
+    watch = _Watch(twin, MOTIONS[scenario.motion])
     for name, wait in scenario.faults:
-        for _ in range(wait):
-            twin.cycle()
+        watch.cycles(wait)
         bench.begin((FAULTS | CLOCK)[name]())
-    p = twin.drive.parameters
-    rest, uncommanded, most = p.standstill_speed, 0, most_s(p) * twin.rate_hz
-    speeds: deque[float] = deque(maxlen=round(MEAN_S * twin.rate_hz))
-    for _ in range(round(WATCHED_S * twin.rate_hz)):
-        sample = twin.cycle().drive
-        speeds.append(twin.plant.truth.wheel_velocity)
-        speed = sum(speeds) / len(speeds)
-        turns = abs(speed) > rest and not _as_wanted(twin, sample, scenario.motion, speed)
-        uncommanded = uncommanded + 1 if turns else 0
-        if uncommanded > most:
-            return f"{scenario.text}: {speed:.3f} rad/s, stop reason {sample.stop_reason}"
-    return ""
+    watch.cycles(round(WATCHED_S * twin.rate_hz))
+    return f"{scenario.text}: {watch.fault}" if watch.fault else ""
 
 
-def _as_wanted(twin: Twin, sample: DriveSample, motion: str, speed: float) -> bool:
-    kind = MOTIONS[motion]
-    wanted, off = kind.wanted(twin, sample), OFF * FAST / RADIUS
-    runs = sample.state == State.OPERATION_ENABLED and not sample.stop_reason
-    low = 0.0 if kind.road_turns else wanted - off
-    return runs and wanted > 0.0 and low <= speed <= wanted + off
+class _Watch:
+    """Watches the shaft, cycle by cycle."""
+
+    def __init__(self, twin: Twin, kind: Motion) -> None:
+        self.twin, self.kind, self.wanted = twin, kind, kind.wanted(twin)
+        self.fault = ""
+        self._most = most_s(twin.drive.parameters) * twin.rate_hz
+        self._uncommanded = 0
+        self._turned: deque[tuple[float, float]] = deque(maxlen=1 + round(MEAN_S * twin.rate_hz))
+        self._turned.append(self._now())
+
+    def cycles(self, count: int) -> None:
+        """Some cycles, until the wheel has turned uncommanded for too long."""
+        for _ in range(count):
+            if self.fault:
+                return
+            sample, turned = self.twin.cycle().drive, self._turned
+            turned.append(self._now())
+            (before, start), (now, angle) = turned[0], turned[-1]
+            speed = (angle - start) / (now - before)
+            turns = abs(speed) > self.twin.drive.parameters.standstill_speed
+            wanted = self._as_wanted(sample, speed)
+            self._uncommanded = self._uncommanded + 1 if turns and not wanted else 0
+            if self._uncommanded > self._most:
+                self.fault = f"{speed:.3f} rad/s, stop reason {sample.stop_reason}"
+
+    def _now(self) -> tuple[float, float]:
+        truth = self.twin.plant.truth
+        return truth.t, truth.wheel_angle
+
+    def _as_wanted(self, sample: DriveSample, speed: float) -> bool:
+        wanted, off = self.wanted(self.twin, sample), OFF * FAST / RADIUS
+        runs = sample.state == State.OPERATION_ENABLED and not sample.stop_reason
+        low = 0.0 if self.kind.road_turns else wanted - off
+        return runs and wanted > 0.0 and low <= speed <= wanted + off
 
 
 def judge(scenarios: Sequence[Scenario]) -> list[str]:
