@@ -57,6 +57,21 @@ def test_a_disabled_wheel_that_trembles_in_the_play_of_its_gear_rests():
     assert not failure(Scenario("free rolling", faults))
 
 
+@pytest.mark.parametrize(
+    "faults",
+    [(("plank slow", 87), ("bridge frozen", 52), ("plank encoder jumps", 80)),
+     (("wheel encoder frozen", 89), ("bridge frozen", 36), ("told to stand", 29))],
+)  # fmt: skip
+def test_a_force_that_stays_does_not_speed_a_free_rolling_wheel_up(faults):
+    """It did so within seconds: to 4 times the speed of rolling, and backward."""
+    assert not failure(Scenario("free rolling", faults))
+
+
+def test_a_wheel_that_is_told_to_stand_brakes_as_commanded():
+    faults = (("told to stand", 22), ("drive deaf", 27), ("drive image frozen", 63))
+    assert not failure(Scenario("hanging", faults))
+
+
 def test_a_wheel_that_turns_on_before_the_last_fault_is_a_failure(monkeypatch):
     monkeypatch.setattr(Following, "update", lambda *_: None)
     faults = (("drive deaf to set-points", 5), ("told to stand", 5), ("disabled", 310))

@@ -13,6 +13,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
+from statistics import fmean
 
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.sequencer.sequencer import Follower
@@ -51,8 +52,9 @@ def most_s(p: DriveParameters) -> float:
     return braked + following + p.stop_timeout + WATCHDOG_S + MEAN_S
 
 
-Wanted = Callable[[Twin, DriveSample], float]
-"""speed of the wheel when all is well [rad/s]; 0 when it has no reason to turn"""
+Wanted = Callable[[Twin, DriveSample], tuple[float, float]]
+"""slowest and fastest speed of the wheel when all is well [rad/s]; 0 when it has no reason to
+turn"""
 
 
 @dataclass(frozen=True)
@@ -62,8 +64,6 @@ class Motion:
     prepare: Callable[[Twin], None]
     wanted: Callable[[Twin], Wanted]
     """made for a scenario before its first fault"""
-    road_turns: bool = False
-    """the road may turn the wheel, however hard it is braked: any speed up to the wanted one"""
 
 
 def _need(answer: Answer) -> None:
@@ -113,7 +113,7 @@ class _Slipping:
         self.parameters = twin.sequencer.parameters
         self.follower = Follower(self.parameters)
 
-    def __call__(self, twin: Twin, _sample: DriveSample) -> float:
+    def __call__(self, twin: Twin, _sample: DriveSample) -> tuple[float, float]:
         truth, latest = twin.plant.truth, twin.latest
         assert latest is not None
         speed, per_metre = truth.road_velocity, (1.0 + KAPPA) / RADIUS
@@ -123,17 +123,25 @@ class _Slipping:
         )  # fmt: skip
         recovers = self.follower.travel < self.parameters.follow_until
         lost = self.follower.step(true, per_metre) if recovers else 0.0
-        return speed * per_metre + lost if speed > 0.5 * FAST else 0.0
+        if speed <= 0.5 * FAST:
+            return 0.0, 0.0
+        slip = speed * per_metre
+        return slip + min(lost, 0.0), slip + max(lost, 0.0)
+
+
+def _rolling(twin: Twin, _sample: DriveSample) -> tuple[float, float]:
+    """The road may turn the wheel, however hard it is braked."""
+    return 0.0, twin.plant.truth.road_velocity / RADIUS
+
+
+def _turning(_twin: Twin, sample: DriveSample) -> tuple[float, float]:
+    return sample.reference_velocity, sample.reference_velocity
 
 
 MOTIONS: dict[str, Motion] = {
     "slip": Motion(lambda twin: _roll(twin, "slip"), _Slipping),
-    "free rolling": Motion(
-        lambda twin: _roll(twin, "free_rolling"),
-        lambda _twin: lambda twin, _sample: twin.plant.truth.road_velocity / RADIUS,
-        road_turns=True,
-    ),
-    "hanging": Motion(_hang, lambda _twin: lambda _, sample: sample.reference_velocity),
+    "free rolling": Motion(lambda twin: _roll(twin, "free_rolling"), lambda _: _rolling),
+    "hanging": Motion(_hang, lambda _: _turning),
 }
 """name -> motion"""
 
@@ -178,12 +186,13 @@ class _Watch:
     """Watches the shaft, cycle by cycle."""
 
     def __init__(self, twin: Twin, kind: Motion) -> None:
-        self.twin, self.kind, self.wanted = twin, kind, kind.wanted(twin)
+        self.twin, self.wanted = twin, kind.wanted(twin)
         self.fault = ""
         self._most = most_s(twin.drive.parameters) * twin.rate_hz
         self._uncommanded = 0
-        self._turned: deque[tuple[float, float]] = deque(maxlen=1 + round(MEAN_S * twin.rate_hz))
-        self._turned.append(self._now())
+        last = round(MEAN_S * twin.rate_hz)
+        self._turned: deque[tuple[float, float]] = deque([self._now()], maxlen=1 + last)
+        self._range: deque[tuple[float, float]] = deque(maxlen=last)
 
     def cycles(self, count: int) -> None:
         """Some cycles, until the wheel has turned uncommanded for too long."""
@@ -205,10 +214,11 @@ class _Watch:
         return truth.t, truth.wheel_angle
 
     def _as_wanted(self, sample: DriveSample, speed: float) -> bool:
-        wanted, off = self.wanted(self.twin, sample), OFF * FAST / RADIUS
+        self._range.append(self.wanted(self.twin, sample))
+        low, high = map(fmean, zip(*self._range, strict=True))
+        off = OFF * FAST / RADIUS
         runs = sample.state == State.OPERATION_ENABLED and not sample.stop_reason
-        low = 0.0 if self.kind.road_turns else wanted - off
-        return runs and wanted > 0.0 and low <= speed <= wanted + off
+        return runs and high > 0.0 and low - off <= speed <= high + off
 
 
 def judge(scenarios: Sequence[Scenario]) -> list[str]:

@@ -21,7 +21,9 @@ rolls turns between standing, kappa = -1, and
     (1 + kappa_max) V_x / r_0
 
 with the road speed V_x and the largest slip of the machine, because r_e is below r_0. The error is
-the travel outside of that range; the allowed one has the same form, v is the speed outside.
+the travel outside of that range; the allowed one has the same form. v is the speed outside, at
+most the change of the road's fastest rolling since the wheel rolled last: a wheel that outruns a
+road of constant speed gets no room by that.
 """
 
 from __future__ import annotations
@@ -43,18 +45,18 @@ class Following:
     """Compares the set-point of the last cycle with the motion since then; `update` once per cycle
     of an enabled drive."""
 
-    __slots__ = ("_from", "_p", "_peak", "_play", "_position", "_rest")
+    __slots__ = ("_from", "_p", "_peak", "_play", "_position", "_rest", "_road")
 
     def __init__(self, p: DriveParameters) -> None:
         self._p = p
         self._rest = p.standstill_speed * p.following_time
         self._play = p.torque_trip - p.torque_limit
-        self._peak = self._from = 0.0
+        self._peak = self._from = self._road = 0.0
         self._position: float | None = None
 
     def reset(self, s: Situation) -> None:
         """Forget the past: the drive is not in operation, or it is homing."""
-        self._position, self._peak, self._from = None, 0.0, 0.0
+        self._position, self._peak, self._from, self._road = None, 0.0, 0.0, 0.0
         s.following_error, s.following_limit, s.torque_off_ns = 0.0, self._rest, 0
 
     def update(self, s: Situation, point: SetPoint, shaft: Shaft, dt_ns: int) -> None:
@@ -97,14 +99,15 @@ class Following:
         """Following error of a torque that a source commands: the tire rolls with the road."""
         p = self._p
         low = -p.standstill_speed * dt
-        high = (MOST * s.plank_velocity / p.free_radius + p.standstill_speed) * dt
+        road = MOST * s.plank_velocity / p.free_radius
+        high = (road + p.standstill_speed) * dt
         outside = _larger(_beyond(travel, low, high), _beyond(told, low, high))
         if outside == 0.0:
-            self._peak = error = 0.0
+            self._peak, self._road, error = 0.0, road, 0.0
         else:
             error = s.following_error - outside
             if dt > 0.0:  # else two images have one stamp
-                self._peak = max(self._peak, abs(outside) / dt)
+                self._peak = max(self._peak, min(abs(outside) / dt, abs(road - self._road)))
         self._set(s, error)
 
     def _set(self, s: Situation, error: float) -> None:
