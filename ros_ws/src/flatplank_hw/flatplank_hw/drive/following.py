@@ -16,17 +16,15 @@ further from the command counts. Inputs that no longer change contradict themsel
 stands and the speed does not, and cannot agree with a command unless they show a motor at rest.
 
 Free rolling commands a torque, so the road takes the place of the commanded speed: a tire that
-rolls turns between standing, kappa = -1, and
-
-    (1 + kappa_max) V_x / r_0
-
-with the road speed V_x and the largest slip of the machine, because r_e is below r_0. The error is
-the travel outside of that range; the allowed one has the same form. v is the speed outside, at
-most the change of the road's fastest rolling since the wheel rolled last: a wheel that outruns a
-road of constant speed gets no room by that.
+rolls turns between standing and V_x / r_l, because r_e is above the loaded radius r_l. Without a
+sensible r_l, of a slip within that of the machine, r_0 takes its place. v is the largest speed
+outside of that range, and the error is v times the time outside: a wheel that speeds up is noticed
+as soon as one that had this speed from the beginning.
 """
 
 from __future__ import annotations
+
+import math
 
 from flatplank_data.limits import LIMITS
 from flatplank_hw.drive.modes import SetPoint
@@ -38,25 +36,25 @@ OBEYS = 0.1
 """a drive obeys when its speed differs by less than this share from the commanded one; a larger
 share hides a drive that slips, a smaller one counts the ripple of its speed"""
 MOST = 1.0 + LIMITS["kappa"].high
-"""fastest rolling, relative to free rolling"""
+"""largest speed of the machine's slip, relative to that of rolling"""
 
 
 class Following:
     """Compares the set-point of the last cycle with the motion since then; `update` once per cycle
     of an enabled drive."""
 
-    __slots__ = ("_from", "_p", "_peak", "_play", "_position", "_rest", "_road")
+    __slots__ = ("_from", "_outside", "_p", "_peak", "_play", "_position", "_rest")
 
     def __init__(self, p: DriveParameters) -> None:
         self._p = p
         self._rest = p.standstill_speed * p.following_time
         self._play = p.torque_trip - p.torque_limit
-        self._peak = self._from = self._road = 0.0
+        self._peak = self._from = self._outside = 0.0
         self._position: float | None = None
 
     def reset(self, s: Situation) -> None:
         """Forget the past: the drive is not in operation, or it is homing."""
-        self._position, self._peak, self._from, self._road = None, 0.0, 0.0, 0.0
+        self._position, self._peak, self._from, self._outside = None, 0.0, 0.0, 0.0
         s.following_error, s.following_limit, s.torque_off_ns = 0.0, self._rest, 0
 
     def update(self, s: Situation, point: SetPoint, shaft: Shaft, dt_ns: int) -> None:
@@ -97,17 +95,18 @@ class Following:
 
     def _update_from_road(self, s: Situation, travel: float, told: float, dt: float) -> None:
         """Following error of a torque that a source commands: the tire rolls with the road."""
-        p = self._p
+        p, loaded = self._p, s.loaded_radius
+        radius = loaded if p.free_radius / MOST < loaded < p.free_radius else p.free_radius
         low = -p.standstill_speed * dt
-        road = MOST * s.plank_velocity / p.free_radius
-        high = (road + p.standstill_speed) * dt
-        outside = _larger(_beyond(travel, low, high), _beyond(told, low, high))
-        if outside == 0.0:
-            self._peak, self._road, error = 0.0, road, 0.0
+        high = (s.plank_velocity / radius + p.standstill_speed) * dt
+        beyond = _larger(_beyond(travel, low, high), _beyond(told, low, high))
+        if beyond == 0.0:
+            self._peak = self._outside = error = 0.0
         else:
-            error = s.following_error - outside
+            self._outside += dt
             if dt > 0.0:  # else two images have one stamp
-                self._peak = max(self._peak, min(abs(outside) / dt, abs(road - self._road)))
+                self._peak = max(self._peak, abs(beyond) / dt)
+            error = -math.copysign(self._peak * self._outside, beyond)
         self._set(s, error)
 
     def _set(self, s: Situation, error: float) -> None:
