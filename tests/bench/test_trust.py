@@ -72,6 +72,11 @@ def test_a_wheel_that_is_told_to_stand_brakes_as_commanded():
     assert not failure(Scenario("hanging", faults))
 
 
+def test_a_drive_that_becomes_deaf_while_it_brakes_does_not_creep_on():
+    faults = (("told to stand", 103), ("drive deaf to set-points", 43), ("reference 1e308", 106))
+    assert not failure(Scenario("hanging", faults))
+
+
 def test_a_wheel_that_turns_on_before_the_last_fault_is_a_failure(monkeypatch):
     monkeypatch.setattr(Following, "update", lambda *_: None)
     faults = (("drive deaf to set-points", 5), ("told to stand", 5), ("disabled", 310))

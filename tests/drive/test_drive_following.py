@@ -160,6 +160,19 @@ def test_a_free_rolling_wheel_whose_inputs_no_longer_change_does_not_outrun_the_
     assert seconds_to(rig, CODE) == pytest.approx(0.62, abs=0.03)
 
 
+@pytest.mark.parametrize("creeps", [0.006, 0.014, 0.05])
+def test_a_motor_that_brakes_and_creeps_on_is_noticed_as_soon(creeps):
+    """It took 2 s: the travel of a creeping motor grows slowly."""
+    rig = rolling()
+    rig.run(100)
+    kept = rig.obey
+    turning = round(creeps * rig.scale)
+    rig.obey = lambda c: kept(c._replace(target_velocity=max(c.target_velocity, turning)))
+    rig.reference = 0.0
+    # by hand: t = (0.005 + 0.1) 0.5 / 0.1 + 0.1 / 0.5
+    assert seconds_to(rig, CODE) == pytest.approx(0.725, abs=0.025)
+
+
 def test_a_motor_that_keeps_a_slightly_higher_speed_is_noticed_soon():
     """The speed that is missing counts, not the speed."""
     rig = rolling(value=0.15)

@@ -9,7 +9,9 @@ v is the largest change of speed since the drive obeyed last, or came into opera
 missing, at most the commanded speed itself, so that a drive that runs away gets no more room by
 that. In position control v is the largest speed. The first term is the travel during the reaction
 of the drive, the second is that of speeding up, braking or reversing. The play of the gears does
-not count: the motor's encoder sits in front of it.
+not count: the motor's encoder sits in front of it. In velocity control the time without obedience
+is limited, too, to that of a motor that reacts late and then brakes, allowed / v + v / (2
+acceleration): one that has braked and creeps on would need long for the travel.
 
 The travel of a cycle is told twice, by the counter and by the speed of the drive; the one that is
 further from the command counts. Inputs that no longer change contradict themselves, the counter
@@ -43,18 +45,18 @@ class Following:
     """Compares the set-point of the last cycle with the motion since then; `update` once per cycle
     of an enabled drive."""
 
-    __slots__ = ("_from", "_outside", "_p", "_peak", "_play", "_position", "_rest")
+    __slots__ = ("_from", "_off", "_p", "_peak", "_play", "_position", "_rest")
 
     def __init__(self, p: DriveParameters) -> None:
         self._p = p
         self._rest = p.standstill_speed * p.following_time
         self._play = p.torque_trip - p.torque_limit
-        self._peak = self._from = self._outside = 0.0
+        self._peak = self._from = self._off = 0.0
         self._position: float | None = None
 
     def reset(self, s: Situation) -> None:
         """Forget the past: the drive is not in operation, or it is homing."""
-        self._position, self._peak, self._from, self._outside = None, 0.0, 0.0, 0.0
+        self._position, self._peak, self._from, self._off = None, 0.0, 0.0, 0.0
         s.following_error, s.following_limit, s.torque_off_ns = 0.0, self._rest, 0
 
     def update(self, s: Situation, point: SetPoint, shaft: Shaft, dt_ns: int) -> None:
@@ -74,7 +76,7 @@ class Following:
             if s.follows_reference:
                 self._update_from_road(s, travel, told, dt)
             else:
-                s.following_error, self._peak = 0.0, 0.0
+                s.following_error, self._peak, self._off = 0.0, 0.0, 0.0
             return
         s.torque_off_ns = 0
         p, turns = self._p, shaft.velocity
@@ -82,16 +84,20 @@ class Following:
             error = point.position - position
             obeys = -self._rest <= error <= self._rest
             speed = max(abs(velocity), abs(turns))
+            self._off = 0.0
         else:
             missing = _larger(velocity * dt - travel, velocity * dt - told)
             obeys = abs(missing) <= OBEYS * max(abs(velocity), p.standstill_speed) * dt
             error = 0.0 if obeys else s.following_error + missing
             if obeys:
                 self._from = velocity
+            self._off = 0.0 if obeys else self._off + dt
             lacking = min(abs(velocity - turns), abs(velocity))
             speed = max(lacking, abs(velocity - self._from))
-        self._peak = speed if obeys else max(self._peak, speed)
+        self._peak = peak = speed if obeys else max(self._peak, speed)
         self._set(s, error)
+        if peak * self._off > s.following_limit + 0.5 * peak * peak / p.acceleration:
+            s.following_limit = 0.0
 
     def _update_from_road(self, s: Situation, travel: float, told: float, dt: float) -> None:
         """Following error of a torque that a source commands: the tire rolls with the road."""
@@ -101,12 +107,12 @@ class Following:
         high = (s.plank_velocity / radius + p.standstill_speed) * dt
         beyond = _larger(_beyond(travel, low, high), _beyond(told, low, high))
         if beyond == 0.0:
-            self._peak = self._outside = error = 0.0
+            self._peak = self._off = error = 0.0
         else:
-            self._outside += dt
+            self._off += dt
             if dt > 0.0:  # else two images have one stamp
                 self._peak = max(self._peak, abs(beyond) / dt)
-            error = -math.copysign(self._peak * self._outside, beyond)
+            error = -math.copysign(self._peak * self._off, beyond)
         self._set(s, error)
 
     def _set(self, s: Situation, error: float) -> None:
