@@ -8,13 +8,20 @@ import random
 import time
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import control
 from flatplank_control.free_rolling import FreeRollingController, FreeRollingParameters
 from flatplank_control.free_rolling.design import design_gains
 from flatplank_control.free_rolling.loop import margins
-from flatplank_control.free_rolling.start import CATCH_UP, OVER, Start, StiffnessEstimator
+from flatplank_control.free_rolling.start import (
+    CATCH_UP,
+    MEASURE_STIFFNESS,
+    OVER,
+    Start,
+    StiffnessEstimator,
+)
 from flatplank_hw.samples import EncoderSample, HubSample, Wrench
 
 P = FreeRollingParameters(automatic=False)
@@ -333,3 +340,70 @@ def test_forces_of_noise_are_no_estimate():
     for x, angle, _ in transient(3e5, 0.3, 0.305):
         estimator.add(x, angle, draw.gauss(0.0, 100.0))
     assert all(math.isnan(value) for value in estimator.solve())
+
+
+def test_an_estimate_is_known_when_its_standard_error_is_a_fifth_at_most():
+    """Against least squares of numpy, for noise of 1 N to 30 kN."""
+    outcomes = set()
+    for size in np.geomspace(1.0, 3e4, 25):
+        estimator, noise = StiffnessEstimator(0.3085), random.Random(3)
+        rows = [(x, a, f + noise.gauss(0.0, size)) for x, a, f in transient(3e5, 0.3, 0.305)]
+        for row in rows:
+            estimator.add(*row)
+        x, angle, force = np.array(rows).T
+        integral = np.concatenate([[0.0], np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(x))])
+        columns = np.stack([0.3085 * angle - x, x, integral, np.ones_like(x)], 1)
+        p, rest, *_ = np.linalg.lstsq(columns, force, rcond=None)
+        variance = float(rest[0]) / (len(rows) - 4)
+        error = math.sqrt(variance * np.linalg.inv(columns.T @ columns)[0, 0])
+        stiffness = p[0] - p[1]
+        known = stiffness > 0.0 and error < 0.2 * stiffness
+        outcomes.add(known)
+        tire = estimator.solve()
+        assert (not math.isnan(tire.stiffness)) is bool(known)
+        if known:
+            assert tire.stiffness == pytest.approx(stiffness, rel=1e-4)
+    assert outcomes == {True, False}
+
+
+def test_a_very_soft_tire_is_known_too():
+    estimator = StiffnessEstimator(0.3085)
+    for sample in transient(2e3, 0.3, 0.305):
+        estimator.add(*sample)
+    assert estimator.solve().stiffness == pytest.approx(2e3, rel=1e-4)
+
+
+def stiffness_of(forces: list[float], travels: list[float]) -> tuple[Start, int]:
+    """A start after its first phase, and the number of samples that this took."""
+    start = Start(P)
+    for n, (force, x) in enumerate(zip(forces, travels, strict=True)):
+        _, encoders = held_tire(n, x)
+        start.step(force, encoders)
+        if start.phase == CATCH_UP:
+            return start, n + 1
+    return start, len(forces)
+
+
+def test_the_stiffness_is_the_slope_of_the_forces_that_are_noticed():
+    """Forces below 25 N are the play of the gear; the line need not go through zero."""
+    travels = [1.2e-4 * k for k in range(30)]
+    forces = [0.0 if x < 5e-4 else -30.0 - 2e5 * (x - 5e-4) for x in travels]
+    start, used = stiffness_of(forces, travels)
+    assert start.stiffness == pytest.approx(2e5, rel=1e-9)
+    # by hand: first noticed at 6e-4 m, 1.2 mm of travel later it is enough
+    assert travels[used - 1] == pytest.approx(6e-4 + 1.32e-3)
+
+
+@pytest.mark.parametrize(("slope", "samples"), [(4e6, 5), (4e5, 10)])
+def test_a_large_force_ends_the_estimate_but_not_before_five_samples(slope, samples):
+    travels = [1.2e-4 * k for k in range(30)]
+    start, used = stiffness_of([-slope * x for x in travels], travels)
+    assert start.stiffness == pytest.approx(slope, rel=1e-9)
+    # the first of them is at zero force and does not count; 450 N of 4e5 N/m are 1.125 mm
+    assert used == 1 + max(5, samples)
+
+
+def test_a_road_that_stands_gives_no_stiffness():
+    start, used = stiffness_of([0.0, *[-500.0] * 10], [0.0, *[1e-4] * 10])
+    assert used == 6 and start.phase != MEASURE_STIFFNESS
+    assert math.isnan(start.stiffness)

@@ -12,7 +12,9 @@ import pytest
 import control
 from flatplank_control.cli.tune import main as tune
 from flatplank_control.free_rolling import FreeRollingController, FreeRollingParameters
-from flatplank_control.free_rolling.loop import draw
+from flatplank_control.free_rolling.design import Machine, crossover_for, design_gains
+from flatplank_control.free_rolling.loop import controller_of, draw, loop_of, margins, plant_of
+from flatplank_control.free_rolling.loop import figures as figures_of
 from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA
 from flatplank_hw.samples import EncoderSample, HubSample, Wrench
 from flatplank_validation.free_rolling.linear import (
@@ -159,3 +161,94 @@ def test_the_core_is_the_discrete_controller_of_the_analysis(p):
         enc = EncoderSample(k, k, 0.1, 0.03, 0, 0, 0, 0, math.nan, 0, 0, True, False, 0.0)
         out.append(core.step(hub, enc).value)
     assert out == pytest.approx(np.ravel(y).tolist(), rel=1e-6, abs=1e-9)
+
+
+OTHER = Machine(
+    gear=1000.0,
+    efficiency=0.5,
+    inertia=800.0,
+    effective_radius=0.4,
+    loaded_radius=0.35,
+    speed=0.02,
+)
+
+
+@pytest.mark.parametrize("machine", [None, OTHER])
+@pytest.mark.parametrize("sigma", [0.3, math.inf, math.nan])
+def test_the_plant_is_that_of_the_formula(machine, sigma):
+    """By hand, (5.9c): i eta C r_e / (J s (s + V / sigma) + C r_e r_l)."""
+    m = machine or Machine()
+    for omega in (0.5, 5.0, 50.0):
+        s = 1j * omega
+        drag = m.speed / 0.3 if sigma == 0.3 else 0.0
+        known = m.gear * m.efficiency * 4e5 * m.effective_radius / (
+            m.inertia * s * (s + drag) + 4e5 * m.effective_radius * m.loaded_radius
+        )  # fmt: skip
+        assert m.response(omega, 4e5, sigma) == pytest.approx(known, rel=1e-12)
+        if sigma == 0.3:
+            assert plant_of(4e5, 0.3, machine)(s) == pytest.approx(known, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("delay", "omega"), [(0.0, 20.0), (0.01, 20.0), (0.016, 20.0), (0.032, 10.0), (0.064, 5.0)]
+)
+def test_the_crossover_leaves_the_delay_its_phase(delay, omega):
+    assert crossover_for(delay) == pytest.approx(omega)
+
+
+@pytest.mark.parametrize("machine", [None, OTHER])
+@pytest.mark.parametrize("delay", [0.0, 0.01, 0.05])
+def test_the_loop_of_the_designed_gains_crosses_where_it_is_to(machine, delay):
+    gains = design_gains(4e5, 0.3, delay, machine)
+    omega = crossover_for(delay)
+    loop = controller_of(gains)(1j * omega) * (machine or Machine()).response(omega, 4e5, 0.3)
+    assert abs(loop) == pytest.approx(1.0, rel=1e-9)
+    assert gains.integral / gains.proportional == pytest.approx(omega / 15.0)
+    assert gains.lead_alpha == 0.08
+    assert gains.lead_time * omega == pytest.approx(1.0 / math.sqrt(0.08))
+    assert design_gains(4e5, math.nan, delay) == design_gains(4e5, math.inf, delay)
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.012])
+def test_the_delay_turns_the_loop_and_leaves_its_size(delay):
+    gains = design_gains(4e5, 0.3, 0.01)
+    loop = loop_of(gains, 4e5, 0.3, delay)
+    plain = controller_of(gains) * plant_of(4e5, 0.3)
+    for omega in (1.0, 20.0, 60.0):
+        turned = loop(1j * omega) / plain(1j * omega)
+        assert turned == pytest.approx(np.exp(-1j * omega * delay), abs=1e-6)
+
+
+def test_a_slow_sampled_loop_has_its_margin():
+    """0.15 / s, held for 0.1 s: it crosses at 0.15 rad/s with 90 deg less half a sample."""
+    loop = control.sample_system(control.tf([0.15], [1.0, 0.0]), 0.1, "zoh")
+    phase, crossover, _ = margins(loop)
+    assert crossover == pytest.approx(0.15, rel=1e-3)
+    assert phase == pytest.approx(90.0 - math.degrees(0.15 * 0.05), abs=0.05)
+
+
+def test_figures_of_a_loop_in_closed_form():
+    """2 / s (1 + s): H has its peak at sqrt(1.5) rad/s, 4 / sqrt(7), and -3 dB at 2.54 rad/s."""
+    found = figures_of(control.tf([2.0], [1.0, 1.0, 0.0]))
+    turn = 2.0 * math.pi
+    assert found.peak_at == pytest.approx(math.sqrt(1.5) / turn, rel=1e-3)
+    assert found.peak == pytest.approx(20.0 * math.log10(4.0 / math.sqrt(7.0)), abs=1e-3)
+    # |H|^2 = 4 / ((2 - w^2)^2 + w^2) = 10^-0.3
+    square = 0.5 * (3.0 + math.sqrt(9.0 - 4.0 * (4.0 - 4.0 * 10.0**0.3)))
+    assert found.bandwidth == pytest.approx(math.sqrt(square) / turn, rel=1e-3)
+    crosses = math.sqrt(0.5 * (math.sqrt(17.0) - 1.0))
+    assert found.crossover == pytest.approx(crosses / turn, rel=1e-6)
+    assert found.phase_margin == pytest.approx(math.degrees(math.atan(1.0 / crosses)), abs=1e-3)
+    assert found.gain_margin == math.inf and math.isnan(found.dip_at)
+
+
+def test_poles_far_from_the_others_are_not_drawn(monkeypatch, tmp_path):
+    drawn = []
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda f, path: drawn.append(f))
+    s = control.tf("s")
+    far = {"real": 2.0 * 900.0 / ((s + 1.0) ** 2 * (s + 900.0)),
+           "turning": 9e4 / ((s + 1.0) * (s**2 + 60.0 * s + 9e4))}  # fmt: skip
+    draw(tmp_path / "a.svg", far)
+    shown = {line.get_label(): line for line in drawn[0].axes[3].get_lines()}
+    assert len(shown["real x"].get_xdata()) == 2
+    assert len(shown["turning x"].get_xdata()) == 1

@@ -12,7 +12,7 @@ import pytest
 
 from flatplank_control.sequencer import SequencerParameters, SlipSequencer
 from flatplank_control.sequencer.sequencer import Follower
-from flatplank_data.params import from_mapping, parameter_infos, to_mapping
+from flatplank_data.params import ParameterError, from_mapping, parameter_infos, to_mapping
 from flatplank_data.waveforms import MAX_SLIP, WAVEFORMS
 from flatplank_hw.samples import EncoderSample
 
@@ -281,3 +281,201 @@ def test_without_a_moving_plank_there_is_no_actual_slip():
     s.step(sample(1, 0.1, motor_velocity=1.02 * V / RE * P.gear_ratio))
     assert s.state.actual_slip == pytest.approx(0.02)
     assert math.isnan(SlipSequencer(P).state.actual_slip)
+
+
+TURNS = 1.0 / RE
+"""of a freely rolling wheel [rad/m]"""
+
+
+def follower(**parameters) -> Follower:
+    """A follower that has seen a resting plank."""
+    f = Follower(replace(P, follow_until=0.5, **parameters))
+    assert f.step(sample(0, 0.2, 0.0), TURNS) == 0.0
+    return f
+
+
+def test_a_resting_plank_that_creeps_has_no_travel_until_it_moves():
+    f = follower()
+    for n, position in enumerate((0.2004, 0.1997, 0.2003)):
+        assert f.step(sample(n, position, 0.0, wheel_angle=0.01 * n), TURNS) == 0.0
+        assert f.travel == 0.0
+    f.step(sample(4, 0.2008, wheel_angle=0.02), TURNS)
+    assert f.travel == pytest.approx(5e-4)
+    assert f.lost == pytest.approx(5e-4 * TURNS), "from the angle at the start on"
+    f.step(sample(5, 0.2010, 0.0, wheel_angle=0.021), TURNS)
+    assert f.travel == pytest.approx(7e-4), "a plank that rests in a run has travelled"
+    assert f.lost == pytest.approx(7e-4 * TURNS - 1e-3)
+
+
+def test_a_follower_that_first_sees_a_moving_plank_starts_there():
+    f = Follower(replace(P, follow_until=0.5))
+    assert f.step(sample(0, 1.0, wheel_angle=3.0), TURNS) == 0.0
+    assert f.step(sample(1, 1.0005, wheel_angle=3.0), TURNS) == pytest.approx(
+        P.follow_rate * 5e-4 * TURNS
+    )
+
+
+@pytest.mark.parametrize(
+    ("position", "travelled"),
+    [(0.2009, 9e-4), (0.1991, -9e-4), (0.2011, V / P.rate_hz), (0.0, V / P.rate_hz)],
+)
+def test_a_step_of_more_than_a_millimetre_is_a_new_zero_of_the_position(position, travelled):
+    f = follower()
+    f.step(sample(1, 0.2), TURNS)
+    f.step(sample(2, position), TURNS)
+    assert f.travel == pytest.approx(travelled, rel=1e-6)
+    f.step(sample(3, position + 1e-4), TURNS)
+    assert f.travel == pytest.approx(travelled + 1e-4, rel=1e-6)
+
+
+def test_the_error_of_rack_and_pinion_goes_on_from_the_new_zero():
+    f = follower(mesh_turn_sin=5e-5)
+    f.step(sample(1, 0.2), TURNS)
+    f.step(sample(2, 0.01), TURNS)
+    before = f.travel
+    assert before == pytest.approx(V / P.rate_hz)
+    f.step(sample(3, 0.0105), TURNS)
+    turned = [math.sin(x / P.pinion_pitch_radius) for x in (0.01, 0.0105)]
+    by_hand = 5e-4 + 5e-5 * (turned[1] - turned[0])
+    assert f.travel - before == pytest.approx(by_hand, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("angle", "share"),
+    [(-1e-3, None), (1e-3, None), (-1.0, 0.5), (1.0, -0.25)],
+)
+def test_the_correction_is_the_lost_angle_within_half_and_a_quarter_of_the_speed(angle, share):
+    f = follower()
+    f.step(sample(1, 0.2), TURNS)
+    found = f.step(sample(2, 0.2, wheel_angle=angle), TURNS)
+    assert f.lost == pytest.approx(-angle)
+    wanted = -P.follow_rate * angle if share is None else share * V * TURNS
+    assert found == pytest.approx(wanted)
+
+
+@pytest.mark.parametrize(
+    ("mismatch", "follows"),
+    [(P.mismatch_limit, True), (-P.mismatch_limit, True), (1.01 * P.mismatch_limit, False),
+     (-1.01 * P.mismatch_limit, False), (math.nan, False)],
+)  # fmt: skip
+def test_encoders_that_disagree_are_not_followed_and_the_travel_is_kept(mismatch, follows):
+    f = follower()
+    found = f.step(sample(1, 0.2005, mismatch=mismatch), TURNS)
+    assert (found != 0.0) is follows
+    assert f.travel == pytest.approx(5e-4)
+    assert f.step(sample(2, 0.2005), TURNS) == pytest.approx(P.follow_rate * 5e-4 * TURNS)
+
+
+@pytest.mark.parametrize("used", [True, False])
+def test_the_plank_is_followed_where_the_road_encoder_is_not_to_be_used(used):
+    f = Follower(replace(P, follow_until=0.5, use_road_encoder=used, road_scale=1.002))
+    f.step(sample(0, 0.2, 0.0, road_position=1.0), TURNS)
+    f.step(sample(1, 0.2005, road_position=1.0003), TURNS)
+    assert f.travel == pytest.approx(3e-4 if used else 1.002 * 5e-4)
+
+
+def test_a_reset_ends_the_travel():
+    s = following()
+    s.step(sample(1, 5e-4))
+    assert s.step(sample(2, 5e-4)).value > V / RE
+    s.reset()
+    assert s.step(sample(3, 5e-4)).value == pytest.approx(V / RE)
+    assert s.step(sample(4, 1e-3)).value == pytest.approx(V / RE + P.follow_rate * 5e-4 / RE)
+
+
+def test_the_wanted_turn_has_slip_and_steering_angle():
+    s = SlipSequencer(replace(P, follow_until=0.1))
+    s.set_waveform("constant", {"kappa": 0.1}, 0.0, RE)
+    s.step(sample(0, 0.0, 0.0, steer_angle=0.2))
+    per_metre = math.cos(0.2) * 1.1 / RE
+    found = s.step(sample(1, 5e-4, steer_angle=0.2)).value
+    assert found == pytest.approx((V + P.follow_rate * 5e-4) * per_metre)
+    found = s.step(sample(2, 5e-4, steer_angle=0.0)).value
+    assert found == pytest.approx(V * 1.1 / RE + P.follow_rate * 5e-4 * per_metre)
+
+
+def test_the_slip_begins_at_the_start_position():
+    s = SlipSequencer(P)
+    s.set_waveform("constant", {"kappa": 0.1}, 1.5, RE)
+    for position, active in ((0.3, False), (1.4999, False), (1.5, True), (2.5, True)):
+        s.step(sample(0, position))
+        state = s.state
+        assert state.active is active
+        assert state.reference_slip == (0.1 if active else 0.0)
+        assert state.distance == pytest.approx(position - 1.5)
+        assert state.start_position == 1.5 and state.effective_rolling_radius == RE
+        assert state.reference_velocity == pytest.approx(V / RE * (1.1 if active else 1.0))
+
+
+def test_before_a_waveform_the_state_is_empty():
+    state = SlipSequencer(P).state
+    assert (state.active, state.reference_slip, state.reference_velocity) == (False, 0.0, 0.0)
+    assert all(math.isnan(x) for x in (state.distance, state.start_position))
+    assert math.isnan(state.effective_rolling_radius) and math.isnan(state.actual_slip)
+    assert SlipSequencer(P).waveform == {}
+
+
+def test_the_waveform_that_was_set_last_is_kept_with_all_its_parameters():
+    s = with_step(0.03, 1.2)
+    known = {"name": "step", "start_position": 1.2, "effective_rolling_radius": RE}
+    assert {k: s.waveform[k] for k in known} == known
+    assert s.waveform["parameters"]["kappa"] == 0.03
+    assert "length" in s.waveform["parameters"]
+    kept = dict(s.waveform)
+    assert not s.set_slip_step(0.05, 9.0, RE).accepted
+    assert not s.set_waveform("sine", {"amplitude": 9.0}, 1.0, RE).accepted
+    assert s.waveform == kept
+
+
+def test_only_the_plank_speed_changes_while_it_runs():
+    s = following()
+    slow = replace(s.parameters, commanded_speed=0.02)
+    s.set_constants(slow)
+    assert s.step(sample(1, 0.0)).value == pytest.approx(0.02 / RE)
+    for k in range(60):
+        found = s.step(sample(2 + k, 5e-4 * (k + 1))).value
+    assert found == pytest.approx(1.5 * 0.02 / RE), "the bound of the correction, too"
+    with pytest.raises(ValueError, match="slip sequencer"):
+        s.set_constants(replace(slow, follow_rate=1.0))
+    assert s.parameters == slow
+    plain = with_step()
+    plain.set_constants(replace(P, commanded_speed=0.02))
+    assert plain.step(sample(0, 0.1)).value == pytest.approx(0.02 / RE)
+
+
+@pytest.mark.parametrize(
+    ("share", "valid"), [(0.79, False), (0.81, True), (1.19, True), (1.21, False)]
+)
+def test_the_speed_may_differ_by_its_tolerance(share, valid):
+    s = with_step()
+    for n in range(200):
+        reference = s.step(sample(n, 0.3, velocity=share * V))
+    assert reference.valid is valid
+
+
+def test_the_patience_begins_anew_after_every_good_speed():
+    s = with_step()
+    late = round(P.speed_patience / 0.004)
+    for n in range(3 * late):
+        off = n % late != 0
+        assert s.step(sample(n, 0.3, velocity=0.5 * V if off else V)).valid
+
+
+def test_the_actual_slip_is_along_the_wheel():
+    s = with_step()
+    s.step(sample(0, 0.3, steer_angle=0.3, motor_velocity=1.1 * V / RE * P.gear_ratio))
+    assert s.state.actual_slip == pytest.approx(1.1 / math.cos(0.3) - 1.0)
+
+
+def test_a_start_at_the_plank_is_accepted_and_one_behind_it_is_not():
+    s = with_step()
+    s.step(sample(0, 1.0))
+    assert s.set_slip_step(0.05, 1.0, RE).accepted
+    assert not s.set_slip_step(0.05, 0.999, RE).accepted
+
+
+@pytest.mark.parametrize("high", [0.2, 0.19])
+def test_limits_of_the_radius_that_leave_none_are_refused(high):
+    with pytest.raises((ParameterError, ValueError), match="radius_min is not below radius_max"):
+        SequencerParameters(radius_min=0.2, radius_max=high)
+    assert SequencerParameters(radius_min=0.2, radius_max=0.3).radius_max == 0.3

@@ -207,6 +207,18 @@ def test_a_target_near_a_moving_axis_is_reached_without_a_jump_of_the_speed(ahea
     assert move.position == move.target and move.velocity == 0.0
 
 
+def test_a_move_takes_the_time_of_its_trapezoid_and_never_brakes_harder():
+    move, dt = Move(speed=0.15, acceleration=0.5), 0.004
+    move.target = 0.3
+    speeds = [0.0]
+    while move.position != move.target:
+        move.step(dt)
+        speeds.append(move.velocity)
+    # by hand: 0.3 / 0.15 s + 0.15 / 0.5 s
+    assert (len(speeds) - 1) * dt == pytest.approx(2.3)
+    assert np.abs(np.diff(speeds)).max() <= 0.5 * dt * (1.0 + 1e-6)
+
+
 def test_mode_cannot_change_while_the_axis_turns():
     rig = up("velocity", 0.1)
     rig.run(100)
@@ -270,6 +282,18 @@ def test_fault_reset_is_a_rising_edge():
     assert not words[edge - 1] & 0x80
     rig.run(10)
     assert rig.commands[-1].control_word == 0x00
+
+
+def test_a_reset_that_is_not_answered_is_asked_for_a_second():
+    rig = Rig()
+    rig.fault()
+    rig.run(10)
+    rig.deaf = True
+    assert rig.drive.reset_fault().accepted
+    rig.run(400)
+    words = [c.control_word & 0x80 for c in rig.commands[10:]]
+    # 1 s of start_timeout, 250 cycles, from the cycle of the request on
+    assert words[:250] == [0x80] * 250 and not any(words[253:])
 
 
 def test_a_drive_that_leaves_operation_is_not_enabled_again():
