@@ -13,7 +13,7 @@ from flatplank_hw.drive import AxisDrive, safety
 from flatplank_hw.drive.following import Following
 from flatplank_validation.trust import registry, scenario
 from flatplank_validation.trust.faults import CLOCK, FAULTS
-from flatplank_validation.trust.page import table
+from flatplank_validation.trust.page import ranges, table
 from flatplank_validation.trust.registry import Options, Result, Tally, rows
 from flatplank_validation.trust.rows import work
 from flatplank_validation.trust.rows.twin import APART, pairs, triples
@@ -133,6 +133,15 @@ def test_the_table_has_every_row_and_counts(monkeypatch, capsys):
     out = capsys.readouterr()
     assert f"| {3 * len(FAULTS)} | 1 %, seed 1 | {len(FAULTS)} |" in out.out
     assert out.err.count("single: bad") == len(FAULTS)
+
+
+@pytest.mark.parametrize(
+    ("seeds", "text"),
+    [((7,), "7"), ((5, 4), "4, 5"), ((3, 101, 5, 4), "3 to 5, 101"),
+     ((9, 1, 2, 8, 7), "1, 2, 7 to 9")],
+)  # fmt: skip
+def test_seeds_that_follow_each_other_are_a_range(seeds, text):
+    assert ranges(seeds) == text
 
 
 def test_results_of_earlier_runs_are_put_together(tmp_path, capsys):

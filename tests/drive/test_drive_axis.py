@@ -15,6 +15,7 @@ from flatplank_hw.cia402 import HOMING_ATTAINED, CiaMode, State
 from flatplank_hw.drive import AxisDrive, DriveParameters
 from flatplank_hw.drive.modes import MODES, HomingSequence, Move
 from flatplank_hw.drive.safety import LEFT_OPERATION, NO_ANSWER, QUICK_STOP, RULES
+from flatplank_hw.drive.shaft import Shaft
 
 NAN, INF = math.nan, math.inf
 
@@ -216,7 +217,45 @@ def test_a_move_takes_the_time_of_its_trapezoid_and_never_brakes_harder():
         speeds.append(move.velocity)
     # by hand: 0.3 / 0.15 s + 0.15 / 0.5 s
     assert (len(speeds) - 1) * dt == pytest.approx(2.3)
-    assert np.abs(np.diff(speeds)).max() <= 0.5 * dt * (1.0 + 1e-6)
+    changes = np.diff(speeds) / (0.5 * dt)
+    # 0.15 / 0.5 s each of speeding up and of braking, to the last cycle
+    np.testing.assert_allclose(changes, [1.0] * 75 + [0.0] * 425 + [-1.0] * 75, atol=1e-9)
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize("angle", [0.02, -0.02])
+def test_a_move_over_the_end_of_the_counter_stays_in_its_range(direction, angle):
+    near = round(math.copysign(2**31 - 1e6, direction * angle))
+    rig = up(start_counts=near, direction=direction)
+    rig.scale *= direction
+    assert rig.drive.move_to(angle).accepted
+    rig.run(2000, until=lambda s: rig.drive.at_target)
+    assert rig.run(5).position == pytest.approx(angle, abs=1e-8)
+    assert all(-(2**31) <= c.target_position < 2**31 for c in rig.commands)
+    assert len({c.target_position > 0 for c in rig.commands}) == 2, "the end was passed"
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_counts_and_units_of_the_shaft_are_each_other_s_inverse(direction):
+    p = DriveParameters(direction=direction)
+    shaft = Shaft(p)
+    shaft.read(AxisInputs(0, 0, 1000, 0, 0, 0), False)
+    counts = direction * p.counts_per_turn * p.gear_ratio / math.tau
+    shaft.read(AxisInputs(0, 0, 1000 + 5000, 7000, 123, 0), False)
+    assert shaft.position == pytest.approx(5000 / counts)
+    assert shaft.velocity == pytest.approx(7000 / counts)
+    assert shaft.torque == pytest.approx(direction * 0.0123)
+    assert shaft.raw_position(shaft.position) == 6000
+    assert shaft.raw_position(0.0) == 1000
+    assert shaft.raw_velocity(7000 / counts) == 7000
+    assert shaft.raw_torque(direction * 0.0123) == 123
+    assert shaft.raw_position(NAN) == 6000
+    assert shaft.raw_velocity(NAN) == shaft.raw_torque(NAN) == 0
+    shaft.read(AxisInputs(0, 0, 9000, 0, 0, 0), True)
+    assert shaft.position == pytest.approx(5000 / counts), "the drive sets its counter"
+    shaft.make_zero()
+    shaft.read(AxisInputs(0, 0, 9100, 0, 0, 0), False)
+    assert shaft.position == pytest.approx(100 / counts)
 
 
 def test_mode_cannot_change_while_the_axis_turns():

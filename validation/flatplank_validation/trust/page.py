@@ -38,11 +38,11 @@ was enabled by itself; its cause is not known, and it did not come again.
 ## The faults on the twin
 
 The wheel slips under load on the moving plank, rolls freely there, or turns in the air. The
-faults begin within half a second of each other. The shaft of the simulated machine must rest, or
-turn as its good source wants it to, in free rolling no faster than the road; it may do otherwise
-for {most:.2f} s, in which the slowest rules notice a drive that obeys nothing, and stop it. A
-drive that is deaf keeps its last set-point; its bus chip has a watchdog of its own, as every
-EtherCAT drive has. What stops what:
+faults begin within half a second of each other. From the first fault on the shaft of the simulated
+machine must rest, or turn as its good source wants it to, in free rolling no faster than the road;
+it may do otherwise for {most:.2f} s, in which the slowest rules notice a drive that obeys nothing,
+and stop it. A drive that is deaf keeps its last set-point; its bus chip has a watchdog of its own,
+as every EtherCAT drive has. What stops what:
 [decisions/stop-authorities.md](../decisions/stop-authorities.md).
 
 """
@@ -57,13 +57,24 @@ def table(found: Found) -> list[str]:
     ]
     for name, result in found.items():
         row, tally = known[name], result.tally
-        share = f"{100.0 * result.share:.3g} %, seed {', '.join(map(str, sorted(result.seeds)))}"
+        share = f"{100.0 * result.share:.3g} %, seed {ranges(result.seeds)}"
         lines.append(
             f"| {row.what} (`{name}`) | {row.bar} | {tally.many} | {share} "
             f"| {len(tally.failures)} | {result.seconds:.0f} s | {result.place} |"
         )
     notes = [f"- `{name}`: {note}" for name, r in found.items() for note in r.tally.notes]
     return [*lines, "", *notes] if notes else lines
+
+
+def ranges(seeds: Sequence[int]) -> str:
+    """Seeds in order; those that follow each other as a range."""
+    runs: list[list[int]] = []
+    for seed in sorted(seeds):
+        if runs and seed == runs[-1][-1] + 1:
+            runs[-1].append(seed)
+        else:
+            runs.append([seed])
+    return ", ".join(f"{r[0]} to {r[-1]}" if len(r) > 2 else ", ".join(map(str, r)) for r in runs)
 
 
 MUTANTS = """\
