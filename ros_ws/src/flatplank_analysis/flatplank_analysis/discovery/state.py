@@ -45,8 +45,10 @@ class State:
     """makes `candidates`, which are large"""
     floors: list[floors.Floor]
     """per channel"""
+    noise: noises.ChannelNoise
+    """of the first channel, without the form error of the model"""
     metric: grams.Metric
-    """metric of the decisions"""
+    """metric of the decisions: the form error of the model is no evidence of an effect"""
     whitened: Whitened
     """fit of the same model with the smallest whitened chi2"""
 
@@ -70,8 +72,7 @@ class State:
         noise model and the scatter of the tire. Zero without repeats: the noise model then is the
         residual itself.
         """
-        runs, noise = self.runs, self.metric.whitener.noises[0]
-        groups = runs.groups
+        runs, noise, groups = self.runs, self.noise, self.runs.groups
         if not runs.repeated:
             return np.zeros((len(groups), runs.samples))
         sideways = scatter_columns(self.model, self.fit)[:, 0] * self.metric.scatter[:, None, None]
@@ -169,25 +170,26 @@ def make_state(
     directions = scatter_columns(model, fit)
     bound = source_of(runs).lower_bound
     model_noise = noises.fit_noise(runs, residual if bound else contrasts, residual, directions)
-    # in the other channels the form error is no noise, but no evidence of an effect either
-    seen = form_error_of(model).side * np.abs(runs.mean(fit.predicted)).max(axis=(1, 2))
-    model_noise[1:] = map(noises.no_quieter, model_noise[1:], seen[1:])
-    for c, noise in enumerate(model_noise):
+    form = [form_error_of(model).share(c) for c in range(len(residual))]
+    seen = form * np.abs(runs.mean(fit.predicted)).max(axis=(1, 2))
+    with_form = list(map(noises.no_quieter, model_noise, seen))
+    # in the first channel the verdict says what is left beyond the noise alone
+    for c, noise in enumerate([model_noise[0], *with_form[1:]]):
         # a lower bound holds at every node; the residual's own correlation is no measure of it
         per_run = runs.samples if bound else noises.freedom_of(runs, noise)
         least = scatter_lower_bound(runs, c) if bound else 0.0
         levels.append(floors.floor_of(runs, residual[c], cleaned[c], c, per_run, least))
-    whitener = noises.make_whitener(runs, model_noise)
-    scatter = grams.scatter_of(runs, whitener, contrasts, directions, usual_scatter(model))
-
-    metric = grams.Metric(whitener, directions, scatter)
+    # repeats scatter by the noise alone
+    alone = noises.make_whitener(runs, model_noise)
+    scatter = grams.scatter_of(runs, alone, contrasts, directions, usual_scatter(model))
+    metric = grams.Metric(noises.make_whitener(runs, with_form), directions, scatter)
     found = fit_whitened(metric, fitter, near or fit)
     found = replace(found, fit=fitter.derivative(found.fit))
     # the whitened fit may be far from the plain one, where the columns differ
     offered = partial(make_candidates, model, found.fit, effects, residual)
     if known is not None:
         offered = partial(list, known)
-    return State(model, fitter, fit, residual, offered, levels, metric, found)
+    return State(model, fitter, fit, residual, offered, levels, model_noise[0], metric, found)
 
 
 def _cleaned(
