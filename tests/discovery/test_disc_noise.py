@@ -374,9 +374,10 @@ def test_errors_and_independent_numbers_of_a_state_by_its_noise():
     scale = np.linspace(0.5, 2.0, runs.runs)
 
     def with_noise(weights):
-        whitener = SimpleNamespace(noises=[ChannelNoise(weights, scale)])
+        noise = ChannelNoise(weights, scale)
+        whitener = SimpleNamespace(noises=[noise])
         metric = SimpleNamespace(whitener=whitener, scatter=np.array([0.3]))
-        return replace(state, metric=metric)
+        return replace(state, metric=metric, noise=noise)
 
     of_run = 6.0 * scale[:, None] ** 2 + (0.3 * TIME) ** 2
     wanted = [np.sqrt(np.sum(of_run[g], axis=0)) / len(g) for g in runs.groups]
@@ -393,19 +394,27 @@ class Pair(Sum):
         return np.repeat(super().predict(sets)[:, :1], 2, axis=1)
 
 
-def test_the_error_of_the_form_is_noise_of_the_other_channels():
-    """A tenth of the largest mean signal, which is 1.4: 0.14 beside a noise of 0.05."""
+def test_the_error_of_the_form_is_no_evidence():
+    """A tenth of the largest mean signal, which is 1.4: 0.14 beside a noise of 0.05. The floor of
+    the first channel is that of the noise alone: what is left beyond it is told."""
     runs = measured(37).runs
     both = np.concatenate([runs.measured, measured(38).runs.measured])
     model = Pair(replace(runs, channels=("x", "y"), measured=both))
     fitter = Fitter(model, np.ones((2, 1, 1)))
     fit = fitter.fit(start_base(model))
-    plain = make_state(model, fitter, fit, []).metric.whitener.noises
-    model.form = FormError(mean=0.5, side=0.1)
-    first, second = make_state(model, fitter, fit, []).metric.whitener.noises
-    np.testing.assert_allclose(first.weights, plain[0].weights)
+    before = make_state(model, fitter, fit, [])
+    plain = before.metric.whitener.noises
+    model.form = FormError(mean=0.2, side=0.1)
+    state = make_state(model, fitter, fit, [])
+    first, second = state.metric.whitener.noises
     assert plain[1].weights.sum() == pytest.approx(NOISE**2, rel=0.2)
+    assert first.weights.sum() == pytest.approx(0.28**2, rel=0.05)
     assert second.weights.sum() == pytest.approx(0.14**2, rel=0.05)
+    np.testing.assert_allclose(state.noise.weights, plain[0].weights)
+    assert str(state.floors[0]) == str(before.floors[0])
+    assert state.floors[1].freedom < before.floors[1].freedom
+    np.testing.assert_allclose(state.expected_errors, before.expected_errors)
+    np.testing.assert_allclose(state.metric.scatter, before.metric.scatter)
 
 
 def test_where_nothing_is_repeated_the_residual_is_the_noise_and_rest_is_the_floor():
