@@ -6,7 +6,17 @@ from __future__ import annotations
 import pytest
 
 from flatplank_analysis.contact_patch.session import Session
+from flatplank_analysis.discovery.verdict import AT_FLOOR
 from flatplank_validation.blind.cases import Case, make
+from flatplank_validation.blind.nulls import nothing_hidden
+
+
+@pytest.mark.parametrize(("seed", "noise"), [(21, 3.0), (4, 1.0)])
+def test_counted_motions_are_no_lag(seed, noise):
+    """With little noise the steps of the encoders around the step of the slip were taken for a
+    force that is late."""
+    result = Session.of_tables(nothing_hidden("plant", seed, noise)).diagnose()
+    assert result.verdict == AT_FLOOR and not result.found, result.reason
 
 
 @pytest.mark.long

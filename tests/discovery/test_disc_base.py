@@ -176,6 +176,35 @@ def test_counting_encoder_is_seen_and_smoothed():
     assert grid.quantum(true + 1e-4 * np.random.default_rng(0).standard_normal(len(t))) == 0.0
 
 
+@pytest.mark.parametrize("slip", [-0.1, -0.02, 0.05])
+def test_counts_beside_a_step_of_the_slip_are_smoothed(slip):
+    """They were kept for a second on either side: from node to node the force of the model moved
+    by newtons, which a force that comes late seemed to explain."""
+    t, step = np.arange(0.0, 100.0, 0.05), 2.0 * np.pi / 20000
+    near = np.abs(t - 50.0) < 1.0
+    kept, left = [], []
+    for phase in np.linspace(0.0, 0.9, 10):
+        true = 0.0964634 * (t + np.maximum(t - 50.0, 0.0) * slip) + phase * step
+        counted = np.floor(true / step) * step
+        smooth = grid.unquantise(counted, step, 20.0)
+        error = grid.gaussian(np.stack([counted, smooth], axis=1) - true[:, None], 1.5)[near]
+        rough = np.sqrt(np.mean(np.diff(error[::3], 2, axis=0) ** 2, axis=0))
+        kept.append(rough[0])
+        left.append(rough[1])
+    assert np.mean(left) < 0.5 * np.mean(kept)
+
+
+def test_a_curve_through_counts_stays_within_a_step_of_them():
+    """A kink, and waves of three steps that come and go in 2.5 s."""
+    t, step = np.arange(0.0, 100.0, 0.05), 2.0 * np.pi / 20000
+    true = 0.0964634 * (t + 0.1 * np.maximum(t - 50.0, 0.0))
+    true += 3.0 * step * np.sin(2.5 * t) * (t > 70.0)
+    counted = np.floor(true / step) * step
+    smooth = grid.unquantise(counted, step, 20.0)
+    assert np.abs(smooth - counted).max() < step
+    assert np.std((smooth - true)[t < 40.0]) < 0.1 * np.std((counted - true)[t < 40.0])
+
+
 def test_filter_keeps_ramps():
     ramp = np.linspace(0.0, 3.0, 200)[:, None]
     np.testing.assert_allclose(grid.gaussian(ramp, 1.5), ramp, atol=1e-12)

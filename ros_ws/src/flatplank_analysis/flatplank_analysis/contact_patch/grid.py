@@ -8,6 +8,7 @@ They lie at equal plank positions in all runs, so that repeats can be compared n
 from __future__ import annotations
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 SPEED = 0.03
@@ -21,6 +22,8 @@ SAMPLE = 0.05
 """[s] block length at SPEED; faster recordings are averaged in blocks first"""
 START = 0.0005
 """[m] plank travel above which the run counts as started"""
+WIDTHS = (0.4, 1.5, 5.0)
+"""[s] widths of the curves through counted values, the narrow ones first"""
 BEFORE = 0.4
 """[s] time before the start, at SPEED, that has nodes"""
 
@@ -74,13 +77,14 @@ def unquantise(values: np.ndarray, step: float, sample: float) -> np.ndarray:
     """Replace counted values by a smooth curve where it stays within one encoder step of them.
 
     Counting adds waves of any length (a slip of 1 % beats with the sampling at 0.14 m) that are
-    the same in every run, so that no mean removes them. Where the motion changes (start, step)
+    the same in every run, so that no mean removes them. Beside a change of the motion (start,
+    step) the curve is the line through the counts on one side of it; where the motion changes
     the counts are kept. sample: samples per second at SPEED.
     """
     if step <= 0.0:
         return values
-    out = values
-    for seconds in (0.4, 1.5, 5.0):
+    out, kept, usual = values, np.ones(len(values)), []
+    for seconds in WIDTHS:
         width = seconds * sample
         reach = min(int(3.0 * width) + 1, len(values) - 1)
         # odd reflection: a ramp stays a ramp at the ends
@@ -92,8 +96,29 @@ def unquantise(values: np.ndarray, step: float, sample: float) -> np.ndarray:
         worst = maximum_filter1d(off, 2 * int(2.0 * width) + 1, mode="nearest")
         trust = gaussian_filter1d((worst < 0.6 * step).astype(float), 0.5 * width)
         trust = np.minimum(trust, worst < 0.6 * step)
-        out = out + trust * (smooth - centre - out)
+        usual.append(np.quantile(worst[worst < 0.6 * step], 0.9) if np.any(trust) else 0.0)
+        out, kept = out + trust * (smooth - centre - out), kept * (1.0 - trust)
+    for seconds, off in zip(WIDTHS, usual, strict=True):
+        length = int(2.0 * seconds * sample) + 1
+        for side in (slice(None), slice(None, None, -1)):
+            line, holds = _end_of_line(values[side], length, off)
+            trust = kept[side] * holds
+            out[side] += trust * (line - out[side])
     return out
+
+
+def _end_of_line(values: np.ndarray, length: int, off: float) -> tuple[np.ndarray, np.ndarray]:
+    """Per value the end of the line through it and those before it, `length` in all, and whether
+    none of these is further from the line than `off`."""
+    end, holds = values.copy(), np.zeros(len(values), dtype=bool)
+    if length < 4 or length > len(values):
+        return end, holds
+    design = np.stack([np.ones(length), np.arange(length) - length + 1.0], axis=1)
+    window = sliding_window_view(values, length)
+    lines = window @ np.linalg.pinv(design).T
+    worst = np.abs(window - lines @ design.T).max(axis=1)
+    end[length - 1 :], holds[length - 1 :] = lines[:, 0], worst < off
+    return end, holds
 
 
 def smooth_columns(
