@@ -20,6 +20,7 @@ from flatplank_analysis.discovery.invariants import LEFT
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.verdict import AT_FLOOR, FOUND, GROUP, diagnose
 from flatplank_analysis.inference.posterior import Posterior, consequence
+from flatplank_analysis.inference import search as searches
 from flatplank_analysis.inference.search import run_search
 
 
@@ -246,3 +247,22 @@ def test_what_speaks_against_a_runner_up_is_told():
                 assert "beside drag it gains" in note and price > gain
                 return
     raise AssertionError("no runner-up among nine campaigns")
+
+
+def test_the_base_remains_when_no_other_set_does(monkeypatch):
+    """Fitted again with the new noise, the effect of the only set within reach was no longer to be
+    told from the base: no set was left, and the search ended with an error of numpy."""
+
+    told = [True]
+
+    def state_of(self, *args):
+        told.append(False)
+        return usual(self, *args)
+
+    usual = searches._Inference.state_of
+    monkeypatch.setattr(searches._Inference, "state_of", state_of)
+    separable = classmethod(lambda cls, runs, values=None: values is None or told[-1])
+    monkeypatch.setattr(Drag, "separable", separable)
+    search = run_search(throw(1, 0.02), [Drag])
+    assert not told[-1] and list(search.answer.posterior.sets) == [()]
+    assert not search.last.found

@@ -140,7 +140,8 @@ class _Inference:
         scales = Scales.of(state, self.effects)
         near = [posterior.sets[k] for k, log in posterior.logs.items() if log > -2.0 * REACH]
         done = explorer.extended - {best.key}
-        explorer = self.explorer(scales, [scales.fitted(w.fit) for w in near], 0.7)
+        fits = [base.whitened.fit, *(w.fit for w in near if w.fit.terms[len(base.fit.terms) :])]
+        explorer = self.explorer(scales, [scales.fitted(fit) for fit in fits], 0.7)
         explorer.extended = done
         return scales, explorer.run()
 
