@@ -19,8 +19,8 @@ from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.invariants import LEFT
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.verdict import AT_FLOOR, FOUND, GROUP, diagnose
-from flatplank_analysis.inference.posterior import Posterior, consequence
 from flatplank_analysis.inference import search as searches
+from flatplank_analysis.inference.posterior import Posterior, consequence
 from flatplank_analysis.inference.search import run_search
 
 
