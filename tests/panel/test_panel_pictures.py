@@ -41,6 +41,41 @@ def test_stop_is_in_view_on_every_screen(visitor, width):
     who.page.wait_for_function("w => document.documentElement.scrollWidth === w", arg=width)
 
 
+DARK = "() => document.body.classList.contains('body--dark')"
+
+
+@pytest.mark.parametrize("width", [390, 1280])
+def test_every_page_is_legible_in_the_dark(visitor, data, width):
+    campaign(data / "made_up")
+    try:
+        who = visitor()
+        who.page.emulate_media(color_scheme="dark")
+        who.page.set_viewport_size({"width": width, "height": 900})
+        who.page.wait_for_function(DARK)
+        for tab in ("Bench", "Runs", "Discover", "Investigate"):
+            who.tab(tab)
+            looked_after(who)
+            who.page.wait_for_function(
+                "w => document.documentElement.scrollWidth === w", arg=width
+            )
+        who.tab("Runs")
+        who.page.get_by_role("img", name="Fx [N] over road displacement [m]").wait_for()
+        assert not who.errors
+    finally:
+        shutil.rmtree(data / "made_up")
+
+
+PLOTS = """() => [...document.querySelectorAll(".fp-live")].map(e =>
+  getElement(Number(e.id.slice(1))).chart.getOption().grid.map(g => g.left))"""
+
+
+def test_live_plots_stand_below_each_other_on_a_phone(visitor):
+    who = visitor()
+    who.page.wait_for_function(f"({PLOTS})().every(places => new Set(places).size === 3)")
+    who.page.set_viewport_size({"width": 390, "height": 900})
+    who.page.wait_for_function(f"({PLOTS})().every(places => new Set(places).size === 1)")
+
+
 def test_pictures_of_bench_and_runs(operator, observer, pictures):
     operator.fill("Load [N]", 3700)
     operator.click("Set Load")

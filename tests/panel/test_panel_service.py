@@ -173,7 +173,7 @@ def test_a_cancelled_worker_is_followed_by_a_new_one(tmp_path):
         service = AnalysisService(tmp_path)
         analysis = PageAnalysis(service)
         opening = asyncio.create_task(analysis.open("x"))
-        while analysis.progress[0] != "reading the runs":
+        while not analysis.progress[0].startswith("reading run "):
             await asyncio.sleep(0.01)
         first = service.fit_jobs._process
         analysis.cancel()

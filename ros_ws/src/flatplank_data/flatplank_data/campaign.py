@@ -7,7 +7,7 @@ import dataclasses
 import os
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar
 
 from flatplank_data import checks
 from flatplank_data.condition import Condition, is_nan
@@ -158,6 +158,19 @@ def _merged(info: RunRecord, facts: Mapping[str, Any], given: Collection[str]) -
     return dataclasses.replace(info, **changes) if changes else info
 
 
+Item = TypeVar("Item")
+Progress = Callable[[str, float], None]
+"""text of the present activity and completed share"""
+
+
+def told(runs: Sequence[Item], progress: Progress | None) -> Iterator[Item]:
+    """The runs in turn, each told with its number before it is read."""
+    for number, run in enumerate(runs, start=1):
+        if progress:
+            progress(f"reading run {number} of {len(runs)}", (number - 1) / len(runs))
+        yield run
+
+
 @dataclass
 class Campaign:
     """Runs of one folder. `problems` grows while tables are read; nothing else changes."""
@@ -171,9 +184,12 @@ class Campaign:
 
     @classmethod
     def load(
-        cls, path: str | os.PathLike[str], mapping: Mapping[str, Any] | None = None
+        cls,
+        path: str | os.PathLike[str],
+        mapping: Mapping[str, Any] | None = None,
+        progress: Progress | None = None,
     ) -> Campaign:
-        """Read the run records of a folder of tables or bags.
+        """Read the run records of a folder of tables or bags; `progress` is told of each.
 
         Raises NothingUsableError without a usable run, FlatplankError for a wrong campaign.yaml.
         """
@@ -183,7 +199,7 @@ class Campaign:
         campaign = cls(os.fspath(path), [], str(raw.get("tire") or ""), problems)
         mapping = mapping or _mapping(store, raw)
         turned_names(mapping)
-        for number, entry in enumerate(raw["runs"], start=1):
+        for number, entry in enumerate(told(raw["runs"], progress), start=1):
             campaign._add(store, entry, number, mapping)
         campaign._drop_doubles()
         campaign._tell_unlisted(store)

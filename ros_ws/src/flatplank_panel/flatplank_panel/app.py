@@ -76,6 +76,6 @@ def serve(operator: Operator, service: AnalysisService, host: str, port: int, to
     app.on_shutdown(operator.host.stop)
     app.on_shutdown(service.close)
     ui.run(
-        host=host, port=port, title="Flat Plank", favicon="⏺", reload=False, show=False,
+        host=host, port=port, title="Flat Plank", favicon="⏺", dark=None, reload=False, show=False,
         show_welcome_message=False, reconnect_timeout=HOLDER_TIMEOUT_S,
     )  # fmt: skip

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from flatplank_panel import validation as check
-from flatplank_panel.analysis.client import Analysis, ConsentNeeded
+from flatplank_panel.analysis.client import Analysis, ConsentNeeded, Progress
 from flatplank_panel.next_plan import write_next
 
 MODEL = "model.yaml"
@@ -65,17 +65,22 @@ class AnalysisService:
     async def campaigns(self) -> list[dict[str, Any]]:
         return await self.browse_jobs.ask("campaigns", root=str(self.data))
 
-    async def runs(self, folder: str) -> dict[str, Any]:
-        return await self.browse_jobs.ask("runs", folder=str(self.folder(folder)))
+    async def runs(self, folder: str, tell: Progress | None = None) -> dict[str, Any]:
+        return await self.browse_jobs.ask("runs", tell, folder=str(self.folder(folder)))
 
     async def curves(
-        self, folder: str, files: Sequence[str], channel: str, over: str
+        self,
+        folder: str,
+        files: Sequence[str],
+        channel: str,
+        over: str,
+        tell: Progress | None = None,
     ) -> dict[str, Any]:
         where = self.folder(folder)
         for file in files:
             check.inside(where, file, "file")
         return await self.browse_jobs.ask(
-            "curves", folder=str(where), files=list(files), channel=channel, over=over
+            "curves", tell, folder=str(where), files=list(files), channel=channel, over=over
         )
 
     async def unloaded_turns(self) -> list[str]:

@@ -28,7 +28,7 @@ from flatplank_analysis.contact_patch.grid import (
 from flatplank_analysis.contact_patch.signs import wrong_signs
 from flatplank_analysis.contact_patch.tire_runs import SETTINGS, TireRuns
 from flatplank_analysis.discovery.runs import Coordinate, RunSet
-from flatplank_data.campaign import Campaign
+from flatplank_data.campaign import Campaign, Progress, told
 from flatplank_data.errors import FlatplankError, NothingUsableError
 from flatplank_data.problem import Problem, problem_from_error
 from flatplank_data.run_record import RunRecord
@@ -52,11 +52,12 @@ SHARE = 0.8
 _BRACKETS = re.compile(r"^(.*?)\s*[\[(]([^\])]*)[\])]$")
 
 
-def load_runs(campaign: Campaign) -> TireRuns:
-    """Read the slip runs of a campaign. `campaign.problems` lists unusable runs, and channels that
-    only some runs have. NothingUsableError when no run remains."""
+def load_runs(campaign: Campaign, progress: Progress | None = None) -> TireRuns:
+    """Read the slip runs of a campaign; `progress` is told of each run. `campaign.problems` lists
+    unusable runs, and channels that only some runs have. NothingUsableError when no run
+    remains."""
     tables = []
-    for run in campaign.runs:
+    for run in told(campaign.runs, progress):
         if run.info.measurement != "slip":
             continue
         table = campaign.try_table(run, COLUMNS, further=True)

@@ -47,15 +47,24 @@ class Session:
     files: tuple[str, ...] = ()
 
     @classmethod
-    def open(cls, folder: str, files: Sequence[str] = (), mapping: Any = None) -> Session:
-        """Read a campaign; `files` are effects of the user, which must obey the contract."""
-        return cls.of(Campaign.load(folder, mapping=mapping), files)
+    def open(
+        cls,
+        folder: str,
+        files: Sequence[str] = (),
+        mapping: Any = None,
+        progress: Progress | None = None,
+    ) -> Session:
+        """Read a campaign; `files` are effects of the user, which must obey the contract;
+        `progress` is told of each run."""
+        return cls.of(Campaign.load(folder, mapping, progress), files, progress)
 
     @classmethod
-    def of(cls, campaign: Campaign, files: Sequence[str] = ()) -> Session:
+    def of(
+        cls, campaign: Campaign, files: Sequence[str] = (), progress: Progress | None = None
+    ) -> Session:
         """The session of a campaign that is loaded."""
         effects = sound_library(files)
-        data = load_runs(campaign)
+        data = load_runs(campaign, progress)
         return cls(campaign, data, TireModel(data), effects, tuple(files))
 
     @classmethod

@@ -13,7 +13,7 @@ import numpy as np
 from flatplank_control.calibration.parasitic import identify_turn, turn_of_bag
 from flatplank_control.recording.bag_writer import METADATA, bag_file_name
 from flatplank_control.runner.campaign import SUFFIX, read_lines
-from flatplank_data.campaign import CAMPAIGN_FILE, Campaign
+from flatplank_data.campaign import CAMPAIGN_FILE, Campaign, told
 from flatplank_data.errors import FlatplankError
 from flatplank_data.readers import suffixes
 from flatplank_data.run_record import FILE_NAME
@@ -48,8 +48,16 @@ def campaigns(_progress: Progress, root: str) -> list[dict[str, Any]]:
 
 
 @lru_cache(maxsize=4)
-def _campaign(folder: str, _stamp: Stamp) -> Campaign:
-    return Campaign.load(folder)
+def _read(_folder: str, _stamp: Stamp) -> list[Campaign]:
+    """Room for the campaign."""
+    return []
+
+
+def _campaign(progress: Progress, folder: str) -> Campaign:
+    read = _read(folder, stamp_of(folder))
+    if not read:
+        read.append(Campaign.load(folder, progress=progress))
+    return read[0]
 
 
 def _verdicts(campaign: Campaign) -> dict[str, str]:
@@ -62,9 +70,9 @@ def _verdicts(campaign: Campaign) -> dict[str, str]:
     return out
 
 
-def runs(_progress: Progress, folder: str) -> dict[str, Any]:
+def runs(progress: Progress, folder: str) -> dict[str, Any]:
     """One row per run, and the problems found."""
-    campaign = _campaign(folder, stamp_of(folder))
+    campaign = _campaign(progress, folder)
     verdicts = _verdicts(campaign)
     rows = [
         {
@@ -81,17 +89,17 @@ def runs(_progress: Progress, folder: str) -> dict[str, Any]:
 
 
 def curves(
-    _progress: Progress, folder: str, files: Sequence[str], channel: str, over: str
+    progress: Progress, folder: str, files: Sequence[str], channel: str, over: str
 ) -> dict[str, Any]:
     """Measured curves of some runs, thinned; the scatter between repeats of a condition; and the
     verdicts, updated from the samples."""
     if channel not in CHANNELS or over not in OVER:
         raise FlatplankError(f"no curve of {channel} over {over}", folder, "choose from the lists")
     wanted = set(files)
-    whole = _campaign(folder, stamp_of(folder))
+    whole = _campaign(progress, folder)
     campaign = whole.where(lambda i: i.file in wanted)
     out = []
-    for run in campaign.runs:
+    for run in told(campaign.runs, progress):
         table = campaign.try_table(run, [channel, over, "plank_position"])
         if table is None or channel not in table or over not in table:
             continue

@@ -27,6 +27,7 @@ from flatplank_analysis.effects import consent
 from flatplank_control.bench.simulator import simulator
 from flatplank_data.errors import FlatplankError
 from flatplank_data.run_record import RunRecord
+from flatplank_data.wording import with_unit
 from flatplank_panel.analysis.browse_jobs import Stamp, stamp_of
 from flatplank_panel.analysis.client import Progress
 
@@ -57,26 +58,27 @@ class _Open(NamedTuple):
 
 
 @lru_cache(maxsize=2)
-def _session(
-    folder: str, _stamp: Stamp, files: tuple[str, ...]
-) -> tuple[Session, dict[str, Diagnosis]]:
-    """The session of a campaign, and room for its diagnoses."""
-    return Session.open(folder, files), {}
+def _read(
+    _folder: str, _stamp: Stamp, _files: tuple[str, ...]
+) -> tuple[list[Session], dict[str, Diagnosis]]:
+    """Room for the session of a campaign, and for its diagnoses."""
+    return [], {}
 
 
-def _opened(folder: str, model: str) -> _Open:
+def _opened(progress: Progress, folder: str, model: str) -> _Open:
     """Campaign and model as they are now on disk."""
     path = Path(model)
     file = load_model(path) if path.exists() else ModelFile()
     own = tuple(e.file for e in file.effects if e.file)
-    session, diagnoses = _session(folder, stamp_of(folder), own)
-    return _Open(session, path, file, diagnoses)
+    read, diagnoses = _read(folder, stamp_of(folder), own)
+    if not read:
+        read.append(Session.open(folder, own, progress=progress))
+    return _Open(read[0], path, file, diagnoses)
 
 
 def open_(progress: Progress, folder: str, model: str) -> dict[str, Any]:
     """Read a campaign and its model file."""
-    progress("reading the runs", 0.05)
-    at = _opened(folder, model)
+    at = _opened(progress, folder, model)
     runs = at.session.data.runs
     return {
         "runs": runs.runs,
@@ -106,7 +108,7 @@ def _model(at: _Open) -> dict[str, Any]:
 
 def compare(progress: Progress, folder: str, model: str) -> dict[str, Any]:
     """Evaluate the present model: error against floor, curves and residual maps."""
-    at = _opened(folder, model)
+    at = _opened(progress, folder, model)
     progress("fit of the model", 0.2)
     return _picture(at, at.session.fit(at.start))
 
@@ -149,7 +151,7 @@ def _curves(session: Session, step: Step) -> list[dict[str, Any]]:
             "x": runs.coordinates[name].values[rows[0]][thin],
             "measured": measured[i][thin],
             "model": predicted[i][thin],
-            "over": f"{name} [{runs.coordinates[name].unit}]",
+            "over": with_unit(name, runs.coordinates[name].unit),
         }
         for i, (label, rows) in enumerate(zip(runs.condition_names, runs.groups, strict=True))
     ]
@@ -160,7 +162,7 @@ def _ranked(step: Step) -> list[dict[str, Any]]:
     out = []
     for item in screen.best_per_effect(step.screen)[:RANKED]:
         member = Member.of(term_of(item.candidate, item.sizes))
-        row = {"name": member.name, "gain": item.gain, "visible": item.visible}
+        row = {"name": member.name, "gain": item.gain, "visible": item.visible >= screen.VISIBLE}
         coordinate = item.candidate.effect.coordinate
         out.append(row | {"members": [asdict(member)], "coordinate": coordinate})
     return out
@@ -182,7 +184,7 @@ def _diagnosis(at: _Open, progress: Progress) -> Diagnosis:
 
 def diagnose(progress: Progress, folder: str, model: str) -> dict[str, Any]:
     """Search for what the model lacks."""
-    at = _opened(folder, model)
+    at = _opened(progress, folder, model)
     result = _diagnosis(at, progress)
     answer = result.to_dict()
     answer["next_run"] = runs_of(at.session, result.next_run)
@@ -216,13 +218,13 @@ def _collapse(search: Any, number: int) -> dict[str, Any]:
                 "effect": np.stack([x, effect], axis=1),
             }
         )
-    over = f"{data.coordinate} [{data.unit}]"
+    over = with_unit(data.coordinate, data.unit)
     return {"name": data.effect, "over": over, "series": series}
 
 
 def add(progress: Progress, folder: str, model: str, effect: str) -> dict[str, Any]:
     """Put an effect into the model and refit everything."""
-    at = _opened(folder, model)
+    at = _opened(progress, folder, model)
     progress("refit of everything", 0.3)
     changed, step, numbers = at.session.add(at.model, effect, alike=_others(at, effect))
     return _kept(at, changed, step) | {"added": numbers}
@@ -240,7 +242,7 @@ def _others(at: _Open, name: str) -> list[Term]:
 
 def undo(progress: Progress, folder: str, model: str) -> dict[str, Any]:
     """Restore the model before the last step; `undone`: that step."""
-    at = _opened(folder, model)
+    at = _opened(progress, folder, model)
     before, last = at.model.undone(), at.model.history[-1]
     progress("fit of the model", 0.3)
     step = at.session.fit(before)
@@ -256,7 +258,7 @@ def report(progress: Progress, folder: str, model: str, target: str) -> dict[str
     """Write the report page of a diagnosis with its figures to the folder `target`."""
     from flatplank_analysis.discovery.report.page import write_report
 
-    at = _opened(folder, model)
+    at = _opened(progress, folder, model)
     result = _diagnosis(at, progress)
     progress("figures", 0.95)
     page = write_report(result, Path(target), at.session.campaign.path, at.model.history)

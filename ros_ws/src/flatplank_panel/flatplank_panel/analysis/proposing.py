@@ -32,7 +32,7 @@ _SENTENCES: dict[str, Sentence] = {}
 
 def propose(progress: Progress, folder: str, model: str) -> dict[str, Any]:
     """Propose an effect file for the residual, with curve, band and form."""
-    at = fit_jobs._opened(folder, model)
+    at = fit_jobs._opened(progress, folder, model)
     result = search(at.session, at.start, progress)
     _SENTENCES.pop(folder, None)
     answer = result.to_dict()
@@ -55,7 +55,10 @@ def _points(u: np.ndarray, values: np.ndarray) -> np.ndarray:
 def accept(progress: Progress, folder: str, model: str, name: str) -> dict[str, Any]:
     """Save the last proposal of a campaign under a name, and add it to the model."""
     _require_proposed(folder)
-    at, text = fit_jobs._opened(folder, model), text_of(renamed(_SENTENCES[folder], name))
+    at, text = (
+        fit_jobs._opened(progress, folder, model),
+        text_of(renamed(_SENTENCES[folder], name)),
+    )
     file = _free(Path(folder) / f"{name}{SUFFIX}", text)
     write_atomic(file, text)
     try:
@@ -71,7 +74,7 @@ def accept(progress: Progress, folder: str, model: str, name: str) -> dict[str, 
 
 def rename(progress: Progress, folder: str, model: str, old: str, new: str) -> dict[str, Any]:
     """Rename the last proposal, or an effect of the model with a file."""
-    at = fit_jobs._opened(folder, model)
+    at = fit_jobs._opened(progress, folder, model)
     entry = next((e for e in at.model.effects if e.name == old), None)
     if entry is None:
         _require_proposed(folder)
@@ -109,7 +112,7 @@ def _free(file: Path, text: str) -> Path:
 
 def confirm(progress: Progress, folder: str, model: str, name: str, new: str) -> dict[str, Any]:
     """Test whether the runs of another folder agree with an effect of the model."""
-    at = fit_jobs._opened(folder, model)
+    at = fit_jobs._opened(progress, folder, model)
     if name not in at.session.effects:
         raise FlatplankError(f"no effect '{name}' in the model", folder, "add it first")
     sets = confirming.new_sessions(at.session, [new])

@@ -95,14 +95,27 @@ def overlay(curves: Sequence[Mapping[str, Any]], x: str, y: str) -> dict[str, An
 
 
 def measured_and_model(curve: Mapping[str, Any]) -> dict[str, Any]:
+    """Both curves, and below them their difference over the same abscissa."""
     options = axes(curve["over"], "Fx [N]")
-    measured = list(zip(curve["x"], curve["measured"], strict=True))
-    model = list(zip(curve["x"], curve["model"], strict=True))
+    above, over, force = options["grid"], options["xAxis"], options["yAxis"]
+    options["grid"] = [{**above, "bottom": "40%"}, {**above, "top": "68%"}]
+    hidden = {"show": False}
+    options["xAxis"] = [{**over, "name": "", "axisLabel": hidden}, {**over, "gridIndex": 1}]
+    left = {"gridIndex": 1, "name": "residual [N]", "splitNumber": 2}
+    options["yAxis"] = [force, {**force, **left}]
+    options["dataZoom"] = {"type": "inside", "xAxisIndex": [0, 1], "filterMode": "none"}
+
+    def over_x(values: Sequence[float]) -> list[tuple[float, float]]:
+        return list(zip(curve["x"], values, strict=True))
+
+    residual = [m - p for m, p in zip(curve["measured"], curve["model"], strict=True)]
+    rest = line("residual", over_x(residual), SOFT)
     options["series"] = [
-        line("measured", measured, ACTUAL),
-        line("model", model, REFERENCE, type="dashed"),
+        line("measured", over_x(curve["measured"]), ACTUAL),
+        line("model", over_x(curve["model"]), REFERENCE, type="dashed"),
+        {**rest, "xAxisIndex": 1, "yAxisIndex": 1},
     ]
-    options["legend"] = LEGEND
+    options["legend"] = {**LEGEND, "data": ["measured", "model"]}
     return options
 
 
@@ -112,9 +125,9 @@ def against_floor(conditions: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     options = axes("RMS error of Fx [N]", "")
     options["xAxis"] |= {"min": 0, "scale": False}
     options["yAxis"] = {**_categories(names), "inverse": True, "axisLine": AXIS_LINE}
-    options["grid"] = {"left": 8, "right": 40, "top": 26, "bottom": 40, "containLabel": True}
+    options["grid"] = {"left": 8, "right": 60, "top": 26, "bottom": 40, "containLabel": True}
     errors = _bars("error", [c["rmse"] for c in conditions], ACTUAL, 14)
-    errors["label"] = {"show": True, "position": "insideLeft", "fontSize": 11, "color": "#ffffff"}
+    errors["label"] = {"show": True, "position": "right", **QUIET}
     errors["data"] = [
         {"value": _round(c["rmse"]), "label": {"formatter": f"{c['floors']:.1f} floors"}}
         for c in conditions
@@ -124,7 +137,7 @@ def against_floor(conditions: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         "symbolSize": [3, 18], "itemStyle": {"color": REFERENCE},
         "data": [[_round(c["floor"]), i] for i, c in enumerate(conditions)],
     }  # fmt: skip
-    options["series"] = [errors, marks] if conditions else []
+    options["series"] = [errors, marks]
     options["legend"] = LEGEND
     return options
 
@@ -170,7 +183,7 @@ def residual_map(m: Mapping[str, Any], conditions: Sequence[str]) -> dict[str, A
             "top": "middle", "itemHeight": 100, "precision": 0, "text": ["N", ""],
             "inRange": {"color": ["#2a5d94", "#f4f5f7", "#b5482a"]}, "textStyle": QUIET,
         },
-        "series": [{"type": "heatmap", "data": cells, "name": "measured minus model"}],
+        "series": [{"type": "heatmap", "data": cells, "name": "measured minus model [N]"}],
     }  # fmt: skip
 
 
@@ -258,9 +271,6 @@ def waterfall(history: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     if steps:
         floor = _round(steps[-1]["floor"])
         _draw_floor(fitted, options["yAxis"], {"yAxis": floor}, floor, "insideEndTop")
-    else:
-        # an empty series redraws the chart; with the same number of series it keeps the old floor
-        options["series"] = []
     options["legend"] = LEGEND
     return options
 

@@ -20,7 +20,6 @@ from flatplank_panel.views import charts
 from flatplank_panel.views.page import Page
 from flatplank_panel.views.proposal import ProposalCard
 
-ASK = "Diagnose ranks the effects of the library."
 WORDS = (
     ("What it is", "what"), ("How to check it", "check"), ("Runs that show it", "shown_by"),
     ("What removes it", "removes"),
@@ -61,10 +60,8 @@ class _Discover:
             with ui.element("div").classes("fp-two"):
                 self.build_error()
                 self.build_waterfall()
-            with ui.element("div").classes("fp-two"):
                 self.build_curves()
                 self.build_map()
-            with ui.element("div").classes("fp-two"):
                 self.build_ranking()
                 self.build_effect()
             self.proposal.build()
@@ -96,43 +93,50 @@ class _Discover:
             self.show_status("Open a campaign.")
 
     def build_error(self) -> None:
-        with self.page.card("Error against the floor"):
-            self.error_chart = self.page.chart(charts.against_floor([]), 260)
+        with self.page.card("Error against the floor") as card:
+            self.error_chart = self.page.chart(260)
+        card.bind_visibility_from(self.error_chart, "visible")
 
     def build_waterfall(self) -> None:
-        with self.page.card("Waterfall: error after every step"):
-            self.fall_chart = self.page.chart(charts.waterfall([]), 260)
+        with self.page.card("Waterfall: error after every step") as card:
+            self.fall_chart = self.page.chart(260)
             with self.page.row():
                 self.undo_button = self.button("Undo", self.undo)
                 self.in_model = ui.label("").classes("fp-quiet")
+        card.bind_visibility_from(self.fall_chart, "visible")
 
     def build_curves(self) -> None:
-        with self.page.card("Measured and model"):
+        with self.page.card("Measured and model") as card:
             self.condition = self.page.select("Condition", [], None).classes("w-full")
             self.condition.on_value_change(self.draw_curve)
-            self.curve_chart = self.page.chart(charts.axes("", ""), 260)
+            self.condition.bind_visibility_from(self.condition, "value", bool)
+            self.curve_chart = self.page.chart(320)
+        card.bind_visibility_from(self.curve_chart, "visible")
 
     def build_map(self) -> None:
-        with self.page.card("Where the error is"):
+        with self.page.card("Where the error is") as card:
             self.coordinate = self.page.select("Over", [], None).classes("w-full")
             self.coordinate.on_value_change(self.draw_map)
-            self.map_chart = self.page.chart(charts.axes("", ""), 240)
+            self.map_chart = self.page.chart(300)
             self.map_text = ui.label("").classes("fp-quiet")
+        card.bind_visibility_from(self.map_chart, "visible")
 
     def build_ranking(self) -> None:
-        with self.page.card("What it may be"):
-            self.verdict = ui.label(ASK).classes("fp-quiet")
+        with self.page.card("What it may be") as card:
+            self.verdict = ui.label("").classes("fp-quiet")
             self.list_box = ui.column().classes("w-full").style("gap:4px")
             self.to_do = ui.column().classes("w-full").style("gap:4px")
             with self.page.row():
                 self.next_button = self.button("Send to the plan", self.send)
                 self.next_button.set_visibility(False)
+        card.bind_visibility_from(self.verdict, "text", bool)
 
     def build_effect(self) -> None:
-        with self.page.card("The effect"):
+        with self.page.card("The effect") as card:
             self.effect_name = ui.label("").classes("fp-head")
             self.effect_text = ui.column().classes("w-full").style("gap:6px")
-            self.collapse_chart = self.page.chart(charts.axes("", ""), 280)
+            self.collapse_chart = self.page.chart(280)
+        card.bind_visibility_from(self.effect_name, "text", bool)
 
     # work
     async def list(self) -> None:
@@ -207,9 +211,9 @@ class _Discover:
 
     async def first_picture(self, folder: str) -> None:
         """Show measured curves before the first fit."""
-        rows = (await self.service.runs(folder))["rows"]
+        rows = (await self.service.runs(folder, self.tell))["rows"]
         files = [r["file"] for r in rows[:60]]
-        found = await self.service.curves(folder, files, "fx", "plank_position")
+        found = await self.service.curves(folder, files, "fx", "plank_position", self.tell)
         options = charts.overlay(found["curves"], OVER["plank_position"], CHANNELS["fx"])
         self.page.draw(self.curve_chart, options)
 
@@ -252,6 +256,9 @@ class _Discover:
         )
 
     # drawing
+    def tell(self, text: str, _share: float) -> None:
+        self.show_status(f"{text} …")
+
     def show_status(self, text: str) -> None:
         self.last_message = text
         self.status.set_text(text)
@@ -266,9 +273,8 @@ class _Discover:
         """Close the campaign and clear all results."""
         self.analysis.close_campaign()
         self.picture, self.ranked, self.found = {}, [], {}
-        for text in (self.effect_name, self.map_text, self.in_model):
+        for text in (self.effect_name, self.map_text, self.in_model, self.verdict):
             text.set_text("")
-        self.verdict.set_text(ASK)
         self.proposal.close_campaign()
         self.show_status("Open the campaign.")
         self.next_button.set_visibility(False)
@@ -276,10 +282,11 @@ class _Discover:
             box.clear()
         for field in (self.condition, self.coordinate):
             field.set_options([], value=None)
-        for chart in (self.curve_chart, self.map_chart, self.collapse_chart):
-            self.page.draw(chart, charts.axes("", ""))
-        self.page.draw(self.error_chart, charts.against_floor([]))
-        self.page.draw(self.fall_chart, charts.waterfall([]))
+        for chart in (
+            self.error_chart, self.fall_chart, self.curve_chart, self.map_chart,
+            self.collapse_chart,
+        ):  # fmt: skip
+            self.page.draw(chart, {})
 
     def show_model(self, picture: dict[str, Any]) -> None:
         """Redraw everything for a fitted model."""
@@ -370,11 +377,8 @@ class _Discover:
                 for head, key in WORDS:
                     if member[key]:
                         ui.label(f"{head}: {member[key]}")
-        for c in self.found.get("collapse", []):
-            if c["name"] == name:
-                self.page.draw(self.collapse_chart, charts.collapse(c))
-                return
-        self.page.draw(self.collapse_chart, charts.axes(row["coordinate"], ""))
+        drawn = [c for c in self.found.get("collapse", []) if c["name"] == name]
+        self.page.draw(self.collapse_chart, charts.collapse(drawn[0]) if drawn else {})
 
 
 def _gain(row: dict[str, Any]) -> float:
@@ -391,4 +395,8 @@ def _words(row: dict[str, Any]) -> str:
         return f"found: {row['text']['size']}"
     if row.get("reasons"):
         return "refused: " + row["reasons"][0]
-    return "not visible here" if row["visible"] < 0.03 else f"gain {row['gain']:.0f}, not tried"
+    return (
+        "not visible here"
+        if not row["visible"]
+        else f"not tried; χ² would fall by {row['gain']:.0f}"
+    )

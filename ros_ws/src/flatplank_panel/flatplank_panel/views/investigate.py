@@ -15,7 +15,6 @@ from flatplank_panel.views import charts
 from flatplank_panel.views.page import Page
 
 ASK = "Begin measures, diagnoses and chooses the next runs until it is decided what is missing."
-NOTHING = "Nothing is known yet."
 
 
 def build(page: Page, investigation: Investigation) -> None:
@@ -36,7 +35,6 @@ class _Investigate:
             with ui.element("div").classes("fp-two"):
                 self.build_next()
                 self.build_verdict()
-            with ui.element("div").classes("fp-two"):
                 self.build_error()
                 self.build_evidence()
             self.build_queue()
@@ -67,8 +65,10 @@ class _Investigate:
             self.status = ui.label(ASK).classes("fp-quiet").props("role=status")
 
     def build_next(self) -> None:
-        with self.page.card("Next batch"):
-            self.what = ui.label(NOTHING).classes("fp-rank-title")
+        with self.page.card("Next batch") as card:
+            self.what = ui.label("").classes("fp-rank-title")
+        card.bind_visibility_from(self.what, "text", bool)
+        with card:
             self.why = ui.label("").classes("fp-quiet")
             self.prompt = ui.label("").classes("fp-prompt")
             with self.page.row():
@@ -82,26 +82,28 @@ class _Investigate:
                 )
 
     def build_verdict(self) -> None:
-        with self.page.card("Verdict so far"):
-            self.verdict = ui.label(NOTHING)
+        with self.page.card("Verdict so far") as card:
+            self.verdict = ui.label("")
+        card.bind_visibility_from(self.verdict, "text", bool)
+        with card:
             self.found = ui.column().classes("w-full").style("gap:4px")
             self.sure = ui.label("").classes("fp-quiet")
             self.code = ui.label("").classes("fp-code w-full")
             self.code.props('tabindex=0 role=region aria-label="File of the proposal"')
 
     def build_error(self) -> None:
-        with self.page.card("Error and floor"):
-            self.error_chart = self.page.chart(charts.error_of_loop([]), 240)
+        with self.page.card("Error and floor") as card:
+            self.error_chart = self.page.chart(240)
+        card.bind_visibility_from(self.error_chart, "visible")
 
     def build_evidence(self) -> None:
-        with self.page.card("Evidence against the tire alone"):
-            self.evidence_chart = self.page.chart(charts.evidence_of_loop([], 1.0), 240)
+        with self.page.card("Evidence against the tire alone") as card:
+            self.evidence_chart = self.page.chart(240)
+        card.bind_visibility_from(self.evidence_chart, "visible")
 
     def build_queue(self) -> None:
-        with self.page.card("Notebook"):
+        with self.page.card("Notebook") as self.notebook:
             self.queue = ui.column().classes("w-full").style("gap:0")
-            with self.queue:
-                ui.label(NOTHING).classes("fp-quiet")
             self.file = ui.label("").classes("fp-quiet")
 
     # work
@@ -140,15 +142,12 @@ class _Investigate:
         with self.queue:
             for entry in content["entries"]:
                 _draw_entry(entry)
-            if not content["entries"]:
-                ui.label(NOTHING).classes("fp-quiet")
         notebook = content.get("notebook")
         self.file.set_text(f"The same as a file of the folder: {notebook}" if notebook else "")
         self.page.draw(self.error_chart, charts.error_of_loop(content["entries"]))
-        self.page.draw(
-            self.evidence_chart,
-            charts.evidence_of_loop(content["entries"], content.get("limit", 1.0)),
-        )
+        evidence = charts.evidence_of_loop(content["entries"], content.get("limit", 1.0))
+        self.page.draw(self.evidence_chart, evidence if content["entries"] else {})
+        self.notebook.set_visibility(bool(content["entries"]))
 
     def draw_next(self, waiting: Any, ended: str, content: Mapping[str, Any]) -> None:
         if waiting:
@@ -156,7 +155,7 @@ class _Investigate:
             minutes = f"{waiting['minutes']:.0f} of {content['left'] + waiting['minutes']:.0f}"
             self.why.set_text(f"{waiting['reason']}; {minutes} min left")
         else:
-            self.what.set_text(f"None: {ended}" if ended else NOTHING)
+            self.what.set_text(f"None: {ended}" if ended else "")
             self.why.set_text(content["reason"] if ended else "")
 
     def draw_verdict(self, content: Mapping[str, Any]) -> None:
@@ -182,7 +181,7 @@ class _Investigate:
 
 def _last(entries: list[dict[str, Any]]) -> str:
     """Latest diagnosis."""
-    return next((e["answer"] for e in reversed(entries) if e["answer"]), NOTHING)
+    return next((e["answer"] for e in reversed(entries) if e["answer"]), "")
 
 
 def _draw_entry(e: Mapping[str, Any]) -> None:

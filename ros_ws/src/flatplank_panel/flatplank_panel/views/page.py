@@ -12,6 +12,7 @@ from nicegui import binding, ui
 
 from flatplank_panel.operator import Operator
 from flatplank_panel.service import AnalysisService
+from flatplank_panel.views.described import described
 
 
 class Page:
@@ -93,13 +94,18 @@ class Page:
                 ui.label("–").classes("fp-word").props(f"data-word={word}")
 
     @staticmethod
-    def chart(options: dict[str, Any], height: int) -> ui.echart:
-        """A chart with the width of its card; height in pixels."""
-        return ui.echart(options).style(f"height:{height}px;width:100%")
+    def chart(height: int) -> ui.echart:
+        """A chart with the width of its card, hidden until it has data; height in pixels."""
+        chart = ui.echart({}).style(f"height:{height}px;width:100%").props("role=img")
+        chart.set_visibility(False)
+        return chart
 
     @staticmethod
     def draw(chart: ui.echart, options: dict[str, Any]) -> None:
-        """Redraw a chart."""
+        """Redraw a chart with its text alternative; without data it is hidden."""
+        text = described(options)
+        chart.props["aria-label"] = text
+        chart.set_visibility(bool(text))
         chart.options.clear()
         chart.options.update(options)
         chart.update()

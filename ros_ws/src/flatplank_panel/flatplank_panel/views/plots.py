@@ -17,11 +17,16 @@ AXIS_LINE = {"lineStyle": {"color": LINE}}
 TITLE = {"fontSize": 12.5, "fontWeight": 500, "color": INK, "fontFamily": "Roboto"}
 ACTUAL, REFERENCE = "#1f5488", "#c25700"
 AXES = {"t": "time [s]", "x": "road displacement [m]"}
+NARROW = 520
+"""width of a chart [px] up to which its plots stand below each other"""
 WINDOWS = {30: "30 s", 60: "1 min", 180: "3 min", 300: "5 min"}
 
 
-def grid_options(panels: Sequence[Sequence[str]], columns: int) -> dict[str, Any]:
-    """ECharts options: one small plot per panel, the unit in its title."""
+def grid_options(
+    panels: Sequence[Sequence[str]], columns: int, left_of: float = 4.5
+) -> dict[str, Any]:
+    """ECharts options: one small plot per panel, the unit in its title, and room for the numbers
+    at its left [% of the chart]."""
     rows = -(-len(panels) // columns)
     wide, high = 100 / columns, 100 / rows
     options: dict[str, Any] = {
@@ -36,7 +41,7 @@ def grid_options(panels: Sequence[Sequence[str]], columns: int) -> dict[str, Any
         options["title"].append(
             {"text": title, "left": f"{left + 0.5}%", "top": f"{top}%", "textStyle": TITLE}
         )
-        grid = {"left": left + 4.5, "top": top + 16 / rows, "width": wide - 6}
+        grid = {"left": left + left_of, "top": top + 16 / rows, "width": wide - left_of - 1.5}
         grid["height"] = high - 32 / rows
         percent = {key: f"{value}%" for key, value in grid.items()}
         options["grid"].append({**percent, "containLabel": False})
@@ -89,5 +94,18 @@ def _controls() -> None:
 
 
 def _chart(panels: Sequence[Sequence[str]], columns: int, height: int) -> None:
-    chart = ui.echart(grid_options(panels, columns)).style(f"height:{height}px; width:100%")
+    wide = grid_options(panels, columns)
+    forms = [
+        {"query": {"maxWidth": NARROW}, **_places(grid_options(panels, 1, 14.0))},
+        _places(wide),
+    ]
+    chart = ui.echart({"baseOption": wide, "media": forms})
+    chart.style(f"height:{height}px; width:100%; --panels:{len(panels)}").classes("fp-live")
+    names = ", ".join(BY_KEY[keys[0]].label for keys in panels)
+    chart.props(f'role=img aria-label="{names}: live plots; their numbers are above"')
     ui.run_javascript(f"fp.register({chart.id}, {json.dumps([list(p) for p in panels])})")
+
+
+def _places(options: dict[str, Any]) -> dict[str, Any]:
+    """Where the plots of a chart and their titles are."""
+    return {"option": {key: options[key] for key in ("grid", "title")}}

@@ -23,20 +23,23 @@ class ProposalCard:
     def build(self) -> None:
         """Build the card: curve and form beside the file, and the buttons."""
         page, button = self.of.page, self.of.button
-        with page.card("Beyond the library"):
+        with page.card("Beyond the library") as card:
             with page.row():
                 button("Propose", self.propose)
                 self.words = ui.label(ASK).classes("fp-quiet grow").props("role=status")
-            with ui.element("div").classes("fp-two"):
-                self.chart = page.chart(charts.axes("", ""), 420)
+            with ui.element("div").classes("fp-two") as effect:
+                self.chart = page.chart(420)
                 self.text = ui.label("").classes("fp-code")
                 self.text.props('tabindex=0 role=region aria-label="Effect file"')
-            with page.row():
+            with page.row() as actions:
                 self.name = page.text("Name of the effect")
                 button("Rename", self.rename)
                 button("Add proposal", self.add)
                 self.new = page.select("Campaign of new runs", [], None)
                 button("Confirm", self.confirm)
+        card.bind_visibility_from(self.of.error_chart, "visible")
+        for part in (effect, actions):
+            part.bind_visibility_from(self.text, "text", bool)
 
     async def propose(self) -> None:
         """Search for a proposal and show it."""
@@ -102,4 +105,4 @@ class ProposalCard:
         """Clear everything of the last campaign."""
         self.show_status(ASK)
         self.show_effect("", "")
-        self.draw(charts.axes("", ""))
+        self.draw({})

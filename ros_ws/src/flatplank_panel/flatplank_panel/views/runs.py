@@ -52,18 +52,21 @@ class _Runs:
                 self.table = ui.table(
                     columns=columns, rows=[], row_key="file", selection="multiple", pagination=12
                 )
-                self.table.props("flat dense").classes("fp-table w-full")
+                self.table.props('flat dense no-data-label="Choose a campaign."').classes(
+                    "fp-table w-full"
+                )
                 for slot, label in SELECT.items():
                     self.table.add_slot(
                         slot, f'<q-checkbox v-model="props.selected" dense {label} />'
                     )
                 self.problems = ui.label("").classes("fp-quiet")
-            with page.card("Curves"):
+            with page.card("Curves") as curves:
                 with page.row():
                     self.channel = page.select("Signal", CHANNELS, "fx")
                     self.over = page.select("Over", OVER, "plank_position")
-                self.chart = page.chart(charts.overlay([], "", ""), 380)
+                self.chart = page.chart(380)
                 self.scatter = ui.label("").classes("fp-quiet")
+            curves.bind_visibility_from(self.chart, "visible")
         self.folder.on_value_change(page.handler(self.load))
         self.find.on_value_change(page.handler(self.filter))
         self.table.on_select(page.handler(self.draw))
@@ -81,13 +84,26 @@ class _Runs:
     async def load(self, chosen: Collection[str] = ()) -> None:
         """Load the rows of the campaign; the `chosen` ones stay selected."""
         self.rows, self.table.rows, self.table.selected = [], [], []
-        if not self.folder.value:
+        self.page.draw(self.chart, {})
+        folder = self.folder.value
+        if not folder:
             return
-        found = await self.service.runs(self.folder.value)
+        found = await self.service.runs(folder, self.tell_rows)
+        if self.folder.value != folder:
+            return
+        self.tell_rows("No run has all these words.")
         self.rows = found["rows"]
         self.table.selected = [row for row in self.rows if row["file"] in chosen]
         self.show_problems(found["problems"])
         await self.filter()
+
+    def tell_rows(self, text: str, _share: float = 1.0) -> None:
+        """What stands in the table while it has no row."""
+        self.table.props["no-data-label"] = text
+        self.table.update()
+
+    def tell_curves(self, text: str, _share: float) -> None:
+        self.problems.set_text(text)
 
     def show_problems(self, problems: Sequence[str]) -> None:
         more = f" and {len(problems) - 1} more" if len(problems) > 1 else ""
@@ -108,15 +124,17 @@ class _Runs:
 
     async def draw(self) -> None:
         rows = self.table.selected or self.table.rows[:FIRST]
-        if not rows or not self.folder.value:
+        folder, drawn = self.folder.value, (self.channel.value, self.over.value)
+        if not rows or not folder:
+            self.page.draw(self.chart, {})
             return
         files = [r["file"] for r in rows]
-        found = await self.service.curves(
-            self.folder.value, files, self.channel.value, self.over.value
-        )
+        found = await self.service.curves(folder, files, *drawn, self.tell_curves)
+        if self.folder.value != folder:
+            return
         self.show_problems(found["problems"])
         self.update_verdicts(found["verdicts"])
-        over, channel = OVER[self.over.value], CHANNELS[self.channel.value]
+        channel, over = CHANNELS[drawn[0]], OVER[drawn[1]]
         self.page.draw(self.chart, charts.overlay(found["curves"], over, channel))
         unit, scatter = channel.partition("[")[2].rstrip("]"), found["scatter"]
         names = charts.short_labels([s["condition"] for s in scatter])
