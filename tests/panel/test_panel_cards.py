@@ -67,3 +67,33 @@ def test_a_card_appears_when_it_has_something_to_show(visitor, data):
         assert not who.errors
     finally:
         shutil.rmtree(data / "made_up")
+
+
+ZOOM = """() => [...document.querySelectorAll(".nicegui-echart")].map(e =>
+  getElement(Number(e.id.slice(1))).chart).find(c => c.getOption()?.series?.length === 3
+  && c.getOption().dataZoom?.length)"""
+"""the chart of measured and model"""
+
+
+@pytest.mark.browser
+def test_what_is_zoomed_and_chosen_outlives_a_refresh(visitor, data):
+    campaign(data / "made_up")
+    try:
+        who = visitor()
+        who.tab("Discover")
+        shows(who, "made_up")
+        who.click("Open")
+        wait_for(lambda: "beyond the floor" in status(who), 120.0, "the base is fitted")
+        who.choose("Over", "time [s]")
+        who.page.wait_for_function(ZOOM)
+        who.page.evaluate(f"({ZOOM})().dispatchAction({{type: 'dataZoom', start: 25, end: 75}})")
+        who.page.wait_for_function("location.search.includes('over=time')")
+        who.page.reload()
+        who.page.wait_for_function(f"({ZOOM})()?.getOption().dataZoom[0].start === 25")
+        assert who.field("Over").input_value() == "time [s]"
+        other = visitor()
+        other.page.goto(who.page.url)
+        other.page.wait_for_function(f"({ZOOM})()?.getOption().dataZoom[0].start === 0")
+        assert not who.errors and not other.errors
+    finally:
+        shutil.rmtree(data / "made_up")

@@ -48,8 +48,10 @@ def serve(operator: Operator, service: AnalysisService, host: str, port: int, to
         await show(Page(operator, service, client), tab)
 
     @ui.page("/discover/{campaign:path}", title="Flat Plank")
-    async def discovery(client: Client, campaign: str, condition: str = "") -> None:
-        await show(Page(operator, service, client, (campaign, condition)), "Discover")
+    async def discovery(
+        client: Client, campaign: str, condition: str = "", over: str = ""
+    ) -> None:
+        await show(Page(operator, service, client, (campaign, condition, over)), "Discover")
 
     async def push() -> None:
         due = time.monotonic()

@@ -122,6 +122,25 @@
     fp.pause = Math.max(DRAW_MS, SHARE * (fp.drawn - time));
   };
 
+  // what was zoomed outlives a redraw and a refresh, in this browser
+  fp.keep = (id, key) => {
+    const chart = window.getElement(id)?.chart;
+    if (!chart) return void setTimeout(() => fp.keep(id, key), DRAW_MS);
+    const begun = "kept" in chart;
+    chart.kept = key;
+    const shown = () => chart.getOption().dataZoom?.[0];
+    const apply = () => {
+      const [start, end] = JSON.parse(localStorage.getItem(chart.kept) ?? "[0, 100]");
+      const now = shown();
+      const off = now && Math.max(Math.abs(now.start - start), Math.abs(now.end - end));
+      if (off > 0.01) chart.dispatchAction({ type: "dataZoom", start, end });
+    };
+    apply();
+    if (begun) return;
+    chart.on("datazoom", () => localStorage.setItem(chart.kept, JSON.stringify([shown().start, shown().end])));
+    chart.on("finished", apply);
+  };
+
   fp.charge = (mine) => {
     fp.inCharge = mine;
   };

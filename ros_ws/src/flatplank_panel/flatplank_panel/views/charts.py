@@ -20,6 +20,14 @@ DASHES = ("solid", "dashed", "dotted")
 """line styles of the repeats of a condition"""
 
 
+ROOM = 22
+"""height below the axis [px] for the bar that zooms"""
+ZOOM = {
+    "type": "slider", "filterMode": "none", "height": 14, "bottom": 2, "showDetail": False,
+    "showDataShadow": False, "brushSelect": False,
+}  # fmt: skip
+
+
 def short_labels(conditions: Sequence[str]) -> list[str]:
     """Labels of conditions without the parts common to all."""
     parts = [c.split(", ") for c in conditions]
@@ -91,6 +99,8 @@ def overlay(curves: Sequence[Mapping[str, Any]], x: str, y: str) -> dict[str, An
         color = COLORS[tone % len(COLORS)]
         options["series"].append(line(name, c["points"], color, type=dash))
     options["legend"] = {**LEGEND, "type": "scroll"}
+    options["dataZoom"] = ZOOM
+    options["grid"]["bottom"] += ROOM
     return options
 
 
@@ -98,12 +108,11 @@ def measured_and_model(curve: Mapping[str, Any]) -> dict[str, Any]:
     """Both curves, and below them their difference over the same abscissa."""
     options = axes(curve["over"], "Fx [N]")
     above, over, force = options["grid"], options["xAxis"], options["yAxis"]
-    options["grid"] = [{**above, "bottom": "40%"}, {**above, "top": "68%"}]
+    options["grid"] = [{**above, "bottom": "44%"}, {**above, "top": "64%"}]
     hidden = {"show": False}
     options["xAxis"] = [{**over, "name": "", "axisLabel": hidden}, {**over, "gridIndex": 1}]
     left = {"gridIndex": 1, "name": "residual [N]", "splitNumber": 2}
     options["yAxis"] = [force, {**force, **left}]
-    options["dataZoom"] = {"type": "inside", "xAxisIndex": [0, 1], "filterMode": "none"}
 
     def over_x(values: Sequence[float]) -> list[tuple[float, float]]:
         return list(zip(curve["x"], values, strict=True))
@@ -116,6 +125,8 @@ def measured_and_model(curve: Mapping[str, Any]) -> dict[str, Any]:
         {**rest, "xAxisIndex": 1, "yAxisIndex": 1},
     ]
     options["legend"] = {**LEGEND, "data": ["measured", "model"]}
+    options["dataZoom"] = {**ZOOM, "xAxisIndex": [0, 1]}
+    options["grid"][1]["bottom"] += ROOM
     return options
 
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote
+from urllib.parse import quote, urlencode
 
 from nicegui import ui
 
@@ -37,7 +37,7 @@ class _Discover:
         self.picture: dict[str, Any] = {}
         self.ranked: list[dict[str, Any]] = []
         self.found: dict[str, Any] = {}
-        self.last_message = self.wanted = ""
+        self.last_message = self.wanted = self.over = ""
         self.proposal = ProposalCard(self)
 
     def button(self, text: str, work: Callable[[], Any], *, strong: bool = False) -> ui.button:
@@ -145,7 +145,7 @@ class _Discover:
     async def begin(self) -> None:
         """List the campaigns; open that of the address, with what its last search has found."""
         await self.list()
-        folder, self.wanted = self.page.shown
+        folder, self.wanted, self.over = self.page.shown
         if folder not in self.folder.options:
             return
         self.folder.set_value(folder)
@@ -156,8 +156,9 @@ class _Discover:
     def say_where(self) -> None:
         """The address of what is shown, so that it can be loaded again and sent to others."""
         if self.analysis.campaign:
-            query = f"?condition={quote(self.condition.value)}" if self.condition.value else ""
-            ui.navigate.history.replace(f"/discover/{quote(self.analysis.campaign)}{query}")
+            shown = {"condition": self.condition.value, "over": self.coordinate.value}
+            query = urlencode({key: value for key, value in shown.items() if value})
+            ui.navigate.history.replace(f"/discover/{quote(self.analysis.campaign)}?{query}")
 
     async def simulate(self, name: str, seed: Any) -> None:
         self.close_campaign()
@@ -176,7 +177,7 @@ class _Discover:
             return
         if folder != self.page.shown[0]:
             ui.navigate.history.push(f"/discover/{quote(folder)}")
-        self.page.shown = (folder, "")
+        self.page.shown = (folder, "", "")
         opened = await self.opened(folder, model)
         self.draw_history(opened)
         if opened["undecidable"]:
@@ -216,6 +217,7 @@ class _Discover:
         found = await self.service.curves(folder, files, "fx", "plank_position", self.tell)
         options = charts.overlay(found["curves"], OVER["plank_position"], CHANNELS["fx"])
         self.page.draw(self.curve_chart, options)
+        self.page.keep(self.curve_chart, folder)
 
     async def diagnose(self) -> None:
         self.found = await self.analysis.diagnose()
@@ -303,7 +305,8 @@ class _Discover:
         shown, self.wanted = kept if kept in names else worst, ""
         self.condition.set_options(names, value=shown)
         over = {m["coordinate"]: with_unit(m["coordinate"], m["unit"]) for m in picture["maps"]}
-        self.coordinate.set_options(over, value=next(iter(over), None))
+        kept, self.over = self.over or self.coordinate.value, ""
+        self.coordinate.set_options(over, value=kept if kept in over else next(iter(over), None))
         self.draw_curve()
         self.draw_map()
         self.draw_history(picture)
@@ -327,6 +330,7 @@ class _Discover:
         names = [c["condition"] for c in self.picture.get("conditions", [])]
         for m in self.picture.get("maps", []):
             if m["coordinate"] == self.coordinate.value:
+                self.say_where()
                 self.page.draw(self.map_chart, charts.residual_map(m, names))
                 self.map_text.set_text(m["text"])
 

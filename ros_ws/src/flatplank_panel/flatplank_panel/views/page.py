@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import inspect
+import json
 import logging
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -25,9 +26,9 @@ class Page:
         operator: Operator,
         service: AnalysisService,
         client: Any,
-        shown: tuple[str, str] = ("", ""),
+        shown: tuple[str, str, str] = ("", "", ""),
     ) -> None:
-        """`shown`: campaign and condition of its address."""
+        """`shown`: campaign, condition and coordinate of its address."""
         self.operator, self.service = operator, service
         self.client, self.id = client, client.id
         self.in_charge = False
@@ -109,6 +110,11 @@ class Page:
         chart.options.clear()
         chart.options.update(options)
         chart.update()
+
+    @staticmethod
+    def keep(chart: ui.echart, campaign: str) -> None:
+        """What is zoomed in a chart of a campaign outlives a refresh, in this browser."""
+        ui.run_javascript(f"fp.keep({chart.id}, {json.dumps(f'zoom {campaign}')})")
 
     @staticmethod
     def number(

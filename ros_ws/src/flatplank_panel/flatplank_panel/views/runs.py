@@ -136,6 +136,7 @@ class _Runs:
         self.update_verdicts(found["verdicts"])
         channel, over = CHANNELS[drawn[0]], OVER[drawn[1]]
         self.page.draw(self.chart, charts.overlay(found["curves"], over, channel))
+        self.page.keep(self.chart, folder)
         unit, scatter = channel.partition("[")[2].rstrip("]"), found["scatter"]
         names = charts.short_labels([s["condition"] for s in scatter])
         parts = [
