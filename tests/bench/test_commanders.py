@@ -40,6 +40,20 @@ def test_two_nodes_elsewhere_contest_an_axis_until_one_has_been_quiet():
     assert not gate.contested(0)
 
 
+def test_a_node_that_answers_late_contests_an_axis_too():
+    """It was refused only, and the other one went on, where it was a message behind."""
+    gate = gate_at(4 * MS)
+    assert gate.accept(0, 4 * MS)
+    gate.send(8 * MS)
+    assert gate.accept(0, 8 * MS) and not gate.accept(0, 4 * MS)
+    assert gate.contested(0)
+    gate.send(4 * MS + QUIET_NS)
+    assert gate.accept(0, 4 * MS + QUIET_NS)
+    gate.send(12 * MS + QUIET_NS)
+    assert not gate.contested(0) and not gate.accept(0, 8 * MS)
+    assert not gate.contested(0), "so old an answer is none"
+
+
 def test_the_node_of_this_process_prevails_whoever_is_first():
     gate = gate_at(0)
     assert gate.accept(0, 0, inside=True)

@@ -52,7 +52,7 @@ def test_a_campaign_asks_goes_on_and_is_stopped(visitor, observer, tmp_path):
         who.click("Start campaign")
         prompt = who.page.locator(".fp-prompt")
         for text in ("turn the plank switch to stop", "lift the wheel off the road"):
-            wait_for(lambda text=text: prompt.text_content() == text, 60.0, text)
+            wait_for(lambda text=text: prompt.text_content() == text, 180.0, text)
             assert prompt.is_visible()
             if text.startswith("turn"):
                 who.click("Done, go on")

@@ -14,12 +14,14 @@ class CommandGate:
 
     A command from another process is refused where a node of this process commands the axis. If
     all commands come from other processes, nobody can tell which of two nodes is the right one:
-    then the axis is contested, and the owner of the bus passes on no command of either.
+    then the axis is contested, and the owner of the bus passes on no command of either. A node
+    answers in order, so a second answer to a message, however late, is that of another node.
     """
 
     def __init__(self) -> None:
         self.sent_ns = 0
         """stamp of the latest inputs [ns]"""
+        self._recent: dict[int, None] = {}
         self._answered: dict[int, int] = {}
         self._inside: set[int] = set()
         self._contested_until: dict[int, int] = {}
@@ -28,6 +30,9 @@ class CommandGate:
     def send(self, stamp_ns: int) -> None:
         """Register the inputs that are about to be published."""
         self.sent_ns = stamp_ns
+        self._recent[stamp_ns] = None
+        while (oldest := next(iter(self._recent))) <= stamp_ns - QUIET_NS:
+            del self._recent[oldest]
 
     def accept(self, axis: int, stamp_ns: int, *, inside: bool = False) -> bool:
         """True for the first answer of the axis to published inputs. `inside`: it comes from a
@@ -39,7 +44,7 @@ class CommandGate:
             self._answered[axis] = stamp_ns
             return True
         self._refused[axis] += 1
-        if axis not in self._inside and stamp_ns == last:
+        if axis not in self._inside and stamp_ns <= last and stamp_ns in self._recent:
             self._contested_until[axis] = self.sent_ns + QUIET_NS
         return False
 
