@@ -10,6 +10,7 @@ import pytest
 from made_up import campaign
 from panel_rig import shows, status, wait_for
 
+from flatplank_analysis.words import explain
 from flatplank_panel.views import charts
 from flatplank_panel.views.described import described
 
@@ -61,6 +62,8 @@ def test_a_card_appears_when_it_has_something_to_show(visitor, data):
                   "Measured and model", "Where the error is", "Beyond the library"]  # fmt: skip
         wait_for(lambda: cards(who) == fitted, what="the cards of a fit")
         assert who.page.get_by_role("button", name="Confirm").is_hidden()
+        who.page.get_by_role("heading", name="Error against the floor").hover()
+        who.page.get_by_role("tooltip").get_by_text(explain("floor").sentence).wait_for()
         drawn = who.page.get_by_role("img").filter(visible=True)
         names = [chart.get_attribute("aria-label") for chart in drawn.all()]
         assert len(names) == 4 and all("[" in name and ";" in name for name in names)
@@ -97,3 +100,19 @@ def test_what_is_zoomed_and_chosen_outlives_a_refresh(visitor, data):
         assert not who.errors and not other.errors
     finally:
         shutil.rmtree(data / "made_up")
+
+
+@pytest.mark.browser
+def test_a_campaign_that_cannot_be_read_says_so_where_its_runs_would_be(visitor, data):
+    bad = data / "bad"
+    bad.mkdir()
+    (bad / "campaign.yaml").write_text("tire: T\n")
+    try:
+        who = visitor()
+        who.tab("Runs")
+        who.page.get_by_text("Choose a campaign.").or_(who.page.get_by_text("no list")).wait_for()
+        who.choose("Campaign", "bad (0 runs)")
+        who.page.locator(".q-table__bottom").get_by_text("no list 'runs'").wait_for()
+        assert "Curves" not in cards(who)
+    finally:
+        shutil.rmtree(bad)

@@ -122,6 +122,13 @@ OUTPUTS: Mapping[str, Word] = {
     ),
     "floors": Word("floors", "The error as a multiple of the floor of its condition.", "1"),
     "beyond": Word("beyond", "The part of the error above the floor, in quadrature.", "N"),
+    "chi2": Word(
+        "chi-square",
+        "Sum of squared residuals over the squares of their noise: what an effect takes of it "
+        "is weighed against what noise would take.",
+        "1",
+        "χ²",
+    ),
     "residual": Word("residual", "Measurement minus model.", "N"),
     "held out": Word(
         "held-out error",

@@ -17,7 +17,7 @@ from flatplank_panel.analysis.client import ConsentNeeded
 from flatplank_panel.service import PageAnalysis
 from flatplank_panel.signals import CHANNELS, OVER
 from flatplank_panel.views import charts
-from flatplank_panel.views.page import Page
+from flatplank_panel.views.page import Page, sentence
 from flatplank_panel.views.proposal import ProposalCard
 
 WORDS = (
@@ -93,12 +93,12 @@ class _Discover:
             self.show_status("Open a campaign.")
 
     def build_error(self) -> None:
-        with self.page.card("Error against the floor") as card:
+        with self.page.card("Error against the floor", "floor") as card:
             self.error_chart = self.page.chart(260)
         card.bind_visibility_from(self.error_chart, "visible")
 
     def build_waterfall(self) -> None:
-        with self.page.card("Waterfall: error after every step") as card:
+        with self.page.card("Waterfall: error after every step", "waterfall") as card:
             self.fall_chart = self.page.chart(260)
             with self.page.row():
                 self.undo_button = self.button("Undo", self.undo)
@@ -106,7 +106,7 @@ class _Discover:
         card.bind_visibility_from(self.fall_chart, "visible")
 
     def build_curves(self) -> None:
-        with self.page.card("Measured and model") as card:
+        with self.page.card("Measured and model", "residual") as card:
             self.condition = self.page.select("Condition", [], None).classes("w-full")
             self.condition.on_value_change(self.draw_curve)
             self.condition.bind_visibility_from(self.condition, "value", bool)
@@ -124,6 +124,8 @@ class _Discover:
     def build_ranking(self) -> None:
         with self.page.card("What it may be") as card:
             self.verdict = ui.label("").classes("fp-quiet")
+            with self.verdict:
+                self.meaning = ui.tooltip("")
             self.list_box = ui.column().classes("w-full").style("gap:4px")
             self.to_do = ui.column().classes("w-full").style("gap:4px")
             with self.page.row():
@@ -132,7 +134,7 @@ class _Discover:
         card.bind_visibility_from(self.verdict, "text", bool)
 
     def build_effect(self) -> None:
-        with self.page.card("The effect") as card:
+        with self.page.card("The effect", "collapse") as card:
             self.effect_name = ui.label("").classes("fp-head")
             self.effect_text = ui.column().classes("w-full").style("gap:6px")
             self.collapse_chart = self.page.chart(280)
@@ -226,6 +228,7 @@ class _Discover:
         took = f" ({f['seconds']:.0f} s)" if f.get("seconds") else ""
         self.show_status(f"{f['verdict']}: {f['reason']}{took}")
         self.verdict.set_text(f"Verdict: {f['verdict']}. {f['reason']}")
+        self.meaning.set_text(sentence(f["verdict"]))
         self.draw_ranking()
         self.draw_to_do(f["to_do"])
         self.next_button.set_visibility(bool((f.get("next_run") or {}).get("settings")))

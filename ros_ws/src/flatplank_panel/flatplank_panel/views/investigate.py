@@ -92,12 +92,12 @@ class _Investigate:
             self.code.props('tabindex=0 role=region aria-label="File of the proposal"')
 
     def build_error(self) -> None:
-        with self.page.card("Error and floor") as card:
+        with self.page.card("Error and floor", "floor") as card:
             self.error_chart = self.page.chart(240)
         card.bind_visibility_from(self.error_chart, "visible")
 
     def build_evidence(self) -> None:
-        with self.page.card("Evidence against the tire alone") as card:
+        with self.page.card("Evidence against the tire alone", "e-value") as card:
             self.evidence_chart = self.page.chart(240)
         card.bind_visibility_from(self.evidence_chart, "visible")
 

@@ -11,9 +11,16 @@ from typing import Any
 
 from nicegui import binding, ui
 
+from flatplank_analysis.words import explain
 from flatplank_panel.operator import Operator
 from flatplank_panel.service import AnalysisService
 from flatplank_panel.views.described import described
+
+
+def sentence(name: str) -> str:
+    """A word of the glossary with its sentence."""
+    word = explain(name)
+    return f"{word.title}: {word.sentence}"
 
 
 class Page:
@@ -136,11 +143,14 @@ class Page:
         return ui.select(options, label=label, value=value).props("outlined dense").classes("grow")
 
     @staticmethod
-    def card(title: str) -> Any:
-        """A card with a heading, as a context manager."""
+    def card(title: str, word: str = "") -> Any:
+        """A card with a heading, as a context manager; the heading explains a word of the
+        glossary."""
         card = ui.column().classes("fp-card w-full")
         with card:
-            ui.label(title).classes("fp-head").props("role=heading aria-level=2")
+            head = ui.label(title).classes("fp-head").props("role=heading aria-level=2")
+            if word:
+                head.tooltip(sentence(word))
         return card
 
     @staticmethod

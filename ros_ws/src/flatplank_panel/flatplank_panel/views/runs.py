@@ -88,7 +88,11 @@ class _Runs:
         folder = self.folder.value
         if not folder:
             return
-        found = await self.service.runs(folder, self.tell_rows)
+        try:
+            found = await self.service.runs(folder, self.tell_rows)
+        except ValueError as error:
+            self.tell_rows(str(error))
+            raise
         if self.folder.value != folder:
             return
         self.tell_rows("No run has all these words.")
@@ -129,7 +133,11 @@ class _Runs:
             self.page.draw(self.chart, {})
             return
         files = [r["file"] for r in rows]
-        found = await self.service.curves(folder, files, *drawn, self.tell_curves)
+        try:
+            found = await self.service.curves(folder, files, *drawn, self.tell_curves)
+        except ValueError as error:
+            self.problems.set_text(str(error))
+            raise
         if self.folder.value != folder:
             return
         self.show_problems(found["problems"])
