@@ -72,15 +72,18 @@ def test_a_refused_batch_costs_nothing_and_is_not_asked_for_again():
     refused = []
     for _ in range(3):
         loop.decide()
-        assert loop.waiting is not None and loop.left < left
+        if loop.waiting is None:  # nothing else is worth its minutes
+            break
+        assert loop.left < left
         refused.append(loop.waiting["settings"])
         loop.refuse()
         assert loop.left == left
+    assert len(refused) >= 2
     for i, settings in enumerate(refused):  # each is another one
         assert not [s for s in settings for old in refused[:i] if s in old]
     told, text = summary(log.events), text_of(log.events)
     assert told["runs"] == 6 and told["minutes"] == pytest.approx(400.0 - left, abs=0.1)
-    assert text.count("no run: ") == text.count("refused: not made") == 3
+    assert text.count("no run: ") == text.count("refused: not made") == len(refused)
 
 
 def test_nothing_is_found_where_nothing_is_hidden(tmp_path):

@@ -110,7 +110,9 @@ def test_a_campaign_that_cannot_be_read_says_so_where_its_runs_would_be(visitor,
     try:
         who = visitor()
         who.tab("Runs")
-        who.page.get_by_text("Choose a campaign.").or_(who.page.get_by_text("no list")).wait_for()
+        who.page.get_by_text("Choose a campaign.").or_(
+            who.page.locator(".q-table__bottom").get_by_text("no list")
+        ).wait_for()
         who.choose("Campaign", "bad (0 runs)")
         who.page.locator(".q-table__bottom").get_by_text("no list 'runs'").wait_for()
         assert "Curves" not in cards(who)
