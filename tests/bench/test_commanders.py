@@ -54,6 +54,13 @@ def test_a_node_that_answers_late_contests_an_axis_too():
     assert not gate.contested(0), "so old an answer is none"
 
 
+def test_a_clock_that_jumps_back_leaves_no_stamps_behind():
+    gate = gate_at(60 * QUIET_NS)
+    for stamp in range(0, 2 * QUIET_NS, 4 * MS):
+        gate.send(stamp)
+    assert len(gate._recent) == QUIET_NS // (4 * MS)
+
+
 def test_the_node_of_this_process_prevails_whoever_is_first():
     gate = gate_at(0)
     assert gate.accept(0, 0, inside=True)

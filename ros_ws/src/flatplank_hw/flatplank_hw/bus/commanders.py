@@ -22,6 +22,7 @@ class CommandGate:
         self.sent_ns = 0
         """stamp of the latest inputs [ns]"""
         self._recent: dict[int, None] = {}
+        """stamps sent within `QUIET_NS`, in order [ns]"""
         self._answered: dict[int, int] = {}
         self._inside: set[int] = set()
         self._contested_until: dict[int, int] = {}
@@ -31,7 +32,7 @@ class CommandGate:
         """Register the inputs that are about to be published."""
         self.sent_ns = stamp_ns
         self._recent[stamp_ns] = None
-        while (oldest := next(iter(self._recent))) <= stamp_ns - QUIET_NS:
+        while not stamp_ns - QUIET_NS < (oldest := next(iter(self._recent))) <= stamp_ns:
             del self._recent[oldest]
 
     def accept(self, axis: int, stamp_ns: int, *, inside: bool = False) -> bool:
