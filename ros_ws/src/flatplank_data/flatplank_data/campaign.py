@@ -7,7 +7,7 @@ import dataclasses
 import os
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from typing import Any
 
 from flatplank_data import checks
 from flatplank_data.condition import Condition, is_nan
@@ -23,6 +23,7 @@ from flatplank_data.measured import (
 )
 from flatplank_data.naming import FOLDERS, facts_of_name
 from flatplank_data.problem import Problem, problem_from_error
+from flatplank_data.progress import Progress, told
 from flatplank_data.readers import Request, read_description, reader_for, suffixes
 from flatplank_data.readers.bag import MEASURED, METADATA_FILE
 from flatplank_data.readers.base import turned_columns, turned_facts, turned_info, turned_names
@@ -156,19 +157,6 @@ def _merged(info: RunRecord, facts: Mapping[str, Any], given: Collection[str]) -
         if is_nan(ours) or (ours == usual and item.name not in given):
             changes[item.name] = theirs
     return dataclasses.replace(info, **changes) if changes else info
-
-
-Item = TypeVar("Item")
-Progress = Callable[[str, float], None]
-"""text of the present activity and completed share"""
-
-
-def told(runs: Sequence[Item], progress: Progress | None) -> Iterator[Item]:
-    """The runs in turn, each told with its number before it is read."""
-    for number, run in enumerate(runs, start=1):
-        if progress:
-            progress(f"reading run {number} of {len(runs)}", (number - 1) / len(runs))
-        yield run
 
 
 @dataclass

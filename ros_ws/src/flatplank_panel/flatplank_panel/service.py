@@ -10,8 +10,9 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
+from flatplank_data.progress import Progress
 from flatplank_panel import validation as check
-from flatplank_panel.analysis.client import Analysis, ConsentNeeded, Progress
+from flatplank_panel.analysis.client import Analysis, ConsentNeeded
 from flatplank_panel.next_plan import write_next
 
 MODEL = "model.yaml"

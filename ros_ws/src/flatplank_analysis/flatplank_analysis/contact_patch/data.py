@@ -28,9 +28,10 @@ from flatplank_analysis.contact_patch.grid import (
 from flatplank_analysis.contact_patch.signs import wrong_signs
 from flatplank_analysis.contact_patch.tire_runs import SETTINGS, TireRuns
 from flatplank_analysis.discovery.runs import Coordinate, RunSet
-from flatplank_data.campaign import Campaign, Progress, told
+from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError, NothingUsableError
 from flatplank_data.problem import Problem, problem_from_error
+from flatplank_data.progress import Progress, told
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import COLUMN_UNITS, MeasurementTable
 

@@ -23,7 +23,7 @@ from flatplank_analysis.discovery.modelfile import Entry, ModelFile
 from flatplank_analysis.discovery.opening import Options
 from flatplank_analysis.discovery.starts import start_of
 from flatplank_analysis.discovery.state import channel_weights, make_state, start_base
-from flatplank_analysis.discovery.steps import Progress, Step
+from flatplank_analysis.discovery.steps import Step
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.effects.checks import sound_library
 from flatplank_analysis.effects.registry import find, library
@@ -32,6 +32,7 @@ from flatplank_analysis.inference.nextrun import next_run
 from flatplank_analysis.inference.search import run_search
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError
+from flatplank_data.progress import Progress
 from flatplank_data.table import MeasurementTable
 from flatplank_data.wording import six_digits
 

@@ -17,8 +17,8 @@ from flatplank_analysis.discovery.state import (
     rough_levels,
     start_base,
 )
-from flatplank_analysis.discovery.steps import Progress
 from flatplank_data.errors import FlatplankError
+from flatplank_data.progress import Progress
 
 FIRST_STEPS = 6
 """iterations from each further set of start values, before the best one is fitted to the end"""

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -18,8 +17,6 @@ from flatplank_analysis.discovery.state import State
 
 LARGEST_CLASS = 4
 """most names of an effect and its class together; a larger class is no answer"""
-Progress = Callable[[str, float], None]
-"""text of the present activity and completed share"""
 
 
 @dataclass(frozen=True)

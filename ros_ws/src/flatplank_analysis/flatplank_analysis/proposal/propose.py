@@ -20,7 +20,7 @@ from flatplank_analysis.discovery.fit import effect_contribution
 from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.discovery.screen import screen
 from flatplank_analysis.discovery.state import State, make_candidates, make_state
-from flatplank_analysis.discovery.steps import Progress, Step
+from flatplank_analysis.discovery.steps import Step
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.effects.grammar.file import text_of
 from flatplank_analysis.effects.grammar.hooks import HOOKS
@@ -34,6 +34,7 @@ from flatplank_analysis.proposal.curves import effect_of_curve
 from flatplank_analysis.proposal.exchange import POWERS, exchange_test
 from flatplank_analysis.proposal.search import Outcome, Proposer, RefittedSentence
 from flatplank_analysis.proposal.sites import varying_coordinates
+from flatplank_data.progress import Progress
 
 PROPOSED, NOTHING = "proposed", "nothing to propose"
 STEADY = ("fx", "gain", "friction", "slip")

@@ -13,7 +13,6 @@ import numpy as np
 from flatplank_analysis.contact_patch.tire_runs import TireRuns
 from flatplank_analysis.discovery.decision import Decision
 from flatplank_analysis.discovery.fit import Term
-from flatplank_analysis.discovery.steps import Progress
 from flatplank_analysis.effects.grammar.sentence import Sentence, Site, effect_of
 from flatplank_analysis.effects.grammar.shapes.base import SIGNAL
 from flatplank_analysis.inference.beside import Beside
@@ -31,6 +30,7 @@ from flatplank_analysis.proposal.scan import (
     has_period,
 )
 from flatplank_analysis.proposal.sites import sites_of, varying_coordinates
+from flatplank_data.progress import Progress
 
 T = TypeVar("T")
 SITES, FORMS, REFITS = 10, 3, 8

@@ -13,11 +13,11 @@ import numpy as np
 from flatplank_control.calibration.parasitic import identify_turn, turn_of_bag
 from flatplank_control.recording.bag_writer import METADATA, bag_file_name
 from flatplank_control.runner.campaign import SUFFIX, read_lines
-from flatplank_data.campaign import CAMPAIGN_FILE, Campaign, told
+from flatplank_data.campaign import CAMPAIGN_FILE, Campaign
 from flatplank_data.errors import FlatplankError
+from flatplank_data.progress import Progress, told
 from flatplank_data.readers import suffixes
 from flatplank_data.run_record import FILE_NAME
-from flatplank_panel.analysis.client import Progress
 from flatplank_panel.signals import CHANNELS, OVER
 
 Line = Mapping[str, Any]

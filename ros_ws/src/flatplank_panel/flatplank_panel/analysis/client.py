@@ -7,16 +7,15 @@ import asyncio
 import json
 import os
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from flatplank_data.errors import FlatplankError
+from flatplank_data.progress import Progress
 from flatplank_hw.process import END_WITH_PARENT
 
 LINE = 64 * 1024 * 1024
 """largest length of an answer [bytes]"""
-Progress = Callable[[str, float], None]
 
 
 class ConsentNeeded(FlatplankError):

@@ -26,8 +26,8 @@ from flatplank_control.investigate.opening import (
 )
 from flatplank_control.runner.campaign import SUFFIX
 from flatplank_control.runner.steps import PlanFailed
+from flatplank_data.progress import Progress
 from flatplank_data.yaml_text import parse_yaml
-from flatplank_panel.analysis.client import Progress
 
 SHOWN = (
     "number", "what", "reason", "runs", "minutes", "until", "answer", "back", "evidence", "error",

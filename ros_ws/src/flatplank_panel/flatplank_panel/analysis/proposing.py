@@ -23,8 +23,8 @@ from flatplank_analysis.proposal.propose import PROPOSED
 from flatplank_analysis.proposal.propose import propose as search
 from flatplank_data.errors import FlatplankError
 from flatplank_data.files import write_atomic
+from flatplank_data.progress import Progress
 from flatplank_panel.analysis import fit_jobs
-from flatplank_panel.analysis.client import Progress
 
 _SENTENCES: dict[str, Sentence] = {}
 """campaign folder -> its last proposal"""

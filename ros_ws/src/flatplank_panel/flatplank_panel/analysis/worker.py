@@ -12,8 +12,8 @@ from importlib import import_module
 from typing import Any
 
 from flatplank_analysis.effects.consent import ConsentError, digest, shown
+from flatplank_data.progress import Progress
 from flatplank_hw.process import end_with_parent
-from flatplank_panel.analysis.client import Progress
 
 JOBS = {
     "browse_jobs": ("campaigns", "runs", "curves", "turns", "identify"),
