@@ -72,15 +72,26 @@ def test_few_runs_are_not_decidable():
     assert few.diagnose().verdict == verdict.UNDECIDED
 
 
-def test_runs_without_repeats_stand_on_a_lower_bound():
-    single = session_of(Truth(seed=27, repeats=1))
-    result = single.diagnose().to_dict()
+@pytest.mark.parametrize(
+    ("seed", "tire", "noise", "scatter"),
+    [(27, "bristles", 1.0, 0.0), (33, "bristles", 1.0, 0.02), (36, "relaxation", 0.1, 0.01)],
+)
+def test_runs_without_repeats_stand_on_a_lower_bound(seed, tire, noise, scatter):
+    """Nothing is hidden; the lower bound knows slow noise by the runs at rest, and what a scatter
+    of the tire explains is no evidence, since no repeat shows the scatter."""
+    made = Truth(seed=seed, repeats=1, tire=tire, noise=noise, scatter=scatter)
+    result = session_of(made).diagnose().to_dict()
     assert result["verdict"] == verdict.AT_FLOOR and result["floor_is_lower_bound"]
     assert (
         result["floor_from"].startswith("noise at rest")
         and result["verdict_at_most"] == verdict.PARTLY
     )
     json.dumps(result, allow_nan=False)
+
+
+def test_a_force_of_no_library_stays_visible_without_repeats():
+    result = session_of(Truth(seed=43, repeats=1, pull=80.0)).diagnose().to_dict()
+    assert result["verdict"] == verdict.NONE and result["effects"] == [], result
 
 
 @pytest.mark.long

@@ -24,6 +24,7 @@ from spring import (
 
 from flatplank_analysis.cli import compare
 from flatplank_analysis.cli import diagnose as verb
+from flatplank_analysis.contact_patch.denoising import at_rest
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.report.text import text_of
 from flatplank_analysis.discovery.sources import (
@@ -123,6 +124,18 @@ def test_nothing_gives_no_floor_and_says_what_would():
 def test_a_lower_bound_joins_what_is_known():
     runs = measured(*ramps(), rest=(0.03,), resolution=(0.1,), input_noise=(0.04,)).runs
     assert scatter_lower_bound(runs, 0) == pytest.approx(0.05)
+
+
+def test_the_noise_at_rest_is_within_a_run_and_from_run_to_run():
+    """Runs that differ in the slip alone are repeats while they stand; a start angle or a load has
+    a level of its own."""
+    random = np.random.default_rng(3)
+    kinds = np.repeat([[4000.0, 0.0], [6000.0, 0.0], [4000.0, 1.0]], 100, axis=0)
+    levels = 100.0 * kinds[:, 1] + 0.05 * kinds[:, 0] + random.normal(0.0, 8.0, 300)
+    still = np.append(np.zeros(40), 0.5)
+    runs = [{"plank_position": still, "fx": v + random.normal(0.0, 2.0, 41)} for v in levels]
+    assert at_rest(runs, ("fx",), kinds)[0] == pytest.approx(np.hypot(8.0, 2.0), rel=0.1)
+    assert at_rest(runs[:1], ("fx",), kinds[:1])[0] == pytest.approx(2.0, rel=0.4)
 
 
 def test_pieces_repeat_each_other():

@@ -43,6 +43,8 @@ INPUTS = ("fy", "fz", "mx", "mz")
 """channels with possible crosstalk into Fx"""
 STIFFNESS = 1.9e5
 """[N/m] longitudinal stiffness of a car tire for short waves: force error per encoder error"""
+STANDING = ("nominal", "alpha", "gamma", "pressure", "start", "session")
+"""facts of a run on which the forces of a wheel that stands depend"""
 START_TRAVEL, START_ROUGH = 0.08, 2.5
 """[m], factor on the noise: over the first travel the locked tire is modelled only roughly, which
 is the same in all runs, so that no scatter shows it"""
@@ -137,7 +139,9 @@ def from_tables(tables: list[MeasurementTable]) -> TireRuns:
     }
     data = _assemble(tables, stack | {"time": times}, np.array([float(s["step"]) for s in smooth]))
     if not data.runs.repeated:
-        rest, steps = at_rest(smooth, data.runs.channels), steps_of(tables, data.runs.channels)
+        standing = np.nan_to_num(np.stack([data.runs.facts[n] for n in STANDING], axis=1))
+        rest = at_rest(smooth, data.runs.channels, standing)
+        steps = steps_of(tables, data.runs.channels)
         data = replace(data, runs=replace(data.runs, rest=rest, resolution=steps))
     return replace(data, further=further_columns(tables, times))
 

@@ -116,18 +116,35 @@ def as_input(values: np.ndarray, common: Common) -> np.ndarray:
     return common.level(values) + common.shape(values)
 
 
-def at_rest(smooth: Sequence[Mapping[str, np.ndarray]], names: Sequence[str]) -> tuple[float, ...]:
-    """Standard deviation of the filtered channels before the motion; empty: no run has a rest."""
-    squares = []
-    for columns in smooth:
+def at_rest(
+    smooth: Sequence[Mapping[str, np.ndarray]], names: Sequence[str], settings: np.ndarray
+) -> tuple[float, ...]:
+    """Standard deviation of the filtered channels before the motion, within a run and from run to
+    run; empty: no run has a rest.
+
+    settings (runs, k): what a standing wheel depends on. The slip is none of it: runs of other
+    slip are repeats as long as they stand, and only they show noise that is slower than a rest.
+    """
+    within, levels, kinds = [], [], []
+    for columns, setting in zip(smooth, settings, strict=True):
         moved = np.flatnonzero(columns["plank_position"] > STILL)
         # repeated first values are padding, not measurements
         held = np.all([np.diff(columns[n], prepend=np.nan) == 0.0 for n in names], axis=0)
         rows = np.flatnonzero(~held[: moved[0] if len(moved) else 0])
         if len(rows) < LEAST:
             continue
-        squares.append([np.var(columns[n][rows], ddof=1) for n in names])
-    return tuple(float(v) for v in np.sqrt(np.mean(squares, axis=0))) if squares else ()
+        within.append([np.var(columns[n][rows], ddof=1) for n in names])
+        levels.append([np.mean(columns[n][rows]) for n in names])
+        kinds.append(setting)
+    if not within:
+        return ()
+    _, kind = np.unique(np.array(kinds), axis=0, return_inverse=True)
+    apart = np.array(levels)
+    for k in np.unique(kind):
+        apart[kind == k] -= apart[kind == k].mean(axis=0)
+    spare = max(len(kind) - len(np.unique(kind)), 1)
+    square = np.mean(within, axis=0) + np.sum(apart**2, axis=0) / spare
+    return tuple(float(v) for v in np.sqrt(square))
 
 
 def steps_of(tables: Sequence[MeasurementTable], names: Sequence[str]) -> tuple[float, ...]:

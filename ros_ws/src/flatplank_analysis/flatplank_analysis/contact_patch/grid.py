@@ -54,18 +54,27 @@ def gaussian(values: np.ndarray, sigma: float) -> np.ndarray:
 
 def quantum(values: np.ndarray) -> float:
     """Step of a counting encoder, 0 when the values have no common step."""
-    # single precision is the coarsest that files use
-    blur = 8.0 * np.finfo(np.float32).eps * float(np.abs(values).max())
-    steps = np.sort(np.abs(np.diff(values)))
-    steps = steps[steps > blur]
-    gaps = np.diff(steps)
-    gaps = gaps[gaps > 4.0 * blur]
-    if len(steps) < 20 or not len(gaps):
+    changes = np.abs(np.diff(values))
+    # most files have single precision or a few digits; a finer step needs double precision
+    for kind in (np.float32, np.float64):
+        blur = 8.0 * float(np.finfo(kind).eps) * float(np.abs(values).max())
+        step = _common_step(changes[changes > blur], blur)
+        if step is not None:
+            return step
+    return 0.0
+
+
+def _common_step(changes: np.ndarray, blur: float) -> float | None:
+    """Number of which all changes are multiples but for rounding errors up to `blur`, 0 when there
+    is none; None where the changes differ by too little for this precision."""
+    gaps = np.diff(np.sort(changes))
+    if np.any((gaps > blur) & (gaps <= 4.0 * blur)):
+        return None
+    gaps = gaps[gaps > blur]
+    cells, counts = np.unique(np.round(changes / (2.0 * blur)), return_counts=True)
+    if len(changes) < 20 or not len(gaps) or len(cells) > 400:
         return 0.0
     one = float(np.median(gaps[gaps < 1.5 * gaps.min()]))
-    cells, counts = np.unique(np.round(steps / (2.0 * blur)), return_counts=True)
-    if len(cells) > 400:
-        return 0.0
     tried = one * np.linspace(0.7, 1.4, 3000)
     turns = np.exp(2j * np.pi * np.outer(1.0 / tried, cells * 2.0 * blur))
     sharp = np.abs(turns @ counts) / counts.sum()

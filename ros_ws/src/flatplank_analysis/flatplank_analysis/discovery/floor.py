@@ -204,19 +204,20 @@ def floor_of(
     cleaned: Cleaned,
     channel: int = 0,
     per_run: float = np.inf,
-    least: float = 0.0,
+    least: np.ndarray | float = 0.0,
 ) -> Floor:
     """Floor and unexplained part of one channel; residual (runs, samples).
 
     per_run: degrees of freedom per run by the noise model; the smaller of this and the freedom of
-    the contrasts is used, because few contrasts estimate slow noise poorly. least: lower bound of
-    the floor, where nothing is repeated.
+    the contrasts is used, because few contrasts estimate slow noise poorly. least: lower bound
+    (conditions,) of the floor, where nothing is repeated.
     """
     counts = np.array([len(g) for g in runs.groups])
     spare = max(float(np.sum(counts - 1)), 1.0)
     pure, own = scatter_of_repeats(cleaned, runs.groups)
-    pure = max(pure, least**2)
-    own = np.where(np.isnan(own), pure, np.maximum(own, least**2))
+    bound = np.square(np.broadcast_to(least, counts.shape))
+    pure = max(pure, float(np.average(bound, weights=counts)))
+    own = np.fmax(own, np.where(bound > 0.0, bound, np.where(np.isnan(own), pure, 0.0)))
     raw = scatter_of_repeats(Cleaned(runs.contrast(residual)), runs.groups)[0]
     steps = runs.input_noise[channel] ** 2 if runs.input_noise else 0.0
     square = np.mean(runs.mean(residual) ** 2, axis=1)

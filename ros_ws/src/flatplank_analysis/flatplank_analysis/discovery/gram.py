@@ -164,6 +164,21 @@ def scatter_of(
     return np.sqrt(extra)
 
 
+def likeliest_scatter(
+    whitener: Whitener, residual: np.ndarray, directions: np.ndarray, scatter: np.ndarray
+) -> np.ndarray:
+    """Part of a residual (channels, runs, samples) that the scatter explains best: each run's most
+    probable amounts of the directions (d, channels, runs, samples), with standard deviations
+    scatter (d,)."""
+    used = np.flatnonzero(scatter > 0.0)
+    if not used.size:
+        return np.zeros_like(residual)
+    gram = Metric(whitener, directions, np.zeros(len(directions))).gram(residual, directions[used])
+    precision = gram.products + np.diag(1.0 / scatter[used] ** 2)
+    amounts = np.linalg.solve(precision, gram.scores[..., None])[..., 0]
+    return np.einsum("rd,dcrs->crs", amounts, directions[used])
+
+
 def solve(products: np.ndarray, scores: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Least-squares solution and its covariance; directions without information stay zero."""
     scale = np.sqrt(np.maximum(np.diag(products), 1e-30))

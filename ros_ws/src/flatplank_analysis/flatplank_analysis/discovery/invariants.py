@@ -96,8 +96,7 @@ def stretches(state: State) -> list[where.Event]:
     found = where.events(runs, state.residual[0], limit, state.expected_errors)
     if not found:
         return []
-    whitened = state.whitened.fit.residual(runs.measured)[0]
-    left = where.events(runs, whitened, limit, state.expected_errors)
+    left = where.events(runs, state.left[0], limit, state.expected_errors)
     return [event for event in found if any(event.meets(other) for other in left)]
 
 

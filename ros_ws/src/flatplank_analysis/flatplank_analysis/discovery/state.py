@@ -51,6 +51,9 @@ class State:
     """metric of the decisions: the form error of the model is no evidence of an effect"""
     whitened: Whitened
     """fit of the same model with the smallest whitened chi2"""
+    left: np.ndarray
+    """(channels, runs, samples), residual of this fit; where nothing is repeated without what a
+    usual scatter of the tire explains"""
 
     @property
     def runs(self) -> RunSet:
@@ -173,23 +176,39 @@ def make_state(
     form = [form_error_of(model).share(c) for c in range(len(residual))]
     seen = form * np.abs(runs.mean(fit.predicted)).max(axis=(1, 2))
     with_form = list(map(noises.no_quieter, model_noise, seen))
-    # in the first channel the verdict says what is left beyond the noise alone
-    for c, noise in enumerate([model_noise[0], *with_form[1:]]):
-        # a lower bound holds at every node; the residual's own correlation is no measure of it
-        per_run = runs.samples if bound else noises.freedom_of(runs, noise)
-        least = scatter_lower_bound(runs, c) if bound else 0.0
-        levels.append(floors.floor_of(runs, residual[c], cleaned[c], c, per_run, least))
     # repeats scatter by the noise alone
     alone = noises.make_whitener(runs, model_noise)
     scatter = grams.scatter_of(runs, alone, contrasts, directions, usual_scatter(model))
     metric = grams.Metric(noises.make_whitener(runs, with_form), directions, scatter)
     found = fit_whitened(metric, fitter, near or fit)
     found = replace(found, fit=fitter.derivative(found.fit))
+    least, left = np.zeros((len(residual), len(runs.groups))), found.fit.residual(runs.measured)
+    if bound:
+        left -= grams.likeliest_scatter(alone, left, directions, scatter)
+        least = _least(runs, residual - left)
+    # in the first channel the verdict says what is left beyond the noise alone
+    for c, noise in enumerate([model_noise[0], *with_form[1:]]):
+        # a lower bound holds at every node; the residual's own correlation is no measure of it
+        per_run = runs.samples if bound else noises.freedom_of(runs, noise)
+        levels.append(floors.floor_of(runs, residual[c], cleaned[c], c, per_run, least[c]))
     # the whitened fit may be far from the plain one, where the columns differ
     offered = partial(make_candidates, model, found.fit, effects, residual)
     if known is not None:
         offered = partial(list, known)
-    return State(model, fitter, fit, residual, offered, levels, model_noise[0], metric, found)
+    return State(
+        model, fitter, fit, residual, offered, levels, model_noise[0], metric, found, left
+    )
+
+
+def _least(runs: RunSet, scattered: np.ndarray) -> np.ndarray:
+    """Lower bound (channels, conditions) of the floor where nothing is repeated: what is known of
+    the noise, and the part (channels, runs, samples) of the residual that a usual scatter of the
+    tire explains."""
+    least = np.zeros((len(scattered), len(runs.groups)))
+    for c, part in enumerate(scattered):
+        square = [np.mean(part[g] ** 2) for g in runs.groups]
+        least[c] = np.hypot(scatter_lower_bound(runs, c), np.sqrt(square))
+    return least
 
 
 def _cleaned(
