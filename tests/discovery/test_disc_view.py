@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 from decisions import decision, rival
 from shapes import LONG, shape
 
@@ -24,8 +22,8 @@ ALONE = AcceptedEffect(GIVEN)
 
 def told(*found, plan=None, verdict=GROUP):
     """The list of what to do where these causes were found."""
-    result = SimpleNamespace(found=found, next_run=plan or {}, verdict=verdict)
-    return [list(task.lines()) for task in view.tasks(result, "mine")]
+    causes = [view.Cause.of(f) for f in found]
+    return [list(t.lines()) for t in view.tasks(verdict, causes, plan or {}, "mine")]
 
 
 def test_a_class_is_one_item_with_every_member():

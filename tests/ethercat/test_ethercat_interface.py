@@ -15,8 +15,9 @@ from ethercat_rig import BUS_FILES
 
 from flatplank_hw.ethercat.busfile import BusFile, Entry, Pdo, SdoValue, Slave
 from flatplank_hw.ethercat.master import interface as checks
+from flatplank_hw.ethercat.master.configuration import write_configuration
 from flatplank_hw.ethercat.master.interface import BusError, InterfaceLock, check_identities
-from flatplank_hw.ethercat.master.sdo import QUEUE, SdoQueue, write_configuration
+from flatplank_hw.ethercat.master.sdo import QUEUE, SdoQueue
 from flatplank_hw.ethercat.reader import read_bus_file
 
 BENCH = read_bus_file(BUS_FILES / "bench.yaml")

@@ -67,6 +67,14 @@ class Diagnosis:
     conditions: Sequence[dict[str, Any]] = ()
     """error and floor of every condition at the end, see `Floor.rows`"""
 
+    def causes(self) -> list[view.Cause]:
+        """What is named, one item per cause."""
+        return [view.Cause.of(found) for found in self.found]
+
+    def tasks(self, folder: str = "DIR") -> list[view.Task]:
+        """What to do next, the first thing first; `folder`: of the campaign."""
+        return view.tasks(self.verdict, self.causes(), self.next_run, folder)
+
     def drawable(self, campaign: str) -> Search:
         """The search; FlatplankError where the campaign allowed none."""
         if self.search is None:
@@ -112,7 +120,7 @@ class Diagnosis:
                 "coherence": six_digits(self.coherence),
             },
             "next_run": self.next_run,
-            "to_do": [view.task_dict(t) for t in view.tasks(self)],
+            "to_do": [view.task_dict(t) for t in self.tasks()],
             "detectable": {
                 k: {"size": six_digits(v), "unit": u} for k, (v, u) in self.detectable.items()
             },

@@ -8,15 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.sources import NONE, PARTLY
 from flatplank_analysis.discovery.steps import AcceptedEffect
 from flatplank_data.wording import one_of, probability_words, quantity, six_digits, sized
-
-if TYPE_CHECKING:
-    from flatplank_analysis.discovery.verdict import Diagnosis
 
 
 @dataclass(frozen=True)
@@ -92,19 +89,16 @@ class Task:
         yield from (f"  {name}: {text}" for name, text in self.each)
 
 
-def causes(result: Diagnosis) -> list[Cause]:
-    """What a diagnosis names, one item per cause."""
-    return [Cause.of(found) for found in result.found]
-
-
-def tasks(result: Diagnosis, folder: str = "DIR") -> list[Task]:
-    """What to do next, the first thing first; `folder`: of the campaign."""
-    named = [c for c in causes(result) if not c.generic]
+def tasks(
+    verdict: str, causes: Sequence[Cause], plan: Mapping[str, Any], folder: str
+) -> list[Task]:
+    """What to do next, the first thing first; `plan`: the next run, `folder`: of the campaign."""
+    named = [c for c in causes if not c.generic]
     return [
-        *_runs(result.next_run),
-        *_checks(named, bool(result.next_run.get("settings"))),
+        *_runs(plan),
+        *_checks(named, bool(plan.get("settings"))),
         *_remedies(named, folder),
-        *_of_the_rest(result.verdict, folder),
+        *_of_the_rest(verdict, folder),
     ]
 
 

@@ -11,10 +11,16 @@ from flatplank_data.machine import GEAR_RATIO, USABLE_ROAD
 from flatplank_data.names import nearest_hint
 from flatplank_data.params import Params, param
 from flatplank_hw.bus.image import AXES
-from flatplank_hw.drive.safety import RULES
 
 _POSITIVE = (1e-9, 1e9)
 _TIMEOUT = (0.005, 0.1)
+_RULES = (
+    "inputs", "samples", "drive_fault", "emergency_stop", "heartbeat", "speed", "torque", "fz",
+    "road_end", "steering", "plank_stopped", "plank_stands", "plank_reverses", "reference",
+    "reference_gone", "wheel_stopped", "following_error",
+)  # fmt: skip
+RULE_CODES = {name: code for code, name in enumerate(_RULES, 1)}
+"""safety rule (of `safety`) -> stop reason; bags have the numbers, so a new rule comes last"""
 
 
 @dataclass(frozen=True)
@@ -134,8 +140,8 @@ class DriveParameters(Params):
 
     def check(self) -> str | None:
         for name in self.rules:
-            if name not in RULES:
-                return f"rules: unknown rule '{name}'{nearest_hint(name, RULES)}"
+            if name not in RULE_CODES:
+                return f"rules: unknown rule '{name}'{nearest_hint(name, RULE_CODES)}"
         if self.direction == 0:
             return "direction is 0, must be 1 or -1"
         if self.travel_min >= self.travel_max:

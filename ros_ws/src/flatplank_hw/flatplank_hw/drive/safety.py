@@ -10,14 +10,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from flatplank_hw.bus.image import Digital, Health
 from flatplank_hw.cia402 import State
+from flatplank_hw.drive.params import RULE_CODES, DriveParameters
 from flatplank_hw.troubles import TROUBLES
-
-if TYPE_CHECKING:
-    from flatplank_hw.drive.params import DriveParameters
 
 NS = 1_000_000_000
 """[ns/s]"""
@@ -71,17 +69,21 @@ class Situation:
     """the drive of the wheel has left operation since this axis was enabled"""
 
 
-Check = Callable[[Situation, "DriveParameters"], bool]
+Check = Callable[[Situation, DriveParameters], bool]
 
 
 class Rule(NamedTuple):
     """One rule: `check` is true when the axis must not move, also for NaN."""
 
-    code: int
     name: str
     """name of the rule and of its trouble"""
     latching: bool
     check: Check
+
+    @property
+    def code(self) -> int:
+        """Stop reason of the rule."""
+        return RULE_CODES[self.name]
 
     @property
     def text(self) -> str:
@@ -117,36 +119,36 @@ def does_not_follow(s: Situation, p: DriveParameters) -> bool:
 
 _RULES = (
     Rule(
-        1, "inputs", True,
+        "inputs", True,
         lambda s, p: s.health >= _STALE or not 0 <= s.gap_ns <= p.input_timeout * NS,
     ),
-    Rule(2, "samples", True, lambda s, p: s.sample_age_ns > p.input_timeout * NS),
-    Rule(3, "drive_fault", True, lambda s, p: s.state >= State.FAULT_REACTION_ACTIVE),
-    Rule(4, "emergency_stop", True, lambda s, p: not s.digital & _EMERGENCY_OK),
-    Rule(5, "heartbeat", True, heartbeat_gone),
-    Rule(6, "speed", True, lambda s, p: not -p.speed_trip <= s.speed <= p.speed_trip),
-    Rule(7, "torque", True, lambda s, p: s.torque_high_ns > p.trip_time * NS),
-    Rule(8, "fz", True, lambda s, p: s.fz_high_ns > p.trip_time * NS),
+    Rule("samples", True, lambda s, p: s.sample_age_ns > p.input_timeout * NS),
+    Rule("drive_fault", True, lambda s, p: s.state >= State.FAULT_REACTION_ACTIVE),
+    Rule("emergency_stop", True, lambda s, p: not s.digital & _EMERGENCY_OK),
+    Rule("heartbeat", True, heartbeat_gone),
+    Rule("speed", True, lambda s, p: not -p.speed_trip <= s.speed <= p.speed_trip),
+    Rule("torque", True, lambda s, p: s.torque_high_ns > p.trip_time * NS),
+    Rule("fz", True, lambda s, p: s.fz_high_ns > p.trip_time * NS),
     Rule(
-        9, "road_end", True,
+        "road_end", True,
         lambda s, p: not s.plank_position <= p.road_length and not unloaded(s, p),
     ),
     Rule(
-        10, "steering", True,
+        "steering", True,
         lambda s, p: not abs(s.steer_angle) <= math.radians(p.steering_limit_deg),
     ),
-    Rule(11, "plank_stopped", True, lambda s, p: s.turning and not may_turn(s, p)),
-    Rule(12, "plank_stands", False, lambda s, p: not may_turn(s, p)),
+    Rule("plank_stopped", True, lambda s, p: s.turning and not may_turn(s, p)),
+    Rule("plank_stands", False, lambda s, p: not may_turn(s, p)),
     Rule(
-        13, "plank_reverses", False,
+        "plank_reverses", False,
         lambda s, p: s.follows_reference and not s.plank_velocity >= REVERSE_SPEED,
     ),
     # for the wheel, which needs references only while the plank moves
-    Rule(14, "reference", True, lambda s, p: s.moving and reference_gone(s, p)),
-    Rule(15, "reference_gone", True, reference_gone),
+    Rule("reference", True, lambda s, p: s.moving and reference_gone(s, p)),
+    Rule("reference_gone", True, reference_gone),
     # for the plank: a stopped wheel would be dragged over the moving road
-    Rule(16, "wheel_stopped", True, lambda s, p: s.wheel_left and not unloaded(s, p)),
-    Rule(17, "following_error", True, does_not_follow),
+    Rule("wheel_stopped", True, lambda s, p: s.wheel_left and not unloaded(s, p)),
+    Rule("following_error", True, does_not_follow),
 )  # fmt: skip
 
 RULES: dict[str, Rule] = {rule.name: rule for rule in _RULES}
@@ -156,7 +158,7 @@ LEFT_OPERATION = 21
 NO_ANSWER = 22
 
 STOPS: dict[int, str] = {
-    **{rule.code: rule.name for rule in _RULES},
+    **{code: name for name, code in RULE_CODES.items()},
     QUICK_STOP: "quick_stop",
     LEFT_OPERATION: "left_operation",
     NO_ANSWER: "no_answer",

@@ -9,17 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from flatplank_hw.bus.image import BusInputs
 from flatplank_hw.cia402 import TORQUE_UNIT
+from flatplank_hw.hub.params import DRIVE_MOMENTS, HubParameters
 from flatplank_hw.samples import Wrench
-
-if TYPE_CHECKING:
-    from flatplank_hw.hub.params import HubParameters
-
 
 OUTER_ARM = 0.3475
 """arm of the bridges Fx1 and Fz1 in (A.1d, A.1e), without ET value and adapter [m]"""
@@ -101,7 +98,5 @@ def motor_torque(inputs: BusInputs, fx: float, loaded_radius: float, p: HubParam
     return -p.efficiency * p.gear_ratio * max(axis.torque * TORQUE_UNIT - friction, 0.0)
 
 
-SOURCES: dict[str, Callable[[BusInputs, float, float, HubParameters], float]] = {
-    "force_balance": force_balance,
-    "motor_torque": motor_torque,
-}
+Source = Callable[[BusInputs, float, float, HubParameters], float]
+SOURCES: dict[str, Source] = dict(zip(DRIVE_MOMENTS, (force_balance, motor_torque), strict=True))

@@ -10,7 +10,6 @@ from flatplank_data.limits import LIMITS, Limit
 from flatplank_data.machine import FRICTION_SPEED, FRICTION_TORQUE, GEAR_RATIO
 from flatplank_data.params import Params, param
 from flatplank_hw.encoders.params import counts_param
-from flatplank_hw.hub.appendix_a import SOURCES
 
 VOLTS = Limit(-100.0, 100.0, "V")
 """voltages that an amplifier can give; others count as no number"""
@@ -20,6 +19,8 @@ COUNTS = (
     "camber_counts_per_turn", "wheel_counts_per_turn", "plank_counts_per_turn",
     "motor_counts_per_turn",
 )  # fmt: skip
+DRIVE_MOMENTS = ("force_balance", "motor_torque")
+"""estimates of M_yc, see `appendix_a`"""
 SETUP_CONSTANTS = ("et_value", "adapter_thickness", "wheel_camber_deg", "road_camber_offset_deg")
 """parameters that may change while the bench runs, after a change of the wheel"""
 
@@ -95,7 +96,7 @@ class HubParameters(Params):
     include_drive_moment: bool = param(
         False, "M_yw gains cos(gamma) M_yc and M_zw gains sin(gamma) M_yc"
     )
-    drive_moment_source: str = param("force_balance", "estimate of M_yc", choices=sorted(SOURCES))
+    drive_moment_source: str = param("force_balance", "estimate of M_yc", choices=DRIVE_MOMENTS)
     gear_ratio: float = param(GEAR_RATIO, "motor to wheel, 30.32 * 47", bounds=(1.0, 1e6))
     efficiency: float = param(0.392, "wheel drive's efficiency, Table 5.1", bounds=(0.01, 1.0))
     motor_counts_per_turn: int = counts_param("wheel drive motor, 23 bit", 2**23)

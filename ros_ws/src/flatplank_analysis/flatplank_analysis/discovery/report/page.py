@@ -24,7 +24,7 @@ from flatplank_analysis.discovery.report.text import amount, channel_of
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.discovery.steps import AcceptedEffect, Search
 from flatplank_analysis.discovery.verdict import Diagnosis
-from flatplank_analysis.discovery.view import Cause, causes, tasks
+from flatplank_analysis.discovery.view import Cause
 from flatplank_data.errors import FlatplankError
 from flatplank_data.files import write_atomic
 from flatplank_data.wording import probability_words, quantity, span
@@ -111,7 +111,7 @@ def _render(
         ],
         effects=[_effect(search, book, i, found) for i, found in enumerate(result.found)],
         refused=_refused(result, search),
-        tasks=tasks(result, campaign),
+        tasks=result.tasks(campaign),
         p_from=where.P_FROM,
         events=[_event(runs, e) for e in result.events[:8]],
         detectable=[(k, quantity(*v, 2)) for k, v in sorted(result.detectable.items())],
@@ -147,7 +147,7 @@ def _event(runs: RunSet, event: where.Event) -> dict[str, Any]:
 
 
 def _refused(result: Diagnosis, search: Search) -> list[dict[str, str]]:
-    taken = {m.name for c in causes(result) for m in c.members}
+    taken = {m.name for c in result.causes() for m in c.members}
     out: dict[str, dict[str, str]] = {}
     for step in search.steps:
         for d in step.refits:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.discovery.verdict import Diagnosis
-from flatplank_analysis.discovery.view import Cause, Member, causes, tasks
+from flatplank_analysis.discovery.view import Cause, Member
 from flatplank_data.wording import brief, probability_words
 
 NAMES = {"fx": "Fx", "fy": "Fy"}
@@ -35,7 +35,7 @@ def text_of(result: Diagnosis, folder: str = "DIR") -> str:
     runs = result.search.model.runs if result.search else None
     if runs is not None:
         lines += _errors(result, runs)
-    for found, cause in zip(result.found, causes(result), strict=True):
+    for found, cause in zip(result.found, result.causes(), strict=True):
         lines += [
             f"{cause.name}: {cause.sized}, {cause.members[0].kind}, "
             f"{probability_words(found.decision.probability)}",
@@ -61,7 +61,7 @@ def _of(member: Member, cause: Cause) -> str:
 
 def to_do_lines(result: Diagnosis, folder: str = "DIR") -> Iterator[str]:
     """What to do, numbered in its order; nothing where nothing is to be done."""
-    known = tasks(result, folder)
+    known = result.tasks(folder)
     if known:
         yield "to do, in this order:"
     for number, task in enumerate(known, 1):

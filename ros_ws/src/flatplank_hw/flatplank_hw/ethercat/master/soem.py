@@ -12,10 +12,10 @@ from typing import NamedTuple
 import pysoem
 
 from flatplank_hw.ethercat.busfile import BusFile, Slave
+from flatplank_hw.ethercat.master.configuration import write_configuration
 from flatplank_hw.ethercat.master.health import SlaveState, describe_slaves
 from flatplank_hw.ethercat.master.image import expected_counter
 from flatplank_hw.ethercat.master.interface import BusError, check_identities
-from flatplank_hw.ethercat.master.sdo import write_configuration
 
 SDO_TIMEOUT_US = 20_000
 """SDO time-out in OP; the cycle stops meanwhile, and the default of 700 ms would trip all
