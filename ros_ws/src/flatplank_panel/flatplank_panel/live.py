@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from flatplank_data.wording import with_unit
 from flatplank_panel.bench_state import BenchState
 from flatplank_panel.signals import SIGNALS
 
@@ -56,7 +57,9 @@ class LiveData:
 
     def start(self) -> str:
         """JavaScript call for a page that has just opened."""
-        signals = [{"key": s.key, "digits": s.digits} for s in SIGNALS]
+        signals = [
+            {"key": s.key, "digits": s.digits, "name": with_unit(s.label, s.unit)} for s in SIGNALS
+        ]
         ring = self.state.ring
         begun = ring.begun
         history = rows_of(ring.since(ring.serial - HISTORY))

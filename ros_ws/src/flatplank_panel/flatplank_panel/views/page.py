@@ -16,6 +16,12 @@ from flatplank_panel.operator import Operator
 from flatplank_panel.service import AnalysisService
 from flatplank_panel.views.described import described
 
+EXPORTS = {
+    "csv": "Save the points that are seen as a table",
+    "png": "Save the chart as a picture",
+}
+"""function of export.js -> what it does"""
+
 
 def sentence(name: str) -> str:
     """A word of the glossary with its sentence."""
@@ -105,8 +111,18 @@ class Page:
     def chart(height: int) -> ui.echart:
         """A chart with the width of its card, hidden until it has data; height in pixels."""
         chart = ui.echart({}).style(f"height:{height}px;width:100%").props("role=img")
+        Page.exports(chart).bind_visibility_from(chart, "visible")
         chart.set_visibility(False)
         return chart
+
+    @staticmethod
+    def exports(chart: ui.echart) -> ui.element:
+        """The buttons that save what is seen in a chart."""
+        with ui.element("div").classes("fp-row fp-exports") as row:
+            for word, what in EXPORTS.items():
+                button = ui.button(word.upper()).props(f'flat dense aria-label="{what}"')
+                button.on("click", js_handler=f"() => fp.{word}({chart.id})").tooltip(what)
+        return row
 
     @staticmethod
     def draw(chart: ui.echart, options: dict[str, Any]) -> None:

@@ -103,6 +103,7 @@ def _chart(panels: Sequence[Sequence[str]], columns: int, height: int) -> None:
     chart.style(f"height:{height}px; width:100%; --panels:{len(panels)}").classes("fp-live")
     names = ", ".join(BY_KEY[keys[0]].label for keys in panels)
     chart.props(f'role=img aria-label="{names}: live plots; their numbers are above"')
+    Page.exports(chart)
     ui.run_javascript(f"fp.register({chart.id}, {json.dumps([list(p) for p in panels])})")
 
 

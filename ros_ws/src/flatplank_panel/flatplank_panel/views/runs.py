@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 from collections.abc import Collection, Sequence
 from functools import partial
 from typing import Any
@@ -17,6 +19,11 @@ COLUMNS = {
     "file": "Run", "condition": "Condition", "start": "Start", "order": "Order",
     "status": "Ended", "lost": "Cycles lost", "verdict": "Verdict", "notes": "Notes",
 }  # fmt: skip
+SETTINGS = {
+    "kappa_percent": "Slip [%]", "fz": "Load [N]", "pressure": "Pressure [bar]",
+    "alpha": "Side slip [deg]", "gamma": "Camber [deg]",
+}  # fmt: skip
+"""columns of the saved list, beside those that are shown"""
 FIRST = 60
 """number of runs drawn when none is chosen"""
 
@@ -45,6 +52,8 @@ class _Runs:
                     self.find = page.text("Filter")
                     self.find.props('clearable aria-label="Filter runs"')
                     page.refresh("Look for campaigns again", self.reload)
+                    save = page.free_button("CSV", self.save)
+                    save.props('aria-label="Save the list as a table"')
                 columns = [
                     {"name": k, "label": t, "field": k, "align": "left", "sortable": True}
                     for k, t in COLUMNS.items()
@@ -100,6 +109,17 @@ class _Runs:
         self.table.selected = [row for row in self.rows if row["file"] in chosen]
         self.show_problems(found["problems"])
         await self.filter()
+
+    def save(self) -> None:
+        """The list as it is filtered, as a file of the browser."""
+        if not self.table.rows:
+            raise ValueError("the list has no runs; choose a campaign first")
+        file = io.StringIO()
+        writer = csv.writer(file)
+        writer.writerow((COLUMNS | SETTINGS).values())
+        writer.writerows([row[key] for key in COLUMNS | SETTINGS] for row in self.table.rows)
+        name = f"{self.folder.value.replace('/', '_')}_runs.csv"
+        ui.download.content(file.getvalue(), name, "text/csv")
 
     def tell_rows(self, text: str, _share: float = 1.0) -> None:
         """What stands in the table while it has no row."""

@@ -14,6 +14,7 @@ from flatplank_panel.views.page import Page
 HEAD = """
 <link rel="stylesheet" href="/assets/panel.css">
 <script src="/assets/panel.js"></script>
+<script src="/assets/export.js"></script>
 <script>document.documentElement.lang = "en"</script>
 """
 NOBODY = "nobody is in charge"
