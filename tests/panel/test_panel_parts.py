@@ -180,7 +180,11 @@ def test_a_page_that_opens_gets_the_history_then_what_is_new(monkeypatch):
     call = data.start()
     assert call.startswith("fp.start('live', [") and call.endswith("], 5, 0)")
     signals, rows, serial, begun = json.loads("[" + call[len("fp.start('live', ") : -1] + "]")
-    assert [s["key"] for s in signals] == list(COLUMN) and signals[0] == {"key": "t", "digits": 1, "name": "Time [s]"}
+    assert [s["key"] for s in signals] == list(COLUMN) and signals[0] == {
+        "key": "t",
+        "digits": 1,
+        "name": "Time [s]",
+    }
     assert [row[COLUMN["fz"]] for row in rows] == [3.0, 4.0, 5.0] and (serial, begun) == (5, 0)
     first = data.tick()
     assert (first["rows"], first["serial"], first["live"], data.pushed) == ([], 5, True, 1)
