@@ -18,32 +18,6 @@ def bristles(slips: np.ndarray, q: float) -> np.ndarray:
     return np.sign(slips) * 9.5e4 / (3.0 * q) * (1.0 - (1.0 - part) ** 3)
 
 
-@pytest.mark.parametrize(
-    ("slips", "chords"),
-    [
-        (SLIPS, ((2, 4), (1, 5))),
-        (SLIPS[1:], ((1, 3), (0, 4))),
-        (SLIPS[2:], ((1, 2), (1, 3))),
-        (SLIPS[:5], ((2, 3), (1, 3))),
-        (SLIPS[3:], ((0, 1), (0, 2))),
-        (SLIPS[2:5], ()),
-        (SLIPS[4:], ()),
-        (SLIPS[[0, 1, 5, 6]], ((1, 2), (0, 3))),
-        (SLIPS[[1, 4, 5]], ()),
-    ],
-)
-def test_two_chords_around_zero_or_on_the_side_that_has_two_levels(slips, chords):
-    assert curve._chords(slips) == chords
-
-
-def test_chords_of_powers_of_the_slip():
-    """(b |b| - a |a|)/(b - a) and (b^3 - a^3)/(b - a)."""
-    x = np.array([-0.03, 0.0, 0.05])
-    assert curve._reach(x, 0, 2) == pytest.approx((0.0034 / 0.08, 1.52e-4 / 0.08))
-    assert curve._reach(x, 1, 2) == pytest.approx((0.05, 0.0025))
-    np.testing.assert_allclose(curve._secant(x, 0, 2), [-12.5, 0.0, 12.5])
-
-
 @pytest.mark.parametrize("slips", [SLIPS, SLIPS[3:], np.array([-0.06, -0.013, 0.0, 0.009, 0.04])])
 @pytest.mark.parametrize("q", [1e-4, 5.0, 12.0, 16.0])
 def test_bend_and_slope_of_bristles_come_back(slips, q):
@@ -54,25 +28,6 @@ def test_bend_and_slope_of_bristles_come_back(slips, q):
     np.testing.assert_allclose(weights @ (force + 300.0), 9.5e4)  # an offset is no slope
     sets = np.vstack([force, bristles(slips, 0.5 * q)])
     np.testing.assert_allclose(curve._bend(slips, sets), [q, 0.5 * q], rtol=1e-5, atol=1e-4)
-
-
-def test_beyond_sliding_the_bend_is_that_of_the_far_levels():
-    """Where the far levels slide, also where their force falls, and on uneven chords."""
-    far = 0.02
-    for q in (60.0, 90.0, 400.0):
-        assert curve._bend(SLIPS, bristles(SLIPS, q)) == pytest.approx(1.0 / far)
-    falls = bristles(SLIPS, 60.0) * [1, -0.2, 1, 1, 1, -0.2, 1]
-    assert curve._bend(SLIPS, falls) == pytest.approx(1.0 / far)
-    uneven = np.array([-0.098, -0.083, 0.0, 0.004, 0.038])
-    reach = curve._reach(uneven, 0, 4)[0]
-    found = curve._bend(uneven, np.array([-2759.0, -1804.0, 0.0, 378.0, 1419.0]))
-    assert found == pytest.approx(1.0 / reach)
-
-
-def test_a_near_pair_without_force_is_straight():
-    force = np.array([-900.0, -400.0, 0.0, 0.0, 0.0, 400.0, 900.0])
-    assert curve._bend(SLIPS, force) == 0.0
-    assert np.isfinite(curve.slope_weights(SLIPS, force)).all()
 
 
 def test_the_table_has_the_bend_between_zero_and_its_neighbours():

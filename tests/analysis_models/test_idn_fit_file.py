@@ -7,10 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from idn_points import TIR
-from idn_runs import run
 
-from flatplank_analysis.identify import campaign
 from flatplank_analysis.identify import campaign as fit_file
 from flatplank_analysis.identify.campaign import (
     FitFile,
@@ -18,8 +15,6 @@ from flatplank_analysis.identify.campaign import (
     carcass_fits,
     fit_campaign,
 )
-from flatplank_analysis.identify.mf.points import steady_points
-from flatplank_analysis.models.tir import write_tir
 from flatplank_data.errors import FlatplankError
 from flatplank_validation.fits.campaigns import Truth, simulate_runs
 
@@ -93,23 +88,3 @@ def test_what_stands_in_a_fit_file_is_of_its_type():
     assert fit.weights == {"fx": 2.0} and fit.free == ("PKX2",) and fit.joint is True
     assert fit.carcass_options() == {"bounds": (1e5, 2e5)}
     assert FitFile().carcass_options() == {}
-
-
-def test_a_magic_formula_starts_from_the_file_that_the_settings_name(monkeypatch, tmp_path):
-    """Or from the tire that is given; carcass fits are made where a stage wants them."""
-    seen = []
-
-    def fitted(points, start, settings, source):
-        seen.append((start.values["PKX1"], settings.stages, source, len(points)))
-
-    monkeypatch.setattr(campaign, "fit_magic_formula", fitted)
-    monkeypatch.setattr(campaign, "carcass_fits", lambda *_: seen.append("carcass") or [])
-    write_tir(TIR.replaced({"PKX1": 33.0}), tmp_path / "mine.tir")
-    runs = [run(k) for k in (-0.02, 0.0, 0.02)]
-    fit = FitFile("mf", tire=str(tmp_path / "mine.tir"), stages=("pure_x",))
-    more = steady_points({"re": np.array([0.3])}, fz=[3e3], pressure=2.5e5)
-    campaign.fit_campaign(runs, fit, extra=[more])
-    assert seen == [(33.0, ("pure_x",), "", 4)]
-    seen.clear()
-    campaign.fit_campaign(runs, replace(fit, stages=("stiffness",)), start=TIR)
-    assert seen == ["carcass", (TIR.values["PKX1"], ("stiffness",), "", 3)]

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from idn_runs import X, numbers
 
-from flatplank_analysis.identify import linear as linear_fit
 from flatplank_analysis.identify.linear import linear_run, transient_end
 from flatplank_analysis.identify.noise import ARNoise
 
@@ -72,16 +71,6 @@ def test_errors_of_a_first_order_response_are_those_of_many_draws():
     pairs = np.array([(f.sigma.value, f.steady_force.value) for f in found])
     wanted = np.corrcoef(pairs.T)[0, 1]
     assert np.median([f.correlation for f in found]) == pytest.approx(wanted, abs=0.3)
-
-
-def test_best_of_the_ladder_where_a_search_starts():
-    x = np.linspace(-0.1, 2.5, 600)
-    force = 60.0 + 900.0 * -np.expm1(-np.maximum(x, 0.0) / 0.43)
-    sigma, steady, first = linear_fit._start(x, force, None)
-    assert sigma == pytest.approx(0.43, rel=0.2)
-    assert (steady, first) == (pytest.approx(960.0, rel=0.05), pytest.approx(60.0, abs=25.0))
-    fixed = linear_fit._start(x, force, 60.0)
-    assert fixed[:2] == pytest.approx([sigma, 960.0], rel=0.05)
 
 
 def test_the_transient_ends_after_the_steepest_place():

@@ -12,7 +12,6 @@ from idn_points import LOADS, TIR, C, points, whole_tire
 from flatplank_analysis.identify.mf import fit, stages
 from flatplank_analysis.identify.mf.fit import FitFile, fit_magic_formula
 from flatplank_analysis.identify.mf.points import steady_points
-from flatplank_analysis.identify.mf.stages import COEFFICIENTS, general_start
 from flatplank_analysis.models.magic_formula import operating_point, steady_forces
 from flatplank_analysis.models.magic_formula import structure as shape
 from flatplank_data.errors import FlatplankError
@@ -65,58 +64,6 @@ def test_predictions_are_those_of_the_law():
     np.testing.assert_allclose(rho, shape.deflection(c, still, 0.0, 0.0, 0.0))
     np.testing.assert_allclose(stages.PREDICTIONS["re"](c, still),
                                shape.effective_radius(c, still, 0.0))  # fmt: skip
-
-
-def test_what_becomes_of_the_coefficients_of_a_stage():
-    stage = stages.STAGES["stiffness"]
-    p = points(4, fz=np.array([2e3, 2e3, 4e3, 4e3]))
-    free = stage.outputs["cx"].split()
-    kept, lines = fit._determined(stage, free, p)
-    assert kept == ["LONGITUDINAL_STIFFNESS", "PCFX1"]
-    assert lines == [
-        "PCFX2 not determined by 2 loads (2000 N, 4000 N); left at the start",
-        "PCFX3 not determined by 1 pressure (2.5 bar); left at the start",
-    ]
-    obstacle = fit._obstacle
-    assert obstacle(stage, "cx", [], p) == "all coefficients of cx are fixed"
-    assert obstacle(stage, "cx", kept, p.rows([])) == "no measurement of cx"
-    assert obstacle(stage, "cx", kept, p.rows([0])) == ""
-    pure = stages.STAGES["pure_x"]
-    assert obstacle(pure, "fx", ["PKX1"], p.rows([0])) == "one measurement of fx"
-    assert "1 slip (+0 %)" in obstacle(pure, "fx", ["PKX1"], p)
-    assert obstacle(pure, "fx", ["PKX1"], points(2, kappa=np.array([0.0, 0.1]))) == ""
-    pressure = stages.STAGES["pressure"]
-    two = points(2, pressure=np.array([2e5, 3e5]))
-    assert "slip" in obstacle(pressure, "fx", ["PPX1"], two)
-    settings = FitFile(fixed={"PKX2": 0.0}, free=("PHX1", "RBX3", "PKY4"))
-    names = ["PKX1", "PKX2", "PKX3"]
-    assert fit._free(names, "fx", settings, {}) == ["PKX1", "PKX3", "PHX1", "RBX3"]
-    assert fit._free(names, "fx", settings, {"fx": ["PKX3"]}) == ["PKX1"]
-    outputs = {"PKX1": "fx", "RBX1": "fx", "RBX3": "fx", "PKY4": "fy", "QDZ1": "mz",
-               "Q_FZ2": "rho", "Q_RE0": "re", "BREFF": "re"}  # fmt: skip
-    assert {name: fit._output_of(name) for name in outputs} == outputs
-    with pytest.raises(FlatplankError, match="FNOMIN cannot be fitted"):
-        fit._output_of("FNOMIN")
-    limit = fit._limit("PKX1", FitFile(bounds={"PKX1": (2.0, 3.0)}))
-    assert (limit.lower, limit.upper, limit.start) == (2.0, 3.0, 3.0)
-    assert fit._limit("PKX1", FitFile(bounds={"PKX1": (90.0, 95.0)})).start == 90.0
-    assert fit._limit("PKX1", FitFile()) is COEFFICIENTS["PKX1"]
-    assert general_start()["PKX1"] == COEFFICIENTS["PKX1"].start
-
-
-def test_every_coefficient_belongs_to_the_output_that_it_changes():
-    """A free one that no stage has joins that output's first stage."""
-    base = whole_tire()
-    axes = LOADS, np.array([0.05, -0.02, 0.03]), np.array([0.08, 0.05, -0.1]), 0.05, 2.2e5
-
-    def of(output, tir):
-        c = tir.coefficients
-        return stages.PREDICTIONS[output](c, operating_point(c, *axes, 0.03))
-
-    for name in COEFFICIENTS:
-        output, more = fit._output_of(name), base.coefficients.__dict__[name] + 0.01
-        before, after = of(output, base), of(output, base.replaced({name: more}))
-        assert np.any(np.abs(after - before) > 1e-12), (name, output)
 
 
 def test_a_fit_without_its_points_is_refused():

@@ -4,17 +4,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from idn_points import TIR, C, points, problem, whole_tire
+from idn_points import TIR, C, problem
 
 from flatplank_analysis.identify.mf import fit, stages, statement
 from flatplank_analysis.identify.mf.points import steady_points
 from flatplank_analysis.identify.mf.problem import OutputProblem, Prior
 from flatplank_analysis.identify.mf.stages import COEFFICIENTS
-from flatplank_analysis.identify.results import Confusion
 from flatplank_analysis.models.magic_formula import operating_point, steady_forces
 
 
@@ -46,22 +44,6 @@ def test_a_bound_and_too_few_runs_have_no_error():
     assert told.rmse == pytest.approx(wanted, rel=0.02)
 
 
-def test_rows_of_points_that_were_not_measured():
-    one = problem()
-    rows = statement._rows(one, np.array([C.PKX1, C.PEX1]), one.points)
-    step = 1e-3
-    moved = one.predict(np.array([[C.PKX1 + step, C.PEX1], [C.PKX1 - step, C.PEX1]]))
-    numeric = (moved[0] - moved[1]) / (2.0 * step) / one.error_scale()
-    np.testing.assert_allclose(rows[:, 0], numeric, atol=1e-4 * np.abs(numeric).max())
-
-
-def test_statements_of_an_output_are_kept_together():
-    twin = Confusion(("PKX2", "PKX3"), 1.0, "two", "one")
-    assert fit.MFFit(
-        TIR, {"fx": SimpleNamespace(estimates=(), confusions=(twin,))}, {}
-    ).confusions == (twin,)
-
-
 def test_a_coefficient_without_influence_has_the_error_of_its_weak_prior():
     """Ten sizes that matter; a stated prior gives its own."""
     free = problem(free=("PKX1", "PPX1"))
@@ -72,35 +54,6 @@ def test_a_coefficient_without_influence_has_the_error_of_its_weak_prior():
     told, _ = statement.report("fx", stated, stated.solve(), [])
     assert told["PPX1"].value == pytest.approx(0.2)
     assert told["PPX1"].std_error == pytest.approx(0.07, rel=1e-3) and told["PPX1"].determined
-
-
-def test_errors_of_what_was_fitted_before_move_the_rows_of_this_output():
-    """What a run brought to an earlier coefficient, times the change of this output by it."""
-    base = whole_tire().coefficients
-    n, names = 6, ("PKX1", "PDX1")
-    axes = {"kappa": np.linspace(-0.06, 0.06, n), "alpha": np.full(n, 0.03)}
-    at = replace(points(n, **axes), measured={"mz": np.zeros(n), "fx": np.zeros(n)})
-    this = OutputProblem("mz", at, ("QDZ1",), base)
-    x = np.array([0.14])
-    before = OutputProblem("fx", at, names, base)
-    run_contributions = np.array([[0.3, 0.0], [0.0, -0.2]])
-    held = statement.FittedOutput(
-        before, np.array([base.PKX1, base.PDX1]), np.array([4, 7]), run_contributions
-    )
-    propagated = statement._propagated(this, x, [held])
-    assert propagated.runs.tolist() == [4, 7]
-    for row, name, error in zip(propagated.response, names, (0.3, -0.2), strict=True):
-        ends = []
-        for step in (1e-4, -1e-4):
-            c = base.replaced({"QDZ1": 0.14, name: getattr(base, name) + step})
-            o = operating_point(c, at.fz, at.kappa, at.alpha, 0.0, at.pressure, 0.03)
-            ends.append(stages.PREDICTIONS["mz"](c, o) / this.error_scale())
-        np.testing.assert_allclose(row, error * (ends[0] - ends[1]) / 2e-4, rtol=1e-4, atol=1e-9)
-    other = statement.FittedOutput(OutputProblem("re", at, ("BREFF",), base), np.array([8.0]),
-                           np.array([1]), np.ones((1, 1)))  # fmt: skip
-    assert statement._propagated(this, x, [other]) is None
-    both = statement._propagated(this, x, [other, held, held])
-    assert both.runs.tolist() == [4, 7, 4, 7] and both.response.shape == (4, n)
 
 
 def test_a_steering_zero_is_said_beside_what_it_shifts():

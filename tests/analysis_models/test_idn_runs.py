@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from idn_runs import X, run
 
-from flatplank_analysis.identify.lateral import _own_step, lateral_run
+from flatplank_analysis.identify.lateral import lateral_run
 from flatplank_analysis.identify.runs import actual_slip, by_level, by_operating_point, step_run
 from flatplank_data.errors import FlatplankError
 from flatplank_data.run_record import RunRecord
@@ -99,20 +99,6 @@ def coarse(**more) -> MeasurementTable:
     return MeasurementTable(columns, RunRecord("a.parquet", **(facts | more)))
 
 
-def test_slip_stiffness_of_the_step_at_a_slip_angle():
-    """Means over 0.3 m before the step and at the end, over the slip, of small steps alone."""
-    assert _own_step(coarse()) == pytest.approx(900.0 / 0.02)
-    assert _own_step(coarse(kappa=-0.01)) == pytest.approx(-900.0 / 0.01)
-    # 0.6 m after the step are needed, and something before it
-    assert _own_step(coarse(step_position=1.479)) == pytest.approx((930.0 - 400.0) / 0.02)
-    for lack in ({"kappa": 0.0}, {"kappa": 0.0201}, {"step_position": 1.481},
-                 {"step_position": 0.0}, {"step_position": math.nan}):  # fmt: skip
-        assert math.isnan(_own_step(coarse(**lack)))
-    table = coarse()
-    without = {k: v for k, v in table.columns.items() if k != "fx"}
-    assert math.isnan(_own_step(MeasurementTable(without, table.info)))
-
-
 def test_the_road_moves_from_the_first_sample_beyond_half_a_millimetre():
     cell = 0.08 * math.cos(math.radians(3.0))
     found = lateral_run(coarse(kappa=0.0), spacing=cell)
@@ -146,17 +132,3 @@ def test_slip_travel_counts_from_the_step():
     assert (found.alpha, found.gamma) == pytest.approx((math.radians(4.0), -math.radians(1.0)))
     assert found.pressure == pytest.approx(2.2e5)
     assert (found.start, found.level, found.name) == (2, 0.02, info_.name)
-
-
-def test_smoothed_slip_keeps_the_ramp_of_the_run():
-    """In the wheel plane: kappa cos(alpha) of the road."""
-    alpha = 0.4
-    ramp = 0.02 * math.cos(alpha) * np.maximum(X, 0.0)
-    one = run(0.02, slip=ramp, alpha=alpha)
-    after = X[X > 0.0]
-    np.testing.assert_allclose(one._steady_slip(after, ramp[X > 0.0]), ramp[X > 0.0], atol=1e-12)
-    # a jump of 1 mm is spread over twice the window of 30 mm
-    jump = ramp[X > 0.0] + 1e-3 * (after > 1.0)
-    spread = one._steady_slip(after, jump) - ramp[X > 0.0]
-    inside = (spread > 1e-6) & (spread < 1e-3 - 1e-6)
-    assert np.ptp(after[inside]) == pytest.approx(0.06, abs=0.004)

@@ -12,9 +12,7 @@ from idn_runs import run
 
 from flatplank_analysis.identify.lateral import (
     NAMES,
-    START,
     _solved,
-    _Steady,
     lack_of_mirrors,
     steering_zero,
 )
@@ -59,55 +57,6 @@ def test_steering_zero_and_ply_steer_of_known_curves(zero, ply):
     assert _solved([*few, straight])[0][NAMES.index("e")] == 0.0
     assert _solved(runs(6e4))[0][NAMES.index("e")] != 0.0
     assert lack_of_mirrors([-1.0, 1.0, 3.0]) and not lack_of_mirrors([-1, 1, 3, -3, 0])
-
-
-def test_residuals_of_the_steering_zero_spelt_out():
-    """Odd curves in the felt angle, the arm of the trail, Fx by what the control turns."""
-    rng = np.random.default_rng(3)
-    angle = np.array([-0.1, -0.02, 0.02, 0.1, 0.15])
-    fy, mz, fx, stiffness = rng.normal(size=(4, 5))
-    stiffness[4] = math.nan
-    data = _Steady(angle, fy, mz, fx, stiffness)
-    sets = START + rng.uniform(-0.3, 0.3, (2, len(NAMES))) * [0.1, 0.1, 1, 9, 9, 1, 0.1, 9, 0.1]
-    for one, row in zip(sets, data.residuals(sets), strict=True):
-        zero, ply, d, b, e, fy0, trail, bt, mz0 = one
-        wanted_y, wanted_z, slip = [], [], []
-        for i, a in enumerate(angle):
-            felt = math.tan(a + zero + ply)
-            bent = b * felt - e * (b * felt - math.atan(b * felt))
-            side = d * math.sin(1.4 * math.atan(bent))
-            arm = trail * math.cos(1.15 * math.atan(bt * felt))
-            wanted_y.append((side + fy0 - fy[i]) / 0.003)
-            wanted_z.append((mz0 - arm * side - mz[i]) / 0.0003)
-            slip.append(math.cos(a) / math.cos(a + zero) - 1.0)
-        wanted = wanted_y + wanted_z
-        for j, i in ((1, 2), (0, 3)):  # of each pair half the difference
-            part = stiffness[i] * slip[i] - stiffness[j] * slip[j] - (fx[i] - fx[j])
-            wanted.append(0.5 * part / 0.003)
-        wanted += [ply / math.radians(0.3), e / 2.0, fy0 / 0.05, mz0 / 0.002]
-        np.testing.assert_allclose(row, wanted, rtol=1e-9)
-
-
-def test_means_of_the_last_part_that_all_runs_share():
-    """The last 0.3 m of the shortest run; shares of the load; slopes of those that have one."""
-    x = 0.08 * np.arange(15)
-
-    def of(level, end, slope, load):
-        own = x[x < end]
-        step = np.where(own > 0.66, 1.0, 9.0)  # the last 0.3 m of 0.96 m
-        step = np.where(own > 1.0, 5.0, step)
-        one = run(0.0, fx=40.0 * step, distance=own, mz=2.0 * step, fy=7.0 * step,
-                  fz=0.0 * own + load, slip_stiffness=slope)  # fmt: skip
-        return replace(one, level=level)
-
-    runs = [of(-2.0, 1.0, math.nan, 4000.0), of(2.0, 1.2, 8e4, 4000.0),
-            replace(of(2.0, 1.2, math.nan, 2000.0), start=2)]  # fmt: skip
-    data = _Steady.of(runs)
-    np.testing.assert_allclose(data.angle, np.radians([-2.0, 2.0]))
-    np.testing.assert_allclose(data.fy, [40.0 / 4000.0, 40.0 / 3000.0])
-    np.testing.assert_allclose(data.mz, [2.0 / 4000.0, 2.0 / 3000.0])
-    np.testing.assert_allclose(data.fx, [7.0 / 4000.0, 7.0 / 3000.0])
-    np.testing.assert_allclose(data.stiffness, [math.nan, 8e4 / 3000.0])
 
 
 def test_the_sign_of_the_moment_does_not_matter():

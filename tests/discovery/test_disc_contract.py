@@ -9,46 +9,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.effects import checks, consent, registry
 from flatplank_analysis.effects.base import TireEffect
 from flatplank_analysis.effects.registry import library
 from flatplank_data.errors import FlatplankError
-
-
-def test_the_made_up_campaign_has_all_that_an_effect_may_look_at():
-    """Four slips at two starts; three loads, two pressures; each force with its own form."""
-    data = checks.probe_model().data
-    runs = data.runs
-    assert runs.runs == 8 and not runs.repeated
-    np.testing.assert_allclose(
-        data.nominal, [3e3, 4.5e3, 6e3, 3e3, 4.5e3, 6e3, 3e3, 4.5e3], rtol=5e-3
-    )
-    assert sorted(set(np.round(np.asarray(data.pressure), 6))) == [2.5, 3.0]
-    kappas = np.repeat([-0.1, -0.01, 0.01, 0.1], 2)
-    np.testing.assert_allclose(runs.facts["kappa"], kappas)
-    for i, kappa in enumerate(kappas):
-        table = checks._probe_table(i, kappa, 1 + i % 2)
-        get, x = table.columns, table.columns["plank_position"]
-        assert (table.info.start, table.info.run_index) == (1 + i % 2, i)
-        assert x[0] == x[20] == 0.0 and x[-1] == pytest.approx(0.085 * (49.95 - 1.0))
-        after, late = np.maximum(x - 0.7, 0.0), x > 2.5
-        # it rolls freely up to the step but for 1.5 mm, and slips by kappa after it
-        slip = 0.31 * get["wheel_angle"] - np.maximum(x - 0.0015, 0.0)
-        np.testing.assert_allclose(slip, kappa * after, atol=1e-9)
-        wanted = 3000.0 * np.tanh(20.0 * kappa) * -np.expm1(-after / 0.3) - 100.0 * (x > 0.01)
-        others = {
-            "fy": -600.0 * -np.expm1(-x / 0.4),
-            "fz": (3e3, 4.5e3, 6e3)[i % 3] + 20.0 * np.sin(2.0 * np.pi * x / 0.4),
-            "mx": 10.0 * np.sin(x), "mz": 20.0 * np.cos(x), "fx": wanted,
-        }  # fmt: skip
-        for name, form in others.items():
-            rest = get[name] - form
-            assert np.std(rest) == pytest.approx(5.0, rel=0.1), name
-            assert abs(rest[late].mean()) < 0.8, name
-        assert not np.allclose(get["fx"] - wanted, get["fy"] - others["fy"])
-
 
 PLAIN = {
     "identifier": "plain_one", "title": "t", "kind": "machine", "coordinate": "time",
@@ -160,8 +125,3 @@ def test_plug_ins_and_names_of_the_library(monkeypatch, tmp_path):
         checks.sound_library([broken_file])
     with pytest.raises(FlatplankError, match="'title' is missing"):
         checks.sound_library([own])
-
-
-def test_the_probe_goes_through_the_same_reader_as_a_campaign():
-    tables = [checks._probe_table(i, 0.01, 1) for i in range(2)]
-    assert from_tables(tables).runs.runs == 2

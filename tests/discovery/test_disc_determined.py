@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 from ball import Drag, Shake, Wind, throw
 from scipy.stats import norm
-from scipy.stats import t as student
-from shapes import CONDITIONS, REPEATS, TIME, Sum, measured
+from shapes import TIME, Sum, measured
 
 from flatplank_analysis.discovery import determined
 from flatplank_analysis.discovery.determined import PRIOR, FittedNumber, numbers_of
@@ -84,36 +83,6 @@ def test_what_determines_a_number_is_told_in_order():
     assert told(0.3, 0.3, 0.2, 0.2) == "a 30%; b 30%; c 20%"
     assert told(0.09, 0.09) == "many conditions, a little each"
     assert told(0.5, end=np.inf) == "not determined by these runs"
-
-
-def test_shares_of_conditions_and_of_what_is_known_beforehand():
-    """A condition is told by the first part of its name, where that is its own."""
-    runs = measured(0).runs
-    parts = np.where(runs.condition == 1, 2.0, np.where(runs.condition == 6, 1.0, 0.0))
-
-    def shares(names, prior):
-        state = SimpleNamespace(runs=replace(runs, condition_names=tuple(names)))
-        return dict(determined._shares(state, parts, prior))
-
-    found = shares([f"c{i}, 3 N" for i in range(CONDITIONS)], 4.0)
-    assert list(found)[:3] == ["c1", PRIOR, "c6"] and len(found) == CONDITIONS + 1
-    assert list(found.values())[:4] == pytest.approx([6 / 13, 4 / 13, 3 / 13, 0.0])
-    found = shares([f"3 N, c{i}" for i in range(CONDITIONS)], 0.0)
-    assert list(found)[:2] == ["3 N, c1", "3 N, c6"] and PRIOR not in found
-    assert found["3 N, c1"] == pytest.approx(2.0 / 3.0)
-
-
-def test_half_of_an_interval_by_the_scatter_among_repeats_and_by_the_prior():
-    """Student's 95 % point of the sixteen spare runs; that of the normal law for the prior."""
-    runs = measured(0).runs
-    parts, scores = np.full(runs.runs, 2.0), np.random.default_rng(1).standard_normal(runs.runs)
-    spare = CONDITIONS * (REPEATS - 1)
-    own = runs.contrast(scores[:, None])[:, 0]
-    dispersion = np.sum(own**2) / (2.0 * spare)
-    scatter = student.ppf(0.95, spare) ** 2 * dispersion * 2.0 * runs.runs
-    for prior in (0.0, 5.0):
-        reach = determined._reach(runs.groups, scores, parts, prior)
-        assert reach == pytest.approx(np.sqrt(scatter + norm.ppf(0.95) ** 2 * prior))
 
 
 def test_intervals_of_a_straight_line_by_least_squares():

@@ -51,20 +51,6 @@ def test_an_effect_that_is_there_shows_its_fall(held_back):
     assert heldout.gain(with_, with_.fit, 0) > 0.5
 
 
-def test_the_least_within_a_range_where_directions_are_nearly_alike():
-    rng = np.random.default_rng(5)
-    columns = rng.standard_normal((200, 6)) * [1.0, 30.0, 0.1, 1.0, 1.0, 5.0]
-    columns[:, 3] = columns[:, 4] + 1e-3 * rng.standard_normal(200)
-    hessian, slope = columns.T @ columns, columns.T @ (3.0 * rng.standard_normal(200))
-    low, high = np.full(6, -0.05), np.array([0.05, 0.0, np.inf, 0.4, np.inf, 0.05])
-    x = heldout._least(hessian, slope, low, high, np.sqrt(np.diag(hessian)))
-    pull = slope - hessian @ x
-    tolerance = 1e-3 * np.sqrt(np.diag(hessian))
-    assert np.all(x >= low - 1e-9) and np.all(x <= high + 1e-9)
-    assert np.all(pull[x > low + 1e-6] > -tolerance[x > low + 1e-6])
-    assert np.all(pull[x < high - 1e-6] < tolerance[x < high - 1e-6])
-
-
 def _by_hand(
     model: Sum, hidden: list[np.ndarray], weight=1.0, judged=1.0
 ) -> tuple[float, float, float]:
@@ -139,22 +125,3 @@ def test_held_out_is_what_sizes_from_elsewhere_leave():
     one = _state(model, LONG)
     bare, elsewhere, _ = _by_hand(model, columns[:1])
     assert heldout.gain(one, one.fit, 0) == pytest.approx(1.0 - elsewhere / bare, rel=1e-4)
-
-
-def test_at_the_optimum_of_a_fit_nothing_pulls():
-    """Not even where a prior pulls at the base."""
-    ball = throw(3, 0.0)
-    ball.parameters = (replace(ball.parameters[0], prior=0.05), ball.parameters[1])
-    state = _state(ball, Drag)
-    form = heldout._QuadraticForm(state, state.fit, [0])
-    assert np.abs(form.slope / form.scale).max() < 0.02
-    free = throw(3, 0.0)
-    loose = heldout._QuadraticForm(_state(free, Drag), state.fit, [0])
-    assert np.abs(loose.slope / loose.scale).max() > 1.0
-
-
-def test_steps_end_where_the_first_number_meets_its_range():
-    turn = np.array([[1.0, 0.0, 0.0], [0.0, 2.0, -1.0], [0.0, 0.0, 0.0], [0.0, -4.0, 0.0]])
-    low, high = np.array([-3.0, -2.0, 0.0]), np.array([0.0, 6.0, 5.0])
-    down, up = heldout._step_limits(turn, low, high)
-    assert down.tolist() == [-3.0, -1.0, -np.inf, -1.5] and up.tolist() == [0.0, 0.0, np.inf, 0.5]

@@ -7,7 +7,6 @@ Every diagnosis that any test here makes is asked by `conftest.py`, too.
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,16 +17,10 @@ from test_disc_signs import turned
 from third_campaigns import session, tables
 
 from flatplank_analysis.cli import compare
-from flatplank_analysis.contact_patch.data import from_tables
-from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import invariants, verdict
 from flatplank_analysis.discovery.fit import Fitter, Term
-from flatplank_analysis.discovery.model import FormError
 from flatplank_analysis.discovery.modelfile import ModelFile
-from flatplank_analysis.discovery.patterns import Pattern
-from flatplank_analysis.discovery.state import channel_weights, start_base
-from flatplank_analysis.effects.registry import library
 from flatplank_analysis.inference.search import run_search
 from flatplank_data.errors import FlatplankError
 from flatplank_validation.blind.nulls import LEVELS, diagnosed, lines_of_form, nothing_hidden
@@ -108,83 +101,6 @@ def test_what_is_not_kept_is_said(found):
 def test_errors_that_differ_by_where_fits_end_are_equal():
     assert not invariants.is_raised(48.0047, 48.0) and invariants.is_raised(48.0049, 48.0)
     assert not invariants.is_raised(47.0, 48.0) and not invariants.is_raised(0.0, 0.0)
-
-
-def state_of(unexplained, floors, largest, form, p=1e-9):
-    """As much of a state as the limits ask for; nothing but a mean residual in two channels."""
-    levels = [
-        SimpleNamespace(floor=f, unexplained=u, p_value=p, varying=0.0)
-        for f, u in zip(floors, unexplained, strict=True)
-    ]
-    measured = np.full((2, 2, 4), largest)
-    runs = SimpleNamespace(
-        channels=("fx", "fy"), units=("N", "N"), input_noise=(), coordinates={},
-        largest=np.full(2, largest), measured=measured, mean=lambda values: values,
-        rmse=lambda values: 0.0, contrast=np.zeros_like, groups=[[0], [1]],
-    )  # fmt: skip
-    return SimpleNamespace(
-        runs=runs,
-        floors=levels,
-        residual=np.zeros((2, 2, 4)),
-        expected_errors=np.zeros((2, 4)),
-        model=SimpleNamespace(form=form),
-        patterns=SimpleNamespace(strongest=lambda _bump, _wave: None),
-    )
-
-
-def test_what_is_significant_and_of_no_consequence_is_not_left():
-    """0.7 N of Fy beside a floor of 2.3 N, on a tire of 3700 N."""
-    form = TireModel.form
-    assert (
-        invariants.residual_of_consequence(state_of((0.0, 0.7), (12.8, 2.3), 3700.0, form), False)
-        == ""
-    )
-    left = invariants.residual_of_consequence(
-        state_of((0.0, 7.0), (12.8, 2.3), 3700.0, form), False
-    )
-    assert left == "7.0 is left in fy (floor 2.3)"
-    # and of consequence, but not significant
-    assert (
-        invariants.residual_of_consequence(
-            state_of((0.0, 7.0), (12.8, 2.3), 3700.0, form, 0.1), False
-        )
-        == ""
-    )
-    # a model of no other form: a share of the floor
-    assert (
-        invariants.residual_of_consequence(
-            state_of((0.0, 0.7), (12.8, 2.3), 3700.0, FormError()), False
-        )
-        != ""
-    )
-
-
-def test_a_small_pattern_is_told_with_its_digits():
-    """An angle in rad: a tenth of the unit is large."""
-    state = state_of((0.0, 0.0), (0.001, 0.001), 0.1, FormError())
-    bump = Pattern("plank position", "m", 1.0, 2.0, -0.0043, float("nan"), "", 1e-9)
-    state.patterns.strongest = lambda _bump, _wave: bump
-    told = "0.0043 is left in fx: a bump over plank position within 1 to 2 m"
-    assert invariants.residual_of_consequence(state, False) == told
-
-
-def test_what_acts_across_the_wheel_alone_leaves_the_first_channel_as_it_is():
-    """A camber thrust takes 90 N out of Fy; with tire numbers that both directions share, Fx rises
-    by a thousandth, however little Fy weighs."""
-    made = tables("cambers", seed=3, designs=DESIGNS, world=SecondWorld, camber_thrust=0.1)
-    model = TireModel(from_tables(made))
-    fitter = Fitter(model, channel_weights(model, [9.0, 9.0, 9.0]))
-    bare = fitter.fit(start_base(model))
-    effect = library()["camber_thrust"]
-    fit = invariants._fit_only_last(fitter, bare, [Term(effect, effect.vector({}))])
-    errors = [[model.runs.rmse(r) for r in f.residual(model.runs.measured)] for f in (bare, fit)]
-    assert errors[1][0] == errors[0][0] and errors[1][1] < 0.5 * errors[0][1]
-    assert fit.terms[-1].size == pytest.approx(0.1, rel=0.5)
-    assert len(fit.free) == len(bare.free) + 1
-    two = [Term(library()["ply_steer"], np.array([3e-3])), fit.terms[-1]]
-    again = invariants._fit_only_last(fitter, bare, two)
-    assert [t.effect for t in again.terms] == [t.effect for t in two]
-    assert again.terms[0].size == 3e-3
 
 
 def test_a_base_that_fits_nowhere_asks_for_signs_and_units_first():

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -52,35 +51,6 @@ def test_correlations_of_the_components(stretch):
     np.testing.assert_allclose(drift, 3.0 * np.outer([-1, 0, 1], [-1, 0, 1]), atol=1e-9)
 
 
-def test_components_are_told_from_a_covariance():
-    """Two hundredths of the whole are added as white noise: nothing is known better."""
-    n = 330
-    t = np.linspace(0.0, LONG, n)
-    tau = np.abs(t[:, None] - t[None, :])
-    kernels = noises._components(t)
-    found = noises._weights(np.tensordot(TRUE, kernels, axes=1), kernels, tau)
-    # nodes 0.4 s apart cannot tell white noise from filtered
-    assert found[0] + found[1] == pytest.approx(1.0 + 0.02 * 6.0, abs=0.01) and found[0] > 0.119
-    np.testing.assert_allclose(found[2:], TRUE[2:], atol=0.01)
-    # what lies in the directions of the scatter is not seen, and what they hide has no weight
-    level = noises._orthonormal(np.ones((2, n)))
-    assert level.shape == (n, 1)
-    seen = noises._without(kernels, level)
-    away = np.eye(n) - level @ level.T
-    np.testing.assert_allclose(seen, away @ kernels @ away, atol=1e-9)
-    found = noises._weights(np.tensordot(TRUE + 5.0 * np.eye(9)[7], seen, axes=1), seen, tau)
-    np.testing.assert_allclose(found[2:], TRUE[2:], atol=0.1)
-    assert found[7] == 0.0
-
-
-def test_where_nothing_scatters_a_little_white_noise_is_left():
-    """Two hundredths of next to nothing: enough to be whitened with."""
-    t = np.linspace(0.0, LONG, 60)
-    kernels, tau = noises._components(t), np.abs(t[:, None] - t[None, :])
-    found = noises._weights(np.zeros((60, 60)), kernels, tau)
-    assert 0.0 < found[0] < 1e-12 and not found[1:].any()
-
-
 def test_noise_of_repeats_is_found():
     """What the repeats share is none; the mean of three takes a third of it."""
     runs = lasting(LONG, 330)
@@ -109,44 +79,6 @@ def test_levels_that_differ_from_run_to_run_are_found():
         found.append(noise.weights)
     mean = np.mean(found, axis=0)
     assert mean[7] > 3.0 and mean[6:8].sum() == pytest.approx(5.0, rel=0.25)
-
-
-@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
-def test_directions_count_by_what_they_add_to_others(unit):
-    """A millionth of the largest is none, in any unit."""
-    rows = np.random.default_rng(6).standard_normal((2, 50))
-    plane = noises._orthonormal(unit * rows)
-    np.testing.assert_allclose(plane.T @ plane, np.eye(2), atol=1e-12)
-    np.testing.assert_allclose(plane @ (plane.T @ rows.T), rows.T)
-    for share, count in ((1e-5, 2), (1e-7, 1)):
-        near = np.stack([rows[0], rows[0] + share * rows[1]])
-        assert noises._orthonormal(unit * near).shape == (50, count)
-    assert noises._orthonormal(rows[:0]).shape == (50, 0)
-
-
-@pytest.mark.parametrize("repeats", [2, 3])
-def test_noise_counts_by_spare_runs(repeats):
-    """Two thirds of the variance are in the contrasts of three repeats, and half of it in those
-    of two; a condition that scatters more is told by its scale. One run alone says nothing."""
-    rows = np.concatenate([REPEATS * c + np.arange(repeats) for c in range(CONDITIONS - 1)])
-    runs = lasting(LONG, 120).subset(np.append(rows, CONDITIONS * REPEATS - 1))
-    totals, scales = [], []
-    for seed in range(6):
-        residual = drawn(runs, TRUE, seed)
-        residual[runs.condition == 2] *= 3.0
-        residual[-1] *= 100.0
-        contrast = runs.contrast(residual)[None]
-        (noise,) = fit_noise(runs, contrast, 0.0 * contrast, _none(runs))
-        totals.append(noise.weights.sum())
-        scales.append(noise.scale)
-    # one of seven has nine times the variance
-    assert np.mean(totals) == pytest.approx(1.02 * 6.0 * (6.0 + 9.0) / 7.0, rel=0.2)
-    scale = np.mean(scales, axis=0)
-    assert scale[-1] == 1.0 and scale.argmax() // repeats == 2
-    spare = repeats - 1.0
-    for rows, ratio in ((runs.condition < 2, 7.0 / 15.0), (runs.condition == 2, 63.0 / 15.0)):
-        wanted = np.sqrt((6.0 * spare * ratio + 12.0) / (6.0 * spare + 12.0))
-        assert scale[rows].mean() == pytest.approx(wanted, rel=0.1)
 
 
 def test_noise_that_is_too_quiet_gets_larger_slow_components():
@@ -180,18 +112,6 @@ def test_a_drift_that_differs_from_run_to_run_is_noise_of_its_own():
     assert 0.6 < np.mean(squares) < 1.6
 
 
-def test_a_level_that_the_scatter_hides_is_no_larger_than_what_repeats_show():
-    """A gain of a force that hardly changes is nearly a level: the rest of it says little."""
-    runs = lasting(LONG, 330)
-    gain = 1.0 + 0.05 * np.sin(runs.time[0] / 5.0)
-    directions = np.broadcast_to(gain, (1, 1, runs.runs, 330)).copy()
-    for seed in range(4):
-        contrast = runs.contrast(drawn(runs, TRUE, seed))[None]
-        (noise,) = fit_noise(runs, contrast, 0.0 * contrast, directions)
-        seen = np.sum(contrast**2) / (CONDITIONS * (REPEATS - 1) * 330)
-        assert noise.weights[7] == 0.0 or noise.weights.sum() <= 1.001 * seen
-
-
 def test_noise_does_not_depend_on_when_a_clock_was_set():
     runs = lasting(LONG, 330)
     residual = drawn(runs, TRUE, 5)
@@ -204,65 +124,8 @@ def test_noise_does_not_depend_on_when_a_clock_was_set():
     np.testing.assert_allclose(one.scale, other.scale, rtol=1e-6)
 
 
-def test_without_repeats_every_run_has_its_own_noise():
-    runs = lasting(LONG, 330).subset(np.arange(0, CONDITIONS * REPEATS, REPEATS))
-    assert not runs.repeated
-    residual = drawn(runs, np.eye(9)[0], 3)
-    residual[2] *= 3.0
-    (noise,) = fit_noise(runs, residual[None], residual[None], _none(runs))
-    assert noise.scale.argmax() == 2 and noise.scale[2] > 1.3 * np.median(noise.scale)
-
-
 def _none(runs: RunSet) -> np.ndarray:
     return np.zeros((0, len(runs.channels), runs.runs, runs.samples))
-
-
-def test_scale_of_a_condition_is_drawn_towards_one():
-    """Twelve numbers say one, six for every spare repeat say what is seen; within 0.5 .. 3."""
-    assert noises._drawn(4.0, 2.0, 2.0) == pytest.approx(np.sqrt((2.0 * 12.0 + 12.0) / 24.0))
-    assert noises._drawn(0.0, 1.0, 1.0) == pytest.approx(np.sqrt(12.0 / 18.0))
-    assert noises._drawn(1e6, 1.0, 1.0) == 3.0
-    assert noises._drawn(0.0, 1.0, 1e6) == 0.5
-
-
-def test_what_repeats_share_and_is_rough_is_noise_too():
-    """Encoder steps come again in every run: the contrasts do not have them, the residual has."""
-    runs = lasting(LONG, 900)
-    steps = np.random.default_rng(2).standard_normal(900)
-    residual = np.tile(2.0 * steps + 50.0 * np.sin(runs.time[0] / 10.0), (runs.runs, 1))
-    rough = noises._roughness(runs, residual)
-    assert rough[:3].sum() == pytest.approx(4.0, rel=0.12) and not rough[3:].any()
-    still = 1e-3 * drawn(runs, np.eye(9)[0], 1)
-    contrast = runs.contrast(still)[None]
-    (alone,) = fit_noise(runs, contrast, 0.0 * contrast, _none(runs))
-    (both,) = fit_noise(runs, contrast, residual[None], _none(runs))
-    np.testing.assert_allclose(both.weights, np.maximum(alone.weights, rough))
-    # slow noise is not rough: the running mean over 3 s takes it out
-    slow = noises._roughness(runs, drawn(runs, np.eye(9)[6], 4))
-    assert slow.sum() < 0.05
-
-
-def test_short_noise_is_told_from_the_residual_of_a_run_of_any_length():
-    """White noise from filtered, less what the running mean over 19 of 900 nodes takes."""
-    for component in (0, 1):
-        found = []
-        for seconds, begin in ((LONG, 0.0), (0.1 * LONG, 0.0), (LONG, 70.0)):
-            runs = lasting(seconds, 900)
-            noise = drawn(runs, 4.0 * np.eye(9)[component], 1)
-            found.append(noises._roughness(replace(runs, time=runs.time + begin), noise))
-        np.testing.assert_allclose(found[1:], [found[0]] * 2, atol=1e-6)
-        assert found[0].sum() == pytest.approx(4.0, rel=0.12) and not found[0][2:].any()
-        assert found[0][component] > 0.65 * 4.0
-
-
-@pytest.mark.parametrize("period", [60, 90])
-def test_of_a_wave_the_rough_part_is_what_the_running_mean_leaves(period):
-    """Its mean over 19 nodes is sin(19 x) / 19 sin(x); a fit of decays makes a half more of it."""
-    runs = lasting(LONG, 900)
-    x = np.pi / period
-    left = 1.0 - np.sin(19.0 * x) / (19.0 * np.sin(x))
-    wave = np.cos(2.0 * x * np.arange(900)) * np.ones((runs.runs, 1))
-    assert 1.0 < noises._roughness(runs, wave).sum() / (0.5 * left**2) < 2.0
 
 
 @pytest.mark.parametrize(("samples", "used"), [(120, 120), (900, 225)])
@@ -364,27 +227,6 @@ def test_the_standard_error_of_a_place_has_the_noise_and_the_scatter_there():
     np.testing.assert_allclose(error[:, -1], scatter[-1], rtol=0.4)
     once = Turned(model.runs.subset(np.arange(0, CONDITIONS * REPEATS, REPEATS)))
     assert not replace(state, model=once).expected_errors.any()
-
-
-def test_errors_and_independent_numbers_of_a_state_by_its_noise():
-    """The variance of a mean is that of its runs over the square of their number; a level of each
-    run is one number, white noise one per node."""
-    model = Turned(measured(3).runs.subset(np.arange(1, CONDITIONS * REPEATS)))
-    runs, state = model.runs, run_search(model, []).last.state
-    scale = np.linspace(0.5, 2.0, runs.runs)
-
-    def with_noise(weights):
-        noise = ChannelNoise(weights, scale)
-        whitener = SimpleNamespace(noises=[noise])
-        metric = SimpleNamespace(whitener=whitener, scatter=np.array([0.3]))
-        return replace(state, metric=metric, noise=noise)
-
-    of_run = 6.0 * scale[:, None] ** 2 + (0.3 * TIME) ** 2
-    wanted = [np.sqrt(np.sum(of_run[g], axis=0)) / len(g) for g in runs.groups]
-    np.testing.assert_allclose(with_noise(TRUE).expected_errors, wanted)
-    for component, each in ((7, 1), (0, len(TIME))):
-        found = with_noise(2.0 * np.eye(9)[component]).independent
-        assert found == pytest.approx(runs.runs * each)
 
 
 class Pair(Sum):

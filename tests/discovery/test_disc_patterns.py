@@ -8,14 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from ball import Drag, throw
-from draws import without
 from promises import broken
 from scipy.signal import lfilter
 from shapes import CONDITIONS, LONG, NOISE, OTHER, REPEATS, TIME, Sum, measured, searched
 
-from flatplank_analysis.discovery import patterns
 from flatplank_analysis.discovery.fit import Fitter, Term
-from flatplank_analysis.discovery.patterns import _ModelColumns
 from flatplank_analysis.discovery.report.text import text_of
 from flatplank_analysis.discovery.runs import Coordinate
 from flatplank_analysis.discovery.state import channel_weights, make_state, start_base
@@ -81,23 +78,6 @@ def test_what_is_left_in_the_mean_is_told_with_its_place_too():
     assert result.verdict == NONE and "clearest is a bump over plank position" in result.reason
 
 
-def test_what_the_model_imitates_is_no_pattern():
-    model = placed(measured(1, (2.0 * NOISE, bump)))
-    state = searched(model, LONG, OTHER).last.state
-    fit = state.whitened.fit
-    columns = fit.jacobian[fit.loose()]
-    own = _ModelColumns(model.runs, state.metric, columns, fit.residual(model.runs.measured))
-    assert [own.gain(column[0]) for column in columns] == [0.0] * len(columns)
-    # the gain is the drop of chi2 when the model's parameters adapt
-    full = np.zeros((1, *model.runs.measured.shape))
-    full[0, 0] = bump(model.setting)
-    flat = state.metric(columns).reshape(len(columns), -1).T
-    left = state.metric(fit.residual(model.runs.measured)[None]).ravel()
-    rest, new = (without(flat, v) for v in (left, state.metric(full).ravel()))
-    gain = own.gain(full[0, 0])
-    assert gain > 100.0 and gain == pytest.approx((new @ rest) ** 2 / (new @ new), rel=1e-4)
-
-
 def test_what_is_of_no_consequence_is_not_told():
     """Both are ten times what the noise lets through."""
     for size, form in ((0.5, bump), (0.3, hum)):
@@ -126,95 +106,3 @@ def test_what_the_model_predicts_is_no_pattern():
         fit = fitter.fit(start_base(ball), [Term(Drag, np.array([0.02]))])
         found = make_state(ball, fitter, fit, []).patterns
         assert np.abs(found.residual).max() > 0.05 and found.strongest(0.003, 0.003) is None
-
-
-def test_of_places_that_differ_by_their_origin_one_is_asked():
-    """The last one that the runs have; by less than two centimetres is the same."""
-    runs = placed(measured(1)).runs
-    place, since = (runs.coordinates[n] for n in ("plank position", "distance since the step"))
-    assert [p.name for p in patterns._places(runs)] == ["plank position"]
-    for much, count in ((0.019, 1), (0.021, 2)):
-        bent = place.values - 1.8 + much * (np.arange(runs.samples) == 7)
-        both = {"plank position": place, "since": replace(since, values=bent)}
-        other = replace(runs, coordinates={**both, "slip": replace(since, local=False)})
-        assert [p.name for p in patterns._places(other)] == ["since", "plank position"][:count]
-    ends = next(patterns._places(runs)).ends()
-    assert ends == pytest.approx((1.0, 5.0))
-    # a place is that which all runs have
-    values = place.values + 0.5 * (np.arange(runs.runs) == 3)[:, None]
-    assert patterns._Place("a", "m", values).ends() == pytest.approx((1.5, 5.0))
-
-
-def test_runs_of_one_sign_of_a_setting_are_asked_alone():
-    runs = placed(measured(1)).runs
-    slip = runs.facts["setting"].copy()
-    slip[3] = 9e-4
-    level = np.repeat(slip[:, None], runs.samples, axis=1)
-    moving = level + 0.1 * TIME
-    coordinates = {
-        "slip": Coordinate(level), "load": Coordinate(2.0 + level), "speed": Coordinate(moving),
-        "angle": Coordinate(level, period=1.0), "place": Coordinate(level, local=True),
-    }  # fmt: skip
-    groups = list(patterns._groups(replace(runs, coordinates=coordinates)))
-    assert [words for words, _ in groups] == ["", ", slip above zero", ", slip below zero"]
-    assert groups[0][1].tolist() == [1.0] * RUNS
-    # less than a thousandth of the largest is neither
-    assert groups[1][1].tolist() == (slip > 0.01).tolist()
-    assert groups[2][1].tolist() == (slip < -0.01).tolist()
-
-
-def test_bumps_and_waves_that_are_asked():
-    """Of 4 m: bumps of 20, 40 and 80 cm at every half of their width; waves from 1 m down to six
-    nodes or a hundred and twentieth, at four phases."""
-    values = np.linspace(1.0, 5.0, 483) * np.ones((2, 1))
-    place = patterns._Place("place", "m", values)
-    bumps = list(patterns._bumps(place))
-    assert [k.numbers[0, 1] for k in bumps] == pytest.approx([0.2, 0.4, 0.8])
-    assert all(not k.waves and np.ptp(k.numbers[:, 1]) == 0.0 for k in bumps)
-    for kind in bumps:
-        width = kind.numbers[0, 1]
-        middles = np.linspace(1.0, 5.0, round(8.0 / width) + 1)[1:-1]
-        assert kind.numbers[: len(middles), 0] == pytest.approx(middles)
-        assert len(kind.numbers) - len(middles) in (0, 1)  # the last one may end outside
-    waves = list(patterns._waves(place))
-    counts = [4.0 / k.numbers[0, 1] for k in waves]
-    assert counts == pytest.approx(np.arange(4.0, 80.3, 0.5)) and all(k.waves for k in waves)
-    for kind in waves[:3]:
-        period = kind.numbers[0, 1]
-        assert kind.numbers[:, 0] == pytest.approx(1.0 + period * np.arange(4) / 8.0)
-    fine = patterns._Place("place", "m", np.linspace(1.0, 5.0, 4801) * np.ones((2, 1)))
-    assert max(4.0 / k.numbers[0, 1] for k in patterns._waves(fine)) == pytest.approx(119.5)
-
-
-def test_shapes_and_sizes_of_bumps_and_waves():
-    """A bump of 1 m at 3 m, and a wave of 0.5 m with a crest at 3 m; sizes by least squares."""
-    runs = placed(measured(1)).runs
-    values = runs.coordinates["plank position"].values
-    at = np.array([[3.0, 1.0]])
-    (bumped,) = patterns._Kind(False, at).shapes(values, at)
-    wanted = np.where(np.abs(values - 3.0) < 0.5, np.cos(np.pi * (values - 3.0)) ** 2, 0.0)
-    np.testing.assert_allclose(bumped, wanted)
-    half = np.array([[3.0, 0.5]])
-    (waved,) = patterns._Kind(True, half).shapes(values, half)
-    np.testing.assert_allclose(waved, np.cos(4.0 * np.pi * (values - 3.0)))
-    place = next(patterns._places(runs))
-    above = runs.facts["setting"][::REPEATS] > 0.0
-    below = np.random.default_rng(1).standard_normal((CONDITIONS, runs.samples))
-    for kind in list(patterns._bumps(place))[:1] + list(patterns._waves(place))[:1]:
-        (shape,) = kind.shapes(values[:1], kind.numbers[3:4])
-        mean = np.where(above[:, None], -0.7 * shape, below)
-        alone = [
-            t for t in patterns._tested(runs, place, mean)
-            if t.under == ", slip level above zero" and t.kind.waves == kind.waves
-        ]  # fmt: skip
-        assert alone[0].sizes[3] == pytest.approx(-0.7)
-        found = alone[0].pattern(3, 0.5)
-        assert (found.size, found.p_value) == (pytest.approx(-0.7), 0.5)
-        crest, width = kind.numbers[3]
-        if kind.waves:
-            assert (found.start, found.end, found.period) == pytest.approx((1.0, 5.0, width))
-        else:
-            ends = crest - 0.5 * width, crest + 0.5 * width
-            assert (found.start, found.end) == pytest.approx(ends) and np.isnan(found.period)
-        column = alone[0].column(3)
-        np.testing.assert_allclose(column, shape * (runs.facts["setting"] > 0.0)[:, None])

@@ -62,34 +62,6 @@ def test_laps_begin_where_the_input_does():
     assert [n[0] for n in first] == [120 + 120 * lap for lap in range(7)]
 
 
-def test_an_input_moves_once_it_is_off_by_a_five_hundredth():
-    """Of its range, up or down; the last node before that is the first one of a lap."""
-    for sign in (1.0, -1.0):
-        values = 0.5 + sign * np.array([[0.0, 0.001, 0.0019, 0.0021, 0.1, 0.0]])
-        assert recurring._begin(values) == 2
-        two = np.concatenate([0.0 * values, values])
-        assert recurring._begin(two) == 2
-    assert recurring._begin(np.array([[0.0, 1.0, 0.0]])) == 0
-
-
-def test_a_period_is_the_first_shift_after_which_all_is_equal():
-    """Within two hundredths of the range, after the input has been elsewhere."""
-    lap = np.concatenate([np.linspace(0.0, 1.0, 10), np.linspace(1.0, 0.0, 10)])
-    three = np.tile(lap, 3)
-    assert recurring._period(three[None]) == 20 and recurring._period(three[None, :39]) == 0
-    worn = three + 0.019 * (np.arange(60) >= 40)
-    assert recurring._period(worn[None]) == 20
-    worn = three + 0.021 * (np.arange(60) >= 40)
-    assert recurring._period(worn[None]) == 0
-    # the first of two swings of another size is none
-    small = np.tile(np.concatenate([lap, 0.8 * lap]), 2)
-    assert recurring._period(small[None]) == 40
-    # nor is a node of twelve that all the others are like
-    slow = np.linspace(0.0, 0.02, 30) * 15.0
-    assert recurring._period(slow[None]) == 0
-    assert recurring._period(np.tile([0.0, 1.0], 30)[None]) == 12
-
-
 def test_no_laps_where_the_input_does_not_come_again():
     n = np.arange(SAMPLES)
     drifts = np.sin(2.0 * np.pi * n / 120) + n / 960
@@ -182,11 +154,6 @@ def test_the_same_values_upwards_and_downwards():
     hook = np.concatenate([np.linspace(0.0, 1.0, 700), np.linspace(1.0, 0.7, 260)])
     assert recurring.up_and_down_pieces(runs_of(hook)) is None
     assert recurring.up_and_down_pieces(runs_of(u, other=u[None] ** 2)) is None
-
-
-def test_values_are_smoothed_over_five_nodes():
-    values = np.array([1.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 2.0])
-    np.testing.assert_allclose(recurring._smooth(values), [0.6, 1.4, 1.2, 1.0, 1.0, 1.4, 0.8, 1.2])
 
 
 def test_most_of_every_record_must_come_again():

@@ -3,10 +3,8 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from functools import cache
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,8 +17,7 @@ from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.invariants import LEFT
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.verdict import AT_FLOOR, FOUND, GROUP, diagnose
-from flatplank_analysis.inference import search as searches
-from flatplank_analysis.inference.posterior import Posterior, consequence
+from flatplank_analysis.inference.posterior import consequence
 from flatplank_analysis.inference.search import run_search
 
 
@@ -155,50 +152,6 @@ def test_nothing_is_named_without_a_fall_of_the_error():
 
 
 @dataclass(frozen=True)
-class Counted(Posterior):
-    """Sets whose effects are of consequence with given probabilities."""
-
-    def matters(self, weighed, index):
-        return weighed.sure[index]
-
-    def known(self, weighed, index):
-        return 1.0
-
-
-def test_instances_of_one_effect_are_counted():
-    """Each instance needs one more of the name in the sets."""
-
-    def weighed(**sure: float) -> SimpleNamespace:
-        names = [name.rstrip("12") for name in sure]
-        return SimpleNamespace(names=names, sure=list(sure.values()), parts=((0.0, 0.0),))
-
-    sets = {("a",): weighed(a=1.0), ("a", "a"): weighed(a1=1.0, a2=0.4), ("b",): weighed(b=0.5)}
-    posterior = Counted(sets, 100.0, 1.0)
-    assert posterior.in_set(["a"]) == pytest.approx(2.0 / 3.0)
-    assert posterior.in_set(["a"], 2) == pytest.approx(0.4 / 3.0)
-    assert posterior.in_set(["a", "b"]) == pytest.approx(2.5 / 3.0)
-    assert posterior.nothing == pytest.approx(0.5 / 3.0)
-
-
-@pytest.mark.parametrize(
-    ("drop", "dispersion", "spread"),
-    [(900.0, 1.0, 1.0 / 30.0), (900.0, 4.0, 1.0 / 15.0), (1.0, 1.0, 1.0), (-1.0, 1.0, 2.0 / 3.0)],
-)
-def test_a_size_is_as_sure_as_what_its_absence_leaves(drop, dispersion, spread):
-    """A gap of 3 times the least size of consequence, which a little more of it hardly changes."""
-    least = Drag.main_parameter().matters
-    gap = SimpleNamespace(
-        names=["gap"], sizes=((3.0 * least, 2.0 * least),), parts=((5.0, 0.0),), rank=0,
-        unknown=(((5.0 + drop, 0.0),),),
-        fit=SimpleNamespace(terms=[Term(Drag, np.array([3.0 * least]))]),
-    )  # fmt: skip
-    posterior = Posterior({("gap",): gap}, 1e9, dispersion)
-    assert posterior.towards_null(gap, 0) == pytest.approx(spread)
-    sure = posterior.matters(gap, 0)
-    assert sure > 0.999 if spread < 0.1 else 0.7 < sure < 0.95
-
-
-@dataclass(frozen=True)
 class Airs(Drag):
     """Two sizes, of which the second counts from 0.01 on."""
 
@@ -208,29 +161,6 @@ class Airs(Drag):
 @pytest.mark.parametrize(("first", "second", "times"), [(0.004, 0.0, 2.0), (0.0, 0.05, 5.0)])
 def test_of_several_sizes_the_largest_is_of_consequence(first, second, times):
     assert consequence(Term(Airs, np.array([first, second]))) == pytest.approx(times)
-
-
-@pytest.mark.parametrize(
-    ("others", "known"),
-    [
-        ([(20.0, -3.0)], 0.5), ([(28.0, -3.0)], 0.982), ([(12.0, -3.0)], 0.018),
-        ([(12.0, -7.0)], 0.5), ([(20.0, -3.0), (20.0, -3.0)], 1.0 / 3.0),
-    ],
-)  # fmt: skip
-def test_scatter_or_an_unknown_fault_may_stand_in_the_place_of_an_effect(others, known):
-    """By what the effect leaves more, and by what the freedom of the others costs more."""
-    own = SimpleNamespace(rank=0, parts=((20.0, -3.0),), unknown=(tuple(others),))
-    posterior = Posterior({("a",): own}, 1e9, 1.0)
-    assert posterior.known(own, 0) == pytest.approx(known, abs=0.001)
-
-
-def test_sizes_of_the_model_errors_are_weighed_with_the_sets():
-    """A set that needs model errors of twice the size counts with the probability of these."""
-    parts = {("a",): ((0.0, 0.0), (0.0, -1.0)), (): ((40.0, 0.0), (4.0, -1.0))}
-    sets = {key: SimpleNamespace(parts=one) for key, one in parts.items()}
-    posterior = Posterior(sets, 1e9, 1.0)
-    odds = (math.exp(-20.0) + math.exp(-3.0)) / (1.0 + math.exp(-1.0))
-    assert math.exp(posterior.logs[()]) == pytest.approx(odds, rel=1e-6)
 
 
 def test_what_speaks_against_a_runner_up_is_told():
@@ -247,22 +177,3 @@ def test_what_speaks_against_a_runner_up_is_told():
                 assert "beside drag it gains" in note and price > gain
                 return
     raise AssertionError("no runner-up among nine campaigns")
-
-
-def test_the_base_remains_when_no_other_set_does(monkeypatch):
-    """Fitted again with the new noise, the effect of the only set within reach was no longer to be
-    told from the base: no set was left, and the search ended with an error of numpy."""
-
-    told = [True]
-
-    def state_of(self, *args):
-        told.append(False)
-        return usual(self, *args)
-
-    usual = searches._Inference.state_of
-    monkeypatch.setattr(searches._Inference, "state_of", state_of)
-    separable = classmethod(lambda cls, runs, values=None: values is None or told[-1])
-    monkeypatch.setattr(Drag, "separable", separable)
-    search = run_search(throw(1, 0.02), [Drag])
-    assert not told[-1] and list(search.answer.posterior.sets) == [()]
-    assert not search.last.found

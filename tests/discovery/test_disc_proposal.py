@@ -7,7 +7,6 @@ from __future__ import annotations
 import json
 import os
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,22 +14,17 @@ import yaml
 from bristles import Truth, campaign, save
 
 from flatplank_analysis.cli import change, confirm, effects, propose
-from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.effects.grammar.hooks import HOOKS
 from flatplank_analysis.effects.grammar.modulators import BY_NAME
-from flatplank_analysis.effects.grammar.shapes.base import SIGNAL
 from flatplank_analysis.effects.registry import load_file
-from flatplank_analysis.proposal.propose import _refused, reason_against
 from flatplank_analysis.proposal.propose import propose as of_session
+from flatplank_analysis.proposal.propose import reason_against
 from flatplank_analysis.proposal.scan import CURVE, FURTHER, SETTING, WAVE, Scanner, ScanResult
 from flatplank_analysis.proposal.search import (
-    Proposer,
     bonferroni_divisors,
     few_per_hook,
-    is_sibling,
-    reasons_against,
 )
 from flatplank_analysis.proposal.sites import Site, sites_of, varying_coordinates
 from flatplank_data.errors import FlatplankError
@@ -201,17 +195,6 @@ def test_a_force_may_fade_with_the_slip():
     assert told == ["fx", "plank position", "little slip", "bump"], result
 
 
-@pytest.mark.parametrize(("law", "refused"), [(-10.0, True), (-20.0, False)])
-def test_a_law_of_another_form_that_is_likelier_refuses_a_sentence(law, refused):
-    tried = SimpleNamespace(log=-15.0)
-    fits = {"law": SimpleNamespace(log=law)}
-    proposer = SimpleNamespace(beside=SimpleNamespace(fitted=fits.get))
-    search = SimpleNamespace(with_law_effects=SimpleNamespace(fit="law"))
-    result = SimpleNamespace(verdict="tire law only", reason="why", search=search)
-    told = _refused(SimpleNamespace(best=tried), proposer, result)
-    assert bool(told) == refused
-
-
 def test_a_column_without_effect_is_proposed_as_none(tmp_path, capsys):
     save(list(_warm(73, 0.0)), tmp_path)
     assert propose.main([str(tmp_path)]) == 0
@@ -315,35 +298,6 @@ def test_a_sentence_must_act_in_more_than_one_run():
         "acts_in_runs": 1.0,
     }
     assert reason_against(numbers) == "it acts in 1.0 runs, and one run repeats nothing"
-
-
-def test_a_tie_goes_to_what_a_person_would_look_for_first():
-    """What the runs cannot tell: a signal may follow the cause, the pressure acts in the tire, and
-    channels of their own would show a load or a motion."""
-    data = from_tables(campaign(Truth(seed=74, slips=FEW)))
-    every = sites_of(data, varying_coordinates(data))
-    sites = {s.key[:2]: s for s in every if not s.modulator.name}
-    travel, slip = sites["travel", "wheel angle"], sites["slip", "load"]
-    assert reasons_against(travel) < reasons_against(slip)
-    force, slip = (sites[h, "plank position"] for h in ("fx", "slip"))
-    assert reasons_against(force) < reasons_against(slip)
-    level = replace(sites["gain", "run order"].coordinate, name="pressure")
-    gain, tire = (replace(sites[h, "run order"], coordinate=level) for h in ("gain", "carcass"))
-    assert reasons_against(tire) < reasons_against(gain)
-    friction, load = (sites[h, "plank position"] for h in ("friction", "load"))
-    assert reasons_against(friction) < reasons_against(load)
-    assert is_sibling(friction, load) and not is_sibling(load, friction)
-    measured = replace(
-        friction.coordinate, name="mz", span=replace(friction.coordinate.span, kind=SIGNAL)
-    )
-    over = replace(friction, coordinate=measured)
-    assert is_sibling(friction, over) and not is_sibling(over, load)
-
-    def log(site):
-        proposer = SimpleNamespace(price=5.0)
-        return Proposer.doubt(proposer, site)
-
-    assert log(friction) == 0.0 and log(load) == pytest.approx(5.0)
 
 
 def test_a_curve_does_not_pay_for_the_periods_of_waves():

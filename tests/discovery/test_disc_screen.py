@@ -4,20 +4,19 @@
 from __future__ import annotations
 
 from dataclasses import make_dataclass, replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from ball import Drag, throw
 from decisions import screened
 from draws import numbers, without
-from shapes import LONG, OTHER, Sum, measured, shape, wave
+from shapes import LONG, OTHER, measured, shape, wave
 
 from flatplank_analysis.discovery.dispersion import among_repeats, typical_dispersion
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import Fitter
 from flatplank_analysis.discovery.parameters import param
-from flatplank_analysis.discovery.screen import _bounded, best_per_effect, negligible, screen
+from flatplank_analysis.discovery.screen import best_per_effect, negligible, screen
 from flatplank_analysis.discovery.starts import line_search
 from flatplank_analysis.discovery.state import (
     channel_weights,
@@ -71,49 +70,6 @@ def test_the_best_of_several_sizes_with_the_base_moved_along():
     assert tiny.values == pytest.approx([0.03])
 
 
-@pytest.mark.parametrize("times", [0.5, 1.0, 1.5, 2.2, 3.3, 5.0])
-def test_sizes_from_half_to_five_times_the_screened_one_are_tried(times):
-    """Where the base is not at its best for the effect, its step is taken along: least squares
-    of the residual by the base, with the effect at that size. What the base gains alone is no
-    drop of the effect."""
-    model = measured(34, (0.1, LONG.form), (0.1, OTHER.form))
-    fitter = Fitter(model, channel_weights(model, [0.05]))
-    state = make_state(model, fitter, fitter.fit(start_base(model)), [LONG])
-    far = fitter.fit(np.array([0.8, 0.15]), iterations=0)
-    state = replace(state, whitened=replace(state.whitened, fit=far))
-    (item,) = best_per_effect(screen(state))
-    # five steps of 0.02
-    item = replace(item, sizes=np.full(1, 5.0 / times))
-    term, gain = line_search(state, item, {})
-    assert term.values == pytest.approx([0.1])
-    white = state.metric(far.jacobian).reshape(len(far.jacobian), -1).T
-    left = far.residual(model.runs.measured)
-    with_ = left - 0.1 * LONG.form(model.setting)
-    before, after = (state.metric(v[None]).ravel() for v in (left, with_))
-    alone, rest = without(white, before), without(white, after)
-    assert gain == pytest.approx(alone @ alone - rest @ rest, rel=1e-6)
-
-
-def test_an_effect_of_two_sizes_is_tried_with_their_ratio():
-    """Half as large, as large ...; where both were screened as nothing, from one step of each."""
-    sizes = {n: param(0.0, unit="1", bounds=(-5.0, 5.0), screen=0.02) for n in "ab"}
-    fields = [(name, float, one) for name, one in sizes.items()]
-    pair = make_dataclass("pair", fields, bases=(Effect,), frozen=True)
-
-    class Pairs(Sum):
-        def part(self, effect, values):
-            return values[0] * LONG.form(self.setting) + values[1] * OTHER.form(self.setting)
-
-    for hidden, screened_sizes in (((0.1, 0.2), (5.0, 10.0)), ((0.06, 0.06), (0.0, 0.0))):
-        forms = zip(hidden, (LONG.form, OTHER.form), strict=True)
-        model = Pairs(measured(35, *forms).runs)
-        fitter = Fitter(model, channel_weights(model, [0.05]))
-        state = make_state(model, fitter, fitter.fit(start_base(model)), [pair])
-        (item,) = best_per_effect(screen(state))
-        item = replace(item, sizes=np.array(screened_sizes))
-        assert line_search(state, item, {})[0].values == pytest.approx(hidden)
-
-
 def test_a_screened_size_is_that_of_least_squares():
     """Gain, size and visible share of an effect beside what the model's own columns take."""
     waves = [shape(f"wave {n}", lambda c, n=n: c**2 * wave(n)) for n in (3.5, 4.5, 5.5, 6.5)]
@@ -154,26 +110,3 @@ def test_a_screened_size_is_that_of_least_squares():
     assert wanted.dispersion > 1.5
     assert found.typical.dispersion == pytest.approx(wanted.dispersion, rel=1e-3)
     assert found.typical.freedom == pytest.approx(wanted.freedom, rel=1e-3)
-
-
-@pytest.mark.parametrize("seed", range(8))
-def test_sizes_beyond_their_range_are_held_and_the_others_solved_again(seed):
-    """Two sizes from -4 to 2 and from -3 to 1 steps; the second counts downwards."""
-    draw = np.random.default_rng(seed)
-    first, second = (
-        param(1.0, unit="1", bounds=(-1.0, 2.0), screen=0.5),
-        param(0.5, unit="1", bounds=(0.4, 0.8), screen=-0.1),
-    )
-    effect = make_dataclass("Both", [("a", float, first), ("b", float, second)], bases=(Effect,),
-                            frozen=True)  # fmt: skip
-    a = draw.standard_normal((9, 2)) @ [[1.0, 0.4], [0.0, 0.8]]
-    goal = a @ draw.uniform(-6.0, 6.0, 2)
-    sizes = _bounded(SimpleNamespace(effect=effect), a.T @ a, a.T @ goal)
-    low, high = np.array([-4.0, -3.0]), np.array([2.0, 1.0])
-    np.testing.assert_allclose(sizes, np.clip(sizes, low, high))
-    wanted = np.linalg.lstsq(a, goal)[0]
-    out = (wanted < low) | (wanted > high)
-    wanted = np.clip(wanted, low, high)
-    if out.sum() == 1:
-        wanted[~out] = np.linalg.lstsq(a[:, ~out], goal - a[:, out] @ wanted[out])[0]
-    np.testing.assert_allclose(sizes, np.clip(wanted, low, high))

@@ -54,34 +54,6 @@ def test_of_a_stiff_direction_as_much_is_taken_out_as_its_size_is_uncertain():
         np.testing.assert_allclose(still(values), values[:, 0], atol=1e-5)
 
 
-def test_the_sums_of_many_runs_are_made_some_runs_at_a_time(monkeypatch):
-    """Noise, time base and scatter are those of each run, whichever runs are made together."""
-    stiff, scatter = numbers(3, 3, 1, RUNS, 30), np.array([0.4, 0.9, 0.6])
-    values = numbers(4, 5, 1, RUNS, 30)
-    noise = ChannelNoise(np.eye(8)[0], np.linspace(0.5, 2.0, RUNS))
-    bases = np.arange(RUNS) % 2
-    factors = {(0, 0): np.eye(30), (0, 1): np.eye(30) + np.tri(30, k=-1)}
-    metric = Metric(Whitener(np.arange(30), factors, bases, [noise]), stiff, scatter)
-    whole = metric.gram(values[0], values)
-    blocks = []
-    monkeypatch.setattr(Metric, "_white", counted(Metric._white, blocks))
-    monkeypatch.setattr("flatplank_analysis.discovery.gram.AT_ONCE", 2)
-    found = metric.gram(values[0], values[:2], values[2:])
-    assert max(blocks) == 2 < RUNS
-    for name in ("products", "scores", "energy"):
-        np.testing.assert_allclose(getattr(found, name), getattr(whole, name), rtol=1e-12)
-
-
-def counted(white, blocks: list[int]):
-    """The same method; the numbers of runs that it is called with are noted."""
-
-    def method(self, values: np.ndarray) -> np.ndarray:
-        blocks.append(values.shape[2])
-        return white(self, values)
-
-    return method
-
-
 def test_priors_are_one_run_more():
     """Ridge regression: the first two columns have priors, the third has none."""
     columns, e = numbers(24, RUNS, 3, 20), numbers(25, RUNS, 20)

@@ -112,17 +112,6 @@ def test_the_coordinate_that_orders_a_residual_comes_first():
     assert levels.p_value > 0.05
 
 
-def test_the_narrowest_range_with_half_of_it():
-    edges = np.arange(6.0)
-    for share, wanted in (
-        ((0.1, 0.2, 0.4, 0.2, 0.1), (1.0, 3.0, 0.6)),
-        ((0.0, 0.0, 0.0, 0.1, 0.9), (4.0, 5.0, 0.9)),
-        ((0.2, 0.2, 0.2, 0.2, 0.2), (0.0, 3.0, 0.6)),
-        ((0.5, 0.0, 0.0, 0.25, 0.25), (0.0, 1.0, 0.5)),
-    ):
-        assert where._half(edges, np.array(share)) == pytest.approx(wanted)
-
-
 def test_a_place_that_is_known_comes_first():
     runs = placed()
     residual = np.where((PLACE > 1.0) & (PLACE < 1.2), 1.0, 0.0) * np.ones((RUNS, 1))

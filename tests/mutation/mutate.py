@@ -60,8 +60,8 @@ FITS = _files(
 )
 PARTS = _files(
     "analysis_models/test_idn",
-    "carcass carcass_fit covariance curve fit_file grid information linear mf_points mf_problem "
-    "mf_stages mf_statement mf_twins noise quality repeats results runs search zero",
+    "carcass covariance curve fit_file grid linear mf_points mf_problem "
+    "mf_stages mf_statement noise quality repeats results runs search zero",
 )
 AREAS = (
     Area(
