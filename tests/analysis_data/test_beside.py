@@ -14,7 +14,6 @@ from flatplank_analysis.cli import fit as cli_fit
 from flatplank_analysis.cli import report as cli_report
 from flatplank_analysis.identify.mf.fit import FitFile, fit_magic_formula
 from flatplank_analysis.identify.mf.points import merge
-from flatplank_analysis.models.tir import shipped_tir
 from flatplank_analysis.report.analysis import analyse
 from flatplank_analysis.report.machine_tables import MACHINE_TABLES
 from flatplank_analysis.report.steps import extras_as_points
@@ -24,6 +23,7 @@ from flatplank_data.campaign import Campaign
 from flatplank_data.exporters import export_campaign
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
+from flatplank_tire.tir import shipped_tir
 
 SIGMA_Y, STIFFNESS_Y = 0.35, 6.0e4
 ETA, STATIC, SIDE = 0.392, 1.0e5, 0.9e5

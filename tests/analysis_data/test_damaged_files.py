@@ -13,8 +13,8 @@ from test_text_tables import a_campaign
 from flatplank_data.delimited import TextTable
 from flatplank_data.errors import FlatplankError
 from flatplank_data.readers.base import Loaded
-from flatplank_data.text import lines_of
-from flatplank_data.tydex import parse_tydex
+from flatplank_tire.text import lines_of
+from flatplank_tire.tydex import parse_tydex
 from flatplank_validation.trust.files import text
 from flatplank_validation.trust.files.judge import by_numpy, judged
 from flatplank_validation.trust.files.text_damage import damaged

@@ -19,7 +19,7 @@ from flatplank_data.readers.tydex import read_tydex
 from flatplank_data.run_record import RunRecord
 from flatplank_data.store import LocalStore
 from flatplank_data.table import STANDARD_COLUMNS
-from flatplank_data.tydex import parse_tydex
+from flatplank_tire.tydex import parse_tydex
 
 TOLERANCE = {".parquet": 0.0, ".csv": 1e-12, ".tdx": 2e-6}
 

@@ -10,7 +10,6 @@ import pytest
 
 from flatplank_data import guard
 from flatplank_data.errors import FlatplankError
-from flatplank_data.numbers import NotNumbers
 from flatplank_data.readers import base, mat
 from flatplank_data.readers.base import Loaded, Request
 from flatplank_data.readers.csv import read_csv
@@ -18,6 +17,7 @@ from flatplank_data.readers.mat import read_mat
 from flatplank_data.readers.parquet import INFO_KEY, describe_parquet, read_parquet
 from flatplank_data.run_record import RunRecord
 from flatplank_data.store import LocalStore
+from flatplank_tire.numbers import NotNumbers
 
 
 def asked(folder, name: str = "run", **options) -> Request:

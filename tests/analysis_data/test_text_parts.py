@@ -15,18 +15,18 @@ import zstandard
 from flatplank_data import guard
 from flatplank_data.errors import FlatplankError
 from flatplank_data.guard import Budget, DamagedError
-from flatplank_data.numbers import (
+from flatplank_data.numbers import numbers_of, styles_of
+from flatplank_tire.numbers import (
     COMMA,
     POINT,
     NotNumbers,
     NumberStyle,
+    cell_numbers,
     is_missing,
     looks_like_number,
     number_of,
-    numbers_of,
-    styles_of,
 )
-from flatplank_data.text import decode_text, lines_of
+from flatplank_tire.text import decode_text, lines_of
 
 NBSP, THIN, MINUS, QUOTE = "\N{NO-BREAK SPACE}", "\N{THIN SPACE}", "\N{MINUS SIGN}", "\u2019"
 
@@ -113,6 +113,24 @@ def test_the_cells_of_a_column_are_read_as_one_by_one(style):
     alone = [number_of(cell, style) for cell in cells]
     np.testing.assert_array_equal(values, [np.nan if v is None else v for v in alone])
     np.testing.assert_array_equal(other, [v is None for v in alone])
+
+
+@pytest.mark.parametrize(
+    "cells",
+    [["1", "2.5", "-3e2"], ["1,5", "2"], ["1,5", "x", ""], ["1.234,5", "1"], ["1,234.5", "nan"],
+     ["1_000", "2"], ["1,5", "1,5", "0.5"], ["inf", "1d2"], ["NOTAVAIL", "1.2.3"], []],
+)  # fmt: skip
+def test_cells_without_arrow_are_read_as_a_column_with_it(cells):
+    column = pa.array(cells, pa.string())
+    values, other = cell_numbers(cells, "a.tdx")
+    expected = numbers_of(column, styles_of({"": column})[""], "a.tdx")
+    np.testing.assert_array_equal(values, expected[0])
+    np.testing.assert_array_equal(other, expected[1])
+
+
+def test_a_comma_that_may_be_either_is_refused_without_arrow_too():
+    with pytest.raises(FlatplankError, match="may be 1.234 or 1234"):
+        cell_numbers(["1,234", "2"], "a.tdx")
 
 
 ALONE = {".": NumberStyle(".", POINT.groups[:-1]), ",": NumberStyle(",", COMMA.groups[:-1])}

@@ -15,7 +15,6 @@ from steptable import SIGMA, STIFFNESS, step_table
 from flatplank_analysis.cli import fit as fit_verb
 from flatplank_analysis.cli import main as command
 from flatplank_analysis.cli import report as report_verb
-from flatplank_analysis.models.tir import read_tir
 from flatplank_analysis.models.tire_record import (
     FILE,
     PLACEHOLDER,
@@ -31,6 +30,7 @@ from flatplank_data.errors import FlatplankError
 from flatplank_data.exporters import export_campaign
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
+from flatplank_tire.tir import read_tir
 
 SLIPS = (-0.05, -0.02, 0.0, 0.02, 0.05)
 LOAD, BAR = 3250.0, 2.8

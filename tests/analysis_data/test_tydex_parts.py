@@ -13,7 +13,7 @@ from flatplank_data.readers.base import Loaded, Request
 from flatplank_data.readers.tydex import CHANNELS, CONSTANTS, read_tydex
 from flatplank_data.store import LocalStore
 from flatplank_data.table import COLUMN_UNITS
-from flatplank_data.tydex import Channel, Quantity, TydexFile, format_tydex, parse_tydex
+from flatplank_tire.tydex import Channel, Quantity, TydexFile, format_tydex, parse_tydex
 
 
 def line(name: str, note: str = "", unit: str = "", rest: str = "") -> str:

@@ -8,8 +8,8 @@ import numpy as np
 from flatplank_analysis.identify.mf.points import SteadyPoints, steady_points
 from flatplank_analysis.identify.mf.problem import OutputProblem
 from flatplank_analysis.identify.mf.stages import COEFFICIENTS
-from flatplank_analysis.models.magic_formula import steady_forces
-from flatplank_analysis.models.tir import TirFile, shipped_tir
+from flatplank_tire.magic_formula import steady_forces
+from flatplank_tire.tir import TirFile, shipped_tir
 
 TIR = shipped_tir()
 C = TIR.coefficients

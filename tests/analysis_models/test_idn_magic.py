@@ -14,10 +14,10 @@ from flatplank_analysis.identify.campaign import FitFile, fit_campaign, parse_fi
 from flatplank_analysis.identify.mf.fit import MFFit, fit_magic_formula
 from flatplank_analysis.identify.mf.points import SteadyPoints, merge, steady_points
 from flatplank_analysis.identify.mf.stages import COEFFICIENTS, PREDICTIONS, STAGES
-from flatplank_analysis.models.magic_formula import SECTION_OF, operating_point, steady_forces
-from flatplank_analysis.models.magic_formula import structure as shape
-from flatplank_analysis.models.tir import shipped_tir
 from flatplank_data.errors import FlatplankError
+from flatplank_tire.magic_formula import SECTION_OF, operating_point, steady_forces
+from flatplank_tire.magic_formula import structure as shape
+from flatplank_tire.tir import shipped_tir
 from flatplank_validation.fits.campaigns import SLIPS, Truth, simulate_runs
 
 TRUTH = shipped_tir().replaced(

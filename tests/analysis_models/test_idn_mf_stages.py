@@ -12,9 +12,9 @@ from idn_points import LOADS, TIR, C, points, whole_tire
 from flatplank_analysis.identify.mf import fit, stages
 from flatplank_analysis.identify.mf.fit import FitFile, fit_magic_formula
 from flatplank_analysis.identify.mf.points import steady_points
-from flatplank_analysis.models.magic_formula import operating_point, steady_forces
-from flatplank_analysis.models.magic_formula import structure as shape
 from flatplank_data.errors import FlatplankError
+from flatplank_tire.magic_formula import operating_point, steady_forces
+from flatplank_tire.magic_formula import structure as shape
 
 CLOSED = {
     "pure_x": ("alpha", "gamma", "pressure"), "pure_y": ("kappa", "gamma", "pressure"),

@@ -13,7 +13,7 @@ from flatplank_analysis.identify.mf import fit, stages, statement
 from flatplank_analysis.identify.mf.points import steady_points
 from flatplank_analysis.identify.mf.problem import OutputProblem, Prior
 from flatplank_analysis.identify.mf.stages import COEFFICIENTS
-from flatplank_analysis.models.magic_formula import operating_point, steady_forces
+from flatplank_tire.magic_formula import operating_point, steady_forces
 
 
 def test_a_bound_and_too_few_runs_have_no_error():

@@ -10,8 +10,10 @@ import pytest
 
 from flatplank_analysis.identify.mf.fit import fit_magic_formula
 from flatplank_analysis.identify.mf.points import SteadyPoints
-from flatplank_analysis.models.magic_formula import NOT_OF, SECTION_OF
-from flatplank_analysis.models.tir import (
+from flatplank_analysis.models.tire_state import tire_state
+from flatplank_data.errors import FlatplankError
+from flatplank_tire.magic_formula import NOT_OF, SECTION_OF
+from flatplank_tire.tir import (
     SHIPPED,
     check_tir,
     format_tir,
@@ -20,9 +22,7 @@ from flatplank_analysis.models.tir import (
     shipped_tir,
     write_tir,
 )
-from flatplank_analysis.models.tir_complete import HEAD, RANGES, complete_tir
-from flatplank_analysis.models.tire_state import tire_state
-from flatplank_data.errors import FlatplankError
+from flatplank_tire.tir_complete import HEAD, RANGES, complete_tir
 
 TEXT = """[MDI_HEADER]
 FILE_TYPE                = 'tir'

@@ -12,12 +12,12 @@ import pytest
 
 from flatplank_analysis.cli.tire import main as tire_verb
 from flatplank_analysis.identify.mf.stages import general_start
-from flatplank_analysis.models.magic_formula import SECTION_OF, SECTIONS
-from flatplank_analysis.models.tir import TirFile, check_tir, parse_tir, read_tir, shipped_tir
-from flatplank_analysis.models.tir_complete import complete_tir
 from flatplank_analysis.models.tire_record import shipped_record, start_tir
 from flatplank_analysis.models.tire_state import tire_state
 from flatplank_data.errors import FlatplankError
+from flatplank_tire.magic_formula import SECTION_OF, SECTIONS
+from flatplank_tire.tir import TirFile, check_tir, parse_tir, read_tir, shipped_tir
+from flatplank_tire.tir_complete import complete_tir
 
 INCHES = """[UNITS]
 LENGTH = 'inch'

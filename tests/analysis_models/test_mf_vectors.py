@@ -12,7 +12,9 @@ import numpy as np
 import pytest
 
 from flatplank_analysis.cli import tire as tire_verb
-from flatplank_analysis.models.magic_formula import (
+from flatplank_analysis.models.tire_state import tire_state
+from flatplank_data.errors import FlatplankError
+from flatplank_tire.magic_formula import (
     DEFAULTS,
     OLD,
     SWITCHES,
@@ -24,12 +26,10 @@ from flatplank_analysis.models.magic_formula import (
     steady_forces,
     turn_slip,
 )
-from flatplank_analysis.models.magic_formula import moment as moments
-from flatplank_analysis.models.magic_formula import moment as resistance
-from flatplank_analysis.models.magic_formula import structure as shape
-from flatplank_analysis.models.tir import shipped_tir, write_tir
-from flatplank_analysis.models.tire_state import tire_state
-from flatplank_data.errors import FlatplankError
+from flatplank_tire.magic_formula import moment as moments
+from flatplank_tire.magic_formula import moment as resistance
+from flatplank_tire.magic_formula import structure as shape
+from flatplank_tire.tir import shipped_tir, write_tir
 
 BOOK = {
     "FNOMIN": 4000, "NOMPRES": 220000, "LONGVL": 16.7, "UNLOADED_RADIUS": 0.3135, "WIDTH": 0.205,

@@ -13,11 +13,11 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from flatplank_analysis.models.base import slip_inputs
-from flatplank_analysis.models.magic_formula import steady_forces
 from flatplank_analysis.models.mf_tyre import ContactPointMF, MFTyre
-from flatplank_analysis.models.tir import shipped_tir
 from flatplank_analysis.models.tire_state import tire_state
 from flatplank_data.errors import FlatplankError
+from flatplank_tire.magic_formula import steady_forces
+from flatplank_tire.tir import shipped_tir
 
 
 def test_magic_formula_starts_at_the_measured_force():

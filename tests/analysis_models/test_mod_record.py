@@ -9,8 +9,6 @@ from types import MappingProxyType
 
 import pytest
 
-from flatplank_analysis.models.magic_formula.coefficients import DIMENSIONS, UNITS, factor
-from flatplank_analysis.models.tir import shipped_tir, write_tir
 from flatplank_analysis.models.tire_record import (
     PLACEHOLDER,
     RANGES,
@@ -20,6 +18,8 @@ from flatplank_analysis.models.tire_record import (
     start_tir,
 )
 from flatplank_data.errors import FlatplankError
+from flatplank_tire.magic_formula.coefficients import DIMENSIONS, UNITS, factor
+from flatplank_tire.tir import shipped_tir, write_tir
 
 
 def test_what_a_record_does_not_know_is_typical_and_said():

@@ -15,7 +15,6 @@ from flatplank_analysis.models.base import (
     stack_runs,
 )
 from flatplank_analysis.models.linear import LinearX
-from flatplank_analysis.models.magic_formula import Coefficients
 from flatplank_analysis.models.mf_tyre import ContactPointMF, MFTyre
 from flatplank_analysis.models.nonlinear import (
     NonlinearX,
@@ -23,9 +22,10 @@ from flatplank_analysis.models.nonlinear import (
     TableLaw,
     table_law,
 )
-from flatplank_analysis.models.tir import shipped_tir
 from flatplank_analysis.models.tire_record import shipped_record
 from flatplank_analysis.models.tire_state import tire_state
+from flatplank_tire.magic_formula import Coefficients
+from flatplank_tire.tir import shipped_tir
 
 X = np.linspace(0.0, 2.6, 700)
 

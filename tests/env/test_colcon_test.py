@@ -14,6 +14,7 @@ import own_tests
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = ROOT / "ros_ws" / "src"
 EXAMPLES = {
+    "flatplank_tire": "tests/tire/test_mf_structure.py",
     "flatplank_data": "tests/analysis_data/test_formats.py",
     "flatplank_hw": "tests/encoders/test_enc_core.py",
     "flatplank_control": "tests/recording/test_rec_session.py",

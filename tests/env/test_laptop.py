@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The analysis on a laptop: pip installs two packages of the checkout, and neither needs ROS."""
+"""The analysis on a laptop: pip installs three packages of the checkout, and none needs ROS."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = ROOT / "ros_ws" / "src"
-PACKAGES = ("flatplank_data", "flatplank_analysis")
+PACKAGES = ("flatplank_tire", "flatplank_data", "flatplank_analysis")
 COMMAND = "pip install " + " ".join(f"./ros_ws/src/{name}" for name in PACKAGES)
 USE = """
 import importlib.resources
@@ -33,7 +33,7 @@ print(fp.__file__)
 
 @pytest.fixture(scope="module")
 def laptop(tmp_path_factory) -> Path:
-    """A folder with both packages as pip puts them; built from copies, which pip writes into."""
+    """A folder with the packages as pip puts them; built from copies, which pip writes into."""
     folder = tmp_path_factory.mktemp("laptop")
     copies = []
     for name in PACKAGES:

@@ -85,6 +85,7 @@ def test_the_packages_are_there() -> None:
         "flatplank_msgs",
         "flatplank_panel",
         "flatplank_sim",
+        "flatplank_tire",
     ]
 
 

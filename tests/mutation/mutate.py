@@ -56,8 +56,9 @@ def _files(begin: str, names: str) -> tuple[str, ...]:
 
 FITS = _files(
     "analysis_models/test",
-    "mf_tir mf_remarks mf_structure mf_vectors mod_transient idn_core idn_magic idn_fits",
+    "mf_tir mf_vectors mod_transient idn_core idn_magic idn_fits",
 )
+FORMULA = _files("tire/test_mf", "remarks sets structure")
 PARTS = _files(
     "analysis_models/test_idn",
     "carcass covariance curve fit_file grid linear mf_points mf_problem "
@@ -88,8 +89,13 @@ AREAS = (
     Area(
         "models", "models",
         (*_files("analysis_models/test_mod", "carcass inputs law mf record"),
-         *_files("analysis_models/test_mf", "sets"), *FITS,
-         "tests/analysis_data/test_tire_record.py"),
+         *FITS, "tests/analysis_data/test_tire_record.py"),
+    ),
+    Area(
+        "tire", "",
+        (*FORMULA, *_files("analysis_models/test_mf", "tir vectors variants"),
+         *_files("analysis_data/test", "text_parts tydex_parts formats")),
+        package="flatplank_tire",
     ),
     Area(
         "identify", "identify",

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import json
-from importlib.resources import files
 from pathlib import Path
 
 import bench_of_sweeps as bench
@@ -14,13 +13,13 @@ import pytest
 
 import flatplank_analysis as fp
 from flatplank_analysis.cli.main import main
-from flatplank_analysis.models.magic_formula import steady_forces
-from flatplank_analysis.models.tir import read_tir
 from flatplank_analysis.slip_sweeps.study import study
 from flatplank_analysis.slip_sweeps.verdict import RISK
 from flatplank_data.errors import FlatplankError
+from flatplank_tire.magic_formula import steady_forces
+from flatplank_tire.tir import TIRE_FILES, read_tir
 
-SHIPPED = files("flatplank_analysis") / "tire_data" / "toyo_nanoenergy.tir"
+SHIPPED = TIRE_FILES / "toyo_nanoenergy.tir"
 WRITERS = {
     "mat": (bench.write_mat, bench.SAE, "SAE J670"),
     "dat": (bench.write_dat, bench.SAE, "SAE J670"),

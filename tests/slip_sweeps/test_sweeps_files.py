@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from flatplank_analysis.cli.main import main
-from flatplank_analysis.models.tir import read_tir
 from flatplank_analysis.slip_sweeps.study import study
 from flatplank_data.errors import FlatplankError
-from flatplank_data.tydex import Channel, Quantity, TydexFile, format_tydex
+from flatplank_tire.tir import read_tir
+from flatplank_tire.tydex import Channel, Quantity, TydexFile, format_tydex
 from flatplank_validation.trust.files.matlab73 import write_mat73
 
 UNLIKELY = 1e-4

@@ -15,10 +15,10 @@ import pytest
 import flatplank_analysis as fp
 from flatplank_analysis.cli.main import main
 from flatplank_analysis.identify.mf.information import reach_of
-from flatplank_analysis.models.magic_formula import DEFAULTS, steady_forces
-from flatplank_analysis.models.tir import read_tir
 from flatplank_analysis.slip_sweeps.fit import fit_sweeps, points_of
 from flatplank_analysis.slip_sweeps.study import study
+from flatplank_tire.magic_formula import DEFAULTS, steady_forces
+from flatplank_tire.tir import read_tir
 
 
 @pytest.fixture(scope="module")

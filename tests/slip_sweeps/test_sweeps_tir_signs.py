@@ -13,8 +13,8 @@ import pytest
 
 import flatplank_analysis as fp
 from flatplank_analysis.cli.main import main
-from flatplank_analysis.models.tir import parse_tir
 from flatplank_analysis.slip_sweeps.tir_signs import CONVENTIONS, errors_of, likelier, side_of
+from flatplank_tire.tir import parse_tir
 
 SHIFT = 0.01
 """PHY1 of the files: a plysteer [rad]"""

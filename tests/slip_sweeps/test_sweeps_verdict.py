@@ -9,7 +9,6 @@ import pytest
 from scipy.signal import lfilter
 from scipy.stats import binom
 
-from flatplank_analysis.models.tir import read_tir
 from flatplank_analysis.slip_sweeps.conditions import BINS
 from flatplank_analysis.slip_sweeps.study import study
 from flatplank_analysis.slip_sweeps.verdict import (
@@ -19,6 +18,7 @@ from flatplank_analysis.slip_sweeps.verdict import (
     degrees_of_freedom,
     fails,
 )
+from flatplank_tire.tir import read_tir
 
 DRAWS = 2000
 

@@ -22,8 +22,8 @@ import yaml
 
 from flatplank_analysis.identify.campaign import FitFile, fit_campaign
 from flatplank_analysis.identify.runs import StepRun, step_run
-from flatplank_analysis.models.tir import shipped_tir
 from flatplank_data.campaign import Campaign, Run
+from flatplank_tire.tir import shipped_tir
 from flatplank_validation.fits.campaigns import SLIPS, Truth, simulate_runs
 from flatplank_validation.fits.command import command
 

@@ -10,8 +10,8 @@ import time
 
 import numpy as np
 
-from flatplank_analysis.models.magic_formula import DEFAULTS, Coefficients, steady_forces
-from flatplank_analysis.models.tir import shipped_tir
+from flatplank_tire.magic_formula import DEFAULTS, Coefficients, steady_forces
+from flatplank_tire.tir import shipped_tir
 from flatplank_validation.fits.command import command
 
 COUNT = 1_000_000

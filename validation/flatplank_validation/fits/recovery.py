@@ -25,10 +25,10 @@ from flatplank_analysis.identify.mf.points import steady_points
 from flatplank_analysis.identify.repeats import fit_linear
 from flatplank_analysis.identify.results import Estimate
 from flatplank_analysis.models.base import TOYO
-from flatplank_analysis.models.magic_formula import steady_forces
-from flatplank_analysis.models.magic_formula import structure as shape
-from flatplank_analysis.models.magic_formula.state import operating_point
-from flatplank_analysis.models.tir import shipped_tir
+from flatplank_tire.magic_formula import steady_forces
+from flatplank_tire.magic_formula import structure as shape
+from flatplank_tire.magic_formula.state import operating_point
+from flatplank_tire.tir import shipped_tir
 from flatplank_validation.fits.campaigns import SLIPS, Truth, simulate_linear, simulate_runs
 
 Draw = Callable[[int], dict[str, tuple[float, Estimate]]]

@@ -10,8 +10,8 @@ from functools import partial
 import numpy as np
 
 from flatplank_analysis.figures import pieces
-from flatplank_analysis.models.magic_formula.structure import effective_radius
 from flatplank_analysis.report.results import CampaignResult, PointResult
+from flatplank_tire.magic_formula.structure import effective_radius
 from flatplank_validation.thesis import chapter7_figures as draw
 from flatplank_validation.thesis.chapter6 import SHARED_GRIP, STEER
 from flatplank_validation.thesis.errors import MAGIC, rmse, rmse_rows

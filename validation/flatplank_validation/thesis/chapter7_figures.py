@@ -12,8 +12,8 @@ import numpy as np
 
 from flatplank_analysis.figures import chapter7, magic, pieces
 from flatplank_analysis.figures.spec import INK, PALETTE, Figure, Panel, Series
-from flatplank_analysis.models.magic_formula import steady
 from flatplank_analysis.report.results import CampaignResult, ConditionResult
+from flatplank_tire.magic_formula import steady
 from flatplank_validation.thesis.errors import MAGIC
 from flatplank_validation.thesis.lab import Lab
 from flatplank_validation.thesis.points import point

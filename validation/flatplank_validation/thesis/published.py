@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from functools import cache
 
-from flatplank_analysis.models.magic_formula import Coefficients
-from flatplank_analysis.models.tir import TirFile, shipped_tir
+from flatplank_tire.magic_formula import Coefficients
+from flatplank_tire.tir import TirFile, shipped_tir
 
 ACTUAL_SLIP = (-9.80, -4.85, -1.98, -1.05, -0.16, 0.78, 1.73, 4.66, 9.61)
 LOAD_CHANGE = (-4.86, -3.36, -1.90, -1.41, -1.29, -0.80, -0.36, 0.12, 0.18)

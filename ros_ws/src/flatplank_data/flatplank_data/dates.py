@@ -14,7 +14,7 @@ from datetime import date, datetime, time, timezone
 import numpy as np
 
 from flatplank_data.errors import FlatplankError
-from flatplank_data.numbers import is_missing
+from flatplank_tire.numbers import is_missing
 
 DAY, DAY_LENGTH = date(2000, 1, 1), 86400.0
 """date of times of day; [s]"""

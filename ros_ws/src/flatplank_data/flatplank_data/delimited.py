@@ -20,16 +20,10 @@ import pyarrow as pa
 
 from flatplank_data.dates import seconds_of
 from flatplank_data.errors import FlatplankError
-from flatplank_data.numbers import (
-    NotNumbers,
-    NumberStyle,
-    is_missing,
-    looks_like_number,
-    numbers_of,
-    styles_of,
-)
-from flatplank_data.text import decode_text, lines_of
+from flatplank_data.numbers import numbers_of, styles_of
 from flatplank_data.units import is_unit
+from flatplank_tire.numbers import NotNumbers, NumberStyle, is_missing, looks_like_number
+from flatplank_tire.text import decode_text, lines_of
 
 SEPARATORS = ("\t", ";", ",", "|", " ")
 """in the order in which they are tried: a comma may be decimal, a blank may be in a name"""

@@ -21,8 +21,8 @@ from flatplank_data.readers.parquet import INFO_KEY, write_checked
 from flatplank_data.readers.tydex import CHANNELS, CONSTANTS
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import COLUMN_UNITS, MeasurementTable
-from flatplank_data.tydex import Channel, Quantity, TydexFile, format_tydex
 from flatplank_data.yaml_text import dump_yaml
+from flatplank_tire.tydex import Channel, Quantity, TydexFile, format_tydex
 
 
 def write_parquet(table: MeasurementTable, path: Path) -> None:

@@ -11,8 +11,8 @@ import pandas as pd
 
 from flatplank_data.delimited import SEPARATORS, TextTable, read_text_table, split_cells
 from flatplank_data.errors import FlatplankError
-from flatplank_data.text import decode_text, lines_of
-from flatplank_data.tydex import Channel, Quantity, TydexFile, format_tydex
+from flatplank_tire.text import decode_text, lines_of
+from flatplank_tire.tydex import Channel, Quantity, TydexFile, format_tydex
 
 NAMES = ["time", "plank_position", "fx", "fz"]
 ROWS = np.column_stack([

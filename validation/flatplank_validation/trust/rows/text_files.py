@@ -5,14 +5,13 @@ from __future__ import annotations
 
 import re
 import tempfile
-from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
 
-from flatplank_analysis.models.tir import TirFile, read_tir
-from flatplank_data.text import decode_text, lines_of
-from flatplank_data.tydex import TydexFile, parse_tydex
+from flatplank_tire.text import decode_text, lines_of
+from flatplank_tire.tir import TIRE_FILES, TirFile, read_tir
+from flatplank_tire.tydex import TydexFile, parse_tydex
 from flatplank_validation.trust.files import text
 from flatplank_validation.trust.files.judge import by_numpy, judged
 from flatplank_validation.trust.files.text_damage import damaged
@@ -87,6 +86,6 @@ def damaged_tir(o: Options) -> Tally:
 
     with tempfile.TemporaryDirectory(prefix="fp-tir-") as folder:
         path = Path(folder) / "a.tir"
-        shipped = files("flatplank_analysis") / "tire_data" / "toyo_nanoenergy.tir"
+        shipped = TIRE_FILES / "toyo_nanoenergy.tir"
         path.write_bytes(shipped.read_bytes())
         return judged(o, NIGHT // 4, path, read_tir, compare, by_numpy(damaged))

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 import pandas as pd
 
 from flatplank_analysis.api.runs import page
-from flatplank_analysis.models.tir import TirFile, read_tir
 from flatplank_analysis.slip_sweeps.channels import BY_NAME
 from flatplank_analysis.slip_sweeps.fit import SweepFit, fit_sweeps
 from flatplank_analysis.slip_sweeps.study import Study, study
 from flatplank_analysis.slip_sweeps.tir_signs import READ
+from flatplank_tire.tir import TirFile, read_tir
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

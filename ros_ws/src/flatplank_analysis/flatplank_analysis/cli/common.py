@@ -13,9 +13,9 @@ from flatplank_analysis.effects import consent
 from flatplank_data.arguments import Parser, add_json, json_text
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError, NothingUsableError
-from flatplank_data.numbers import number_of
 from flatplank_data.problem import Problem
 from flatplank_data.yaml_text import load_yaml
+from flatplank_tire.numbers import number_of
 
 NOTHING_USABLE = 2
 

@@ -26,13 +26,13 @@ from flatplank_analysis.identify.mf.fit import MFFit
 from flatplank_analysis.identify.mf.stages import general_start
 from flatplank_analysis.identify.repeats import LinearCondition
 from flatplank_analysis.identify.results import Estimate, to_plain
-from flatplank_analysis.models.tir import write_tir
 from flatplank_analysis.models.tire_record import TireRecord, start_tir
 from flatplank_analysis.parallel import open_executor
 from flatplank_analysis.report.steps import extra_points, read_group, read_lateral, read_steps
 from flatplank_analysis.report.tire import geometry_of_campaigns, record_for, tires_of
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError
+from flatplank_tire.tir import write_tir
 
 FORMAT = "flatplank-fit/1"
 READERS = {"lateral": read_lateral}

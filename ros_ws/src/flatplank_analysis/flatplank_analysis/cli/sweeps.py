@@ -14,7 +14,6 @@ import numpy as np
 
 from flatplank_analysis.cli import common
 from flatplank_analysis.cli.fit import print_coefficients
-from flatplank_analysis.models.tir import TirFile, read_tir, write_tir
 from flatplank_analysis.slip_sweeps.axes import SYSTEMS
 from flatplank_analysis.slip_sweeps.conditions import FORCE, HELD
 from flatplank_analysis.slip_sweeps.fit import SweepFit, fit_sweeps
@@ -25,6 +24,7 @@ from flatplank_analysis.slip_sweeps.tir_signs import CONVENTIONS, READ, likelier
 from flatplank_analysis.slip_sweeps.verdict import RISK, fails
 from flatplank_data.arguments import Parser, add_json
 from flatplank_data.errors import FlatplankError
+from flatplank_tire.tir import TirFile, read_tir, write_tir
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -9,11 +9,11 @@ from collections.abc import Sequence
 
 from flatplank_analysis.cli import common
 from flatplank_analysis.models.base import SPEED
-from flatplank_analysis.models.magic_formula import SWITCHES
-from flatplank_analysis.models.tir import read_tir
 from flatplank_analysis.models.tire_state import tire_state
 from flatplank_data.arguments import Parser, add_json
 from flatplank_data.errors import FlatplankError
+from flatplank_tire.magic_formula import SWITCHES
+from flatplank_tire.tir import read_tir
 
 UNITS = {
     "fx": "N",

@@ -12,11 +12,11 @@ import numpy as np
 
 from flatplank_analysis.figures import pieces
 from flatplank_analysis.figures.spec import PALETTE, Figure, Panel, Series
-from flatplank_analysis.models.magic_formula import Coefficients, steady
-from flatplank_analysis.models.magic_formula.structure import effective_radius
 from flatplank_analysis.report.radii import radius_values
 from flatplank_analysis.report.results import CampaignResult
 from flatplank_data.condition import Condition
+from flatplank_tire.magic_formula import Coefficients, steady
+from flatplank_tire.magic_formula.structure import effective_radius
 
 COEFFICIENTS = "Lines: the fitted coefficients."
 

@@ -12,8 +12,8 @@ import numpy as np
 
 from flatplank_analysis.figures.spec import INK, PALETTE, Figure, Panel, Series
 from flatplank_analysis.models.base import SPEED
-from flatplank_analysis.models.magic_formula import Coefficients, OperatingPoint, operating_point
 from flatplank_analysis.report.results import CampaignResult, ConditionResult, PointResult
+from flatplank_tire.magic_formula import Coefficients, OperatingPoint, operating_point
 
 ROAD = "road displacement [m]"
 SINCE_STEP = "road displacement since the step [m]"

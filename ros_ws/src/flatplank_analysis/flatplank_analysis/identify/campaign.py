@@ -28,9 +28,9 @@ from typing import Any
 from flatplank_data.errors import FlatplankError
 from flatplank_data.names import similar_names
 from flatplank_data.yaml_text import load_yaml
+from flatplank_tire.tir import TirFile, read_tir
 
 from ..models.base import ContactGeometry
-from ..models.tir import TirFile, read_tir
 from .carcass import CarcassFit, fit_carcass
 from .lateral import fit_lateral_carcass
 from .mf.fit import NONLINEAR_FIXED, FitFile, MFFit, fit_magic_formula

@@ -26,8 +26,8 @@ import numpy as np
 from flatplank_analysis.post.gridding import CELL, bin_means
 from flatplank_data.errors import FlatplankError
 from flatplank_data.table import MeasurementTable
+from flatplank_tire.magic_formula.state import curve_angle
 
-from ..models.magic_formula.state import curve_angle
 from ..starts import mean_over_starts, value_over_starts
 from .carcass import CarcassFit, fit_carcass
 from .least_squares import solve

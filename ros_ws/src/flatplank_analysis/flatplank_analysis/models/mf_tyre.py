@@ -18,11 +18,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flatplank_tire.magic_formula import (
+    Coefficients,
+    OperatingPoint,
+    combined,
+    operating_point,
+    pure,
+    steady,
+)
+from flatplank_tire.magic_formula import structure as shape
+from flatplank_tire.magic_formula.combined import SteadyForces
+
 from .base import SPEED, RunInputs
 from .linear import deflection
-from .magic_formula import Coefficients, OperatingPoint, combined, operating_point, pure, steady
-from .magic_formula import structure as shape
-from .magic_formula.combined import SteadyForces
 
 SHORTEST = 5e-3
 """Relaxation length where the curve no longer rises [m]: no spring can hold the contact point."""

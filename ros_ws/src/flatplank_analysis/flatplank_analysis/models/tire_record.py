@@ -35,9 +35,9 @@ from typing import Any
 from flatplank_data.errors import FlatplankError
 from flatplank_data.names import similar_names
 from flatplank_data.yaml_text import dump_yaml, load_yaml
+from flatplank_tire.tir import TIRE_FILES, TirFile, check_tir, parse_tir, read_tir
 
 from .base import SPEED, ContactGeometry
-from .tir import TirFile, check_tir, parse_tir, read_tir
 
 FORMAT = "flatplank-tire/1"
 FILE = "tire.yaml"
@@ -224,7 +224,7 @@ def start_tir(record: TireRecord, general: Mapping[str, float]) -> TirFile:
     Radius, width, nominal load and pressure are always those of the record, and so is the contact
     geometry that the record has: the nonlinear model uses the same numbers.
     """
-    text = resources.files("flatplank_analysis") / "tire_data" / record.start_file
+    text = TIRE_FILES / record.start_file
     if not record.start_file:
         tir = _general(record, general)
     elif Path(record.start_file).is_file():

@@ -8,11 +8,19 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from flatplank_data.errors import FlatplankError
+from flatplank_tire.magic_formula import (
+    FORCES,
+    LATEST,
+    MOMENT,
+    Coefficients,
+    moment,
+    operating_point,
+    steady,
+)
+from flatplank_tire.magic_formula import structure as shape
+from flatplank_tire.tir import TirFile, read_tir
 
 from .base import SPEED
-from .magic_formula import FORCES, LATEST, MOMENT, Coefficients, moment, operating_point, steady
-from .magic_formula import structure as shape
-from .tir import TirFile, read_tir
 
 
 @dataclass(frozen=True)

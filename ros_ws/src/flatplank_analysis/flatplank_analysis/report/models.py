@@ -23,7 +23,6 @@ from flatplank_analysis.models.base import (
     slip_inputs,
     stack_runs,
 )
-from flatplank_analysis.models.magic_formula import Coefficients
 from flatplank_analysis.models.mf_tyre import ContactPointMF, MFTyre
 from flatplank_analysis.models.nonlinear import NonlinearX
 from flatplank_analysis.models.tire_record import TireRecord, start_tir
@@ -32,6 +31,7 @@ from flatplank_analysis.report.results import ConditionResult, ModelCurves, Poin
 from flatplank_analysis.starts import mean_over_starts
 from flatplank_data.condition import Condition
 from flatplank_data.errors import FlatplankError
+from flatplank_tire.magic_formula import Coefficients
 
 LEAD = 0.1
 """road before the step on which the model is at rest, for the filter [m]"""

@@ -20,7 +20,6 @@ from jinja2 import Environment
 from flatplank_analysis.figures import chapter6, chapter7, machine, magic, other
 from flatplank_analysis.figures.draw import save
 from flatplank_analysis.figures.spec import Figure
-from flatplank_analysis.models.tir import write_tir
 from flatplank_analysis.report.analysis import Progress, analyse
 from flatplank_analysis.report.radii import radius_values
 from flatplank_analysis.report.results import CampaignResult
@@ -30,6 +29,7 @@ from flatplank_analysis.report.tables import all_tables
 from flatplank_analysis.report.tire import record_for
 from flatplank_data.campaign import Campaign
 from flatplank_data.files import write_atomic
+from flatplank_tire.tir import write_tir
 
 PAGE = "report.html"
 

@@ -10,11 +10,11 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from flatplank_analysis.discovery.sources import BY_NAME
-from flatplank_analysis.models.magic_formula import steady_forces
-from flatplank_analysis.models.tir import TirFile
 from flatplank_analysis.slip_sweeps.conditions import BINS, FORCE, SMOOTH, SweepCondition
 from flatplank_analysis.slip_sweeps.tir_signs import CONVENTIONS, READ, TirSigns
 from flatplank_analysis.slip_sweeps.verdict import RELAXATION, chance_of, degrees_of_freedom
+from flatplank_tire.magic_formula import steady_forces
+from flatplank_tire.tir import TirFile
 
 FEW = 3
 """least number of samples of a bin; a bin with fewer is empty"""

@@ -20,13 +20,13 @@ from flatplank_analysis.identify.mf.points import AXES, SteadyPoints, steady_poi
 from flatplank_analysis.identify.mf.stages import general_start
 from flatplank_analysis.identify.results import rmse, to_plain
 from flatplank_analysis.models.base import SPEED
-from flatplank_analysis.models.magic_formula import steady_forces
-from flatplank_analysis.models.tir import TirFile
 from flatplank_analysis.models.tire_record import TireRecord, start_tir
 from flatplank_analysis.slip_sweeps.conditions import BY_NAME, FORCE, SweepCondition
 from flatplank_analysis.slip_sweeps.curves import Curve, bin_means
 from flatplank_analysis.slip_sweeps.study import Study
 from flatplank_data.errors import FlatplankError
+from flatplank_tire.magic_formula import steady_forces
+from flatplank_tire.tir import TirFile
 
 STAGES = ("pure_x", "pure_y", "aligning", "combined", "pressure", "camber")
 """stages of which sweeps have the measurements; radius and stiffness are those of the start"""

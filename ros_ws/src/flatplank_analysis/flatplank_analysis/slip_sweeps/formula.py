@@ -10,8 +10,8 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from flatplank_analysis.identify.results import NORMAL_90
-from flatplank_analysis.models.magic_formula.state import curve_angle
 from flatplank_analysis.slip_sweeps.curves import Curve, bin_means
+from flatplank_tire.magic_formula.state import curve_angle
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,10 @@ import numpy as np
 from flatplank_analysis.slip_sweeps.channels import channel_named
 from flatplank_data.delimited import read_text_table
 from flatplank_data.errors import FlatplankError
-from flatplank_data.numbers import number_of
 from flatplank_data.readers.mat import variables
-from flatplank_data.text import decode_text
-from flatplank_data.tydex import parse_tydex
+from flatplank_tire.numbers import number_of
+from flatplank_tire.text import decode_text
+from flatplank_tire.tydex import parse_tydex
 
 
 class Raw(NamedTuple):

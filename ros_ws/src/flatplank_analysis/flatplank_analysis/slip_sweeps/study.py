@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flatplank_analysis.identify.results import to_plain
-from flatplank_analysis.models.tir import TirFile
 from flatplank_analysis.slip_sweeps import axes, file
 from flatplank_analysis.slip_sweeps.conditions import (
     FORCE,
@@ -31,6 +30,7 @@ from flatplank_analysis.slip_sweeps.curves import (
 from flatplank_analysis.slip_sweeps.formula import Formula, fit_formula
 from flatplank_analysis.slip_sweeps.tir_signs import READ, convention, errors_of, likelier
 from flatplank_data.errors import FlatplankError
+from flatplank_tire.tir import TirFile
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flatplank_analysis.models.tir import TirFile
 from flatplank_data.errors import FlatplankError
 from flatplank_data.names import nearest_hint
+from flatplank_tire.tir import TirFile
 
 HALF = 0.5
 """share of the error below which another convention is told"""

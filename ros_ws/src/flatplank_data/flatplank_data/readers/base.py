@@ -14,11 +14,11 @@ import numpy as np
 
 from flatplank_data.errors import FlatplankError
 from flatplank_data.names import similar_names
-from flatplank_data.numbers import NotNumbers
 from flatplank_data.run_record import KNOWN_SUFFIXES, RunRecord
 from flatplank_data.store import Store
 from flatplank_data.table import COLUMN_UNITS
 from flatplank_data.units import to_si
+from flatplank_tire.numbers import NotNumbers
 
 
 @dataclass(frozen=True)

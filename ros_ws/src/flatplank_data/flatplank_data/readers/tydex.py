@@ -11,12 +11,12 @@ import math
 import numpy as np
 
 from flatplank_data.errors import FlatplankError
-from flatplank_data.numbers import number_of
 from flatplank_data.readers.base import Loaded, Request, left_out, reader
 from flatplank_data.table import COLUMN_UNITS
-from flatplank_data.text import decode_text
-from flatplank_data.tydex import TydexFile, parse_tydex
 from flatplank_data.units import to_si
+from flatplank_tire.numbers import number_of
+from flatplank_tire.text import decode_text
+from flatplank_tire.tydex import TydexFile, parse_tydex
 
 #: TYDEX channel -> our column
 CHANNELS = {

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from flatplank_data.errors import FlatplankError
+from flatplank_tire.magic_formula import LATEST, Coefficients
+from flatplank_tire.tir import TirFile
+from flatplank_tire.tir_complete import complete_tir
 
 from ...models.base import ContactGeometry
-from ...models.magic_formula import LATEST, Coefficients
-from ...models.tir import TirFile
-from ...models.tir_complete import complete_tir
 from ..least_squares import Solution
 from ..results import Confusion, Estimate, Fit, relative_error
 from .information import REACH, Reach, describe_levels, levels_of

@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from flatplank_tire.magic_formula import Coefficients, operating_point
+
 from ...models.base import SPEED
-from ...models.magic_formula import Coefficients, operating_point
 from ..least_squares import Solution, solve
 from .information import REACH, Reach
 from .points import SteadyPoints

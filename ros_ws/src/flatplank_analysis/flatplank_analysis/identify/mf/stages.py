@@ -17,8 +17,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...models.magic_formula import Coefficients, OperatingPoint, combined, pure, steady
-from ...models.magic_formula import structure as shape
+from flatplank_tire.magic_formula import Coefficients, OperatingPoint, combined, pure, steady
+from flatplank_tire.magic_formula import structure as shape
+
 from .points import SteadyPoints
 
 Predict = Callable[[Coefficients, OperatingPoint], np.ndarray]

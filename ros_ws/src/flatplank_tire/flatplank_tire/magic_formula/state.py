@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .coefficients import Coefficients
+from flatplank_tire.magic_formula.coefficients import Coefficients
 
 EPSILON = 1e-6
 """Keeps a quotient finite (book: epsilon_x, epsilon_y, epsilon_K) [N or N/rad]."""

@@ -15,10 +15,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import turn_slip
-from .coefficients import LATEST, Coefficients
-from .pure import PureY, lateral
-from .state import (
+from flatplank_tire.magic_formula import turn_slip
+from flatplank_tire.magic_formula.coefficients import LATEST, Coefficients
+from flatplank_tire.magic_formula.pure import PureY, lateral
+from flatplank_tire.magic_formula.state import (
     OperatingPoint,
     Value,
     away_from_zero,
@@ -30,7 +30,7 @@ from .state import (
     sign,
     slip_angle,
 )
-from .turn_slip import Spin
+from flatplank_tire.magic_formula.turn_slip import Spin
 
 
 def aligning(

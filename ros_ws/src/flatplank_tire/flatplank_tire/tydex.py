@@ -13,11 +13,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-import pyarrow as pa
 
-from flatplank_data.errors import FlatplankError
-from flatplank_data.numbers import NotNumbers, number_of, numbers_of, styles_of
-from flatplank_data.text import lines_of
+from flatplank_tire.errors import FlatplankError
+from flatplank_tire.numbers import NotNumbers, cell_numbers, number_of
+from flatplank_tire.text import lines_of
 
 KEYWORDS = (
     "HEADER",
@@ -154,8 +153,7 @@ def _data(
             f"{name}, sample {row}, line {lines[-1][0] if lines else 0}",
             "the data are cut short: export or copy the file again",
         )
-    texts = pa.array(cells, pa.string())
-    values, other = numbers_of(texts, styles_of({"": texts})[""], name)
+    values, other = cell_numbers(cells, name)
     others = {}
     for column, channel in enumerate(channels):
         bad = np.flatnonzero(other[column :: len(channels)])

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flatplank_analysis.models.magic_formula import (
+from flatplank_tire.magic_formula import (
     DEFAULTS,
     LATEST,
     NOT_OF,
@@ -18,8 +18,8 @@ from flatplank_analysis.models.magic_formula import (
     steady_forces,
     turn_slip,
 )
-from flatplank_analysis.models.magic_formula import structure as shape
-from flatplank_analysis.models.tir import shipped_tir
+from flatplank_tire.magic_formula import structure as shape
+from flatplank_tire.tir import shipped_tir
 
 VALUES = shipped_tir().values | {
     "LATERAL_STIFFNESS": 1e5, "QDZ1": 0.1, "QBZ1": 9.0, "QCZ1": 1.1, "RBX1": 9.0, "RCX1": 1.0,

@@ -11,9 +11,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from .magic_formula import DEFAULTS, NOT_OF, SECTIONS
-from .magic_formula.coefficients import factor
-from .tir import Entry, TirFile
+from flatplank_tire.magic_formula import DEFAULTS, NOT_OF, SECTIONS
+from flatplank_tire.magic_formula.coefficients import factor
+from flatplank_tire.tir import Entry, TirFile
 
 HEAD: dict[str, dict[str, str]] = {
     "MDI_HEADER": {"FILE_TYPE": "'tir'", "FILE_VERSION": "3.0", "FILE_FORMAT": "'ASCII'"},

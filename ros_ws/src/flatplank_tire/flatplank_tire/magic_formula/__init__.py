@@ -7,7 +7,7 @@ factors of at most 1, sign(0) = +1, no reduction of slip at low speed. For other
 three can be set (`SWITCHES`).
 """
 
-from .coefficients import (
+from flatplank_tire.magic_formula.coefficients import (
     DEFAULTS,
     FORCES,
     LATEST,
@@ -22,8 +22,8 @@ from .coefficients import (
     SWITCHES,
     Coefficients,
 )
-from .combined import SteadyForces, steady, steady_forces
-from .state import OperatingPoint, operating_point
+from flatplank_tire.magic_formula.combined import SteadyForces, steady, steady_forces
+from flatplank_tire.magic_formula.state import OperatingPoint, operating_point
 
 __all__ = [
     "DEFAULTS",

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from . import moment, pure, turn_slip
-from .coefficients import Coefficients
-from .state import (
+from flatplank_tire.magic_formula import moment, pure, turn_slip
+from flatplank_tire.magic_formula.coefficients import Coefficients
+from flatplank_tire.magic_formula.state import (
     OperatingPoint,
     Value,
     capped,
@@ -18,8 +18,8 @@ from .state import (
     operating_point,
     slip_angle,
 )
-from .structure import rolling
-from .turn_slip import Spin, spin_of
+from flatplank_tire.magic_formula.structure import rolling
+from flatplank_tire.magic_formula.turn_slip import Spin, spin_of
 
 
 def weight_x(c: Coefficients, o: OperatingPoint) -> Value:

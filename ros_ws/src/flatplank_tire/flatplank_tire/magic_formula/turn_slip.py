@@ -14,8 +14,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .coefficients import SECTIONS, Coefficients
-from .state import OperatingPoint, Value, away_from_zero, cos_atan, curve_angle, sign
+from flatplank_tire.magic_formula.coefficients import SECTIONS, Coefficients
+from flatplank_tire.magic_formula.state import (
+    OperatingPoint,
+    Value,
+    away_from_zero,
+    cos_atan,
+    curve_angle,
+    sign,
+)
 
 COEFFICIENTS = tuple(SECTIONS["TURNSLIP_COEFFICIENTS"].split())
 

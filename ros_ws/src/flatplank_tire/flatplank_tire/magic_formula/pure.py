@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from . import turn_slip
-from .coefficients import LATEST, Coefficients
-from .state import (
+from flatplank_tire.magic_formula import turn_slip
+from flatplank_tire.magic_formula.coefficients import LATEST, Coefficients
+from flatplank_tire.magic_formula.state import (
     OperatingPoint,
     Value,
     away_from_zero,
@@ -23,7 +23,7 @@ from .state import (
     sign,
     slip_angle,
 )
-from .turn_slip import Spin
+from flatplank_tire.magic_formula.turn_slip import Spin
 
 
 class PureX(NamedTuple):

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from .coefficients import Coefficients
-from .pure import cornering_stiffness, longitudinal_stiffness
-from .state import OperatingPoint, Value, nonzero
+from flatplank_tire.magic_formula.coefficients import Coefficients
+from flatplank_tire.magic_formula.pure import cornering_stiffness, longitudinal_stiffness
+from flatplank_tire.magic_formula.state import OperatingPoint, Value, nonzero
 
 
 def vertical_stiffness(c: Coefficients, dpi: Value) -> Value:

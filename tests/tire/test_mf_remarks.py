@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import pytest
 
-from flatplank_analysis.models.magic_formula import DEFAULTS, SECTION_OF
-from flatplank_analysis.models.tir import LISTED, parse_tir, shipped_tir
+from flatplank_tire.magic_formula import DEFAULTS, SECTION_OF
+from flatplank_tire.tir import LISTED, parse_tir, shipped_tir
 
 WHOLE = {k: 0.1 for k, section in SECTION_OF.items() if section in LISTED} | {
     "LONGITUDINAL_STIFFNESS": 2e5, "LATERAL_STIFFNESS": 1e5, "VXLOW": 0.0,

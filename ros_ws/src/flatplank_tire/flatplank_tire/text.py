@@ -6,7 +6,7 @@ from __future__ import annotations
 import codecs
 import re
 
-from flatplank_data.errors import FlatplankError
+from flatplank_tire.errors import FlatplankError
 
 _MARKS = (
     (codecs.BOM_UTF8, "utf-8"),

@@ -17,11 +17,8 @@ from dataclasses import dataclass, field, replace
 from importlib import resources
 from pathlib import Path
 
-from flatplank_data.errors import FlatplankError
-from flatplank_data.text import decode_text, lines_of
-
-from .base import SPEED
-from .magic_formula import (
+from flatplank_tire.errors import FlatplankError
+from flatplank_tire.magic_formula import (
     DEFAULTS,
     FORCES,
     LATEST,
@@ -34,7 +31,8 @@ from .magic_formula import (
     SECTION_OF,
     Coefficients,
 )
-from .magic_formula.coefficients import BY_PRESSURE, DIMENSIONS, UNITS, factor
+from flatplank_tire.magic_formula.coefficients import BY_PRESSURE, DIMENSIONS, UNITS, factor
+from flatplank_tire.text import decode_text, lines_of
 
 LAWS = {5: OLD, 6: OLD, 21: OLD, 51: OLD, 52: OLD, 60: LATEST, 61: LATEST, 62: LATEST}
 """FITTYP -> law of the Magic Formula"""
@@ -134,8 +132,8 @@ class TirFile:
         }
         return TirFile(sections, self.kept, self.path)
 
-    def warnings(self, vx: float = SPEED) -> list[str]:
-        """Remarks for the user of this file, one line each."""
+    def warnings(self, vx: float = 1.0) -> list[str]:
+        """Remarks for a user of this file, one line each; vx: road speed [m/s]."""
         return list(_warnings(self, vx))
 
 
@@ -326,10 +324,12 @@ def _number(key: str, entry: Entry, path: str) -> float:
     )
 
 
+TIRE_FILES = resources.files("flatplank_tire") / "tire_files"
+"""folder of the files that come with the package"""
 SHIPPED = ("toyo_nanoenergy", "continental_ecocontact")
 
 
 def shipped_tir(name: str = SHIPPED[0]) -> TirFile:
     """A parameter set that comes with the package (thesis Table I.1)."""
-    file = resources.files("flatplank_analysis") / "tire_data" / f"{name}.tir"
+    file = TIRE_FILES / f"{name}.tir"
     return parse_tir(file.read_text(encoding="utf-8"), f"{name}.tir")

@@ -8,8 +8,8 @@ from math import atan, exp, sin, sqrt
 import numpy as np
 import pytest
 
-from flatplank_analysis.models.magic_formula import OLD, Coefficients, operating_point, pure
-from flatplank_analysis.models.magic_formula import structure as shape
+from flatplank_tire.magic_formula import OLD, Coefficients, operating_point, pure
+from flatplank_tire.magic_formula import structure as shape
 
 K = {
     "UNLOADED_RADIUS": 0.31, "WIDTH": 0.21, "FNOMIN": 4000.0, "NOMPRES": 2.2e5, "LONGVL": 16.7,
