@@ -95,18 +95,23 @@ def base_parameters(data: TireRuns) -> tuple[Parameter, ...]:
         "three loads": len(set(np.round(data.nominal / load, 1))) > 2,
         "pressure": among_pressures(data),
     }
-    known = _parameters(load, turned, along_plank(data) if turned else 0.0)
+    most = float(np.abs(data.runs.measured[0]).max())
+    known = _parameters(load, turned, along_plank(data) if turned else 0.0, most)
     return tuple(p for need, p in known if shown[need])
 
 
-def _parameters(load: float, turned: bool, along: float = 0.0) -> list[tuple[str, Parameter]]:
+def _parameters(
+    load: float, turned: bool, along: float = 0.0, most: float = 0.0
+) -> list[tuple[str, Parameter]]:
     """All parameters, each with what a campaign must have to determine it.
 
-    load: reference load [N]; turned: True with side slip; along: see `along_plank`.
+    load: reference load [N]; turned: True with side slip; along: see `along_plank`; most: largest
+    measured Fx [N]: a zero error can be as large (a crosstalk of a channel that is not tared).
     """
     force, length = load / USUAL_LOAD, contact_ratio(load)
     half, stiff = USUAL_HALF * length, force / length
     prior = np.inf if turned else 6.0 * load
+    zero = max(most, 300.0 * force)
     # with forces in both directions a row of bristles is the better start
     rounding, order, turn = (0.1, 1.0, 0.8) if turned else (0.5, 0.5, 0.5)
     always = [
@@ -124,7 +129,7 @@ def _parameters(load: float, turned: bool, along: float = 0.0) -> list[tuple[str
         Parameter("patch_order", "1", order, 0.02, 1.5, 0.2, prior=0.7),
         Parameter("slip_offset", "1", 0.0, -0.02, 0.02, 1e-3),
         Parameter("fx_offset", "N", -30.0 * force, -300.0 * force, 300.0 * force, 20.0 * force),
-        Parameter("fx_zero", "N", 0.0, -300.0 * force, 300.0 * force, 10.0 * force),
+        Parameter("fx_zero", "N", 0.0, -zero, zero, 10.0 * force, prior=300.0 * force),
     ]
     # the friction follows all of the load
     load_share = Parameter("load_share", "1", 0.8, 0.0, 1.5, 0.3, prior=0.3)

@@ -20,6 +20,7 @@ class Decision:
     """What was decided about one effect beside the others of a model."""
 
     term: Term
+    """at its most probable size"""
     drop: float
     """drop of the whitened chi2 by the effect"""
     probability: float
@@ -32,6 +33,8 @@ class Decision:
     """share of the squared error in left-out conditions that the effect removes"""
     reasons: tuple[str, ...] = ()
     """why it was refused; empty when accepted"""
+    place: int = -1
+    """number of the effect in the set that was weighed"""
 
     @property
     def accepted(self) -> bool:

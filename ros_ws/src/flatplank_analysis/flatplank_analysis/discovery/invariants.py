@@ -19,7 +19,6 @@ from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import chi2
 
 from flatplank_analysis.discovery import where
 from flatplank_analysis.discovery.fit import Fit, Fitter, Task, Term, effect_contribution
@@ -189,23 +188,15 @@ def is_raised(error: float, before: float) -> bool:
     return error > before * (1.0 + EQUAL)
 
 
-def is_fall_by_chance(state: State, fit: Fit) -> bool:
-    """True when the plain error of no channel on which the last effect of a fit acts falls further
-    by it than by as many random columns in white noise: tests of whitened residuals may see what
-    the error does not show, where a few samples have most of it, and a fit may take error from one
-    channel and give it to another."""
-    return is_no_fall([state.residual], fit, len(fit.terms) - 1, state.runs.measured)
-
-
 def is_no_fall(without: Sequence[np.ndarray], fit: Fit, index: int, measured: np.ndarray) -> bool:
-    """The same for effect `index` of a fit; without: plain residuals (channels, runs, samples) of
-    fits without the effect, of which each channel has its best."""
-    free = sum(owner == index for owner, _ in fit.free)
+    """True when the plain error of no channel on which effect `index` of a fit acts falls by it:
+    whitened residuals may show what the error does not, and a fit may take error from one channel
+    and give it to another. without: plain residuals (channels, runs, samples) of fits without the
+    effect, of which each channel has its best."""
     acts = np.any(effect_contribution(fit, index), axis=(1, 2))
     before = np.min([np.mean(left[acts] ** 2, axis=(1, 2)) for left in without], axis=0)
     after = np.mean(fit.residual(measured)[acts] ** 2, axis=(1, 2))
-    fall = (before - after) / np.maximum(before, 1e-30)
-    return bool(np.all(fall * measured[0].size <= chi2.isf(LEFT, free)))
+    return not any(is_raised(b, a) for b, a in zip(np.sqrt(before), np.sqrt(after), strict=True))
 
 
 def error_of(fitter: Fitter, fit: Fit) -> float:

@@ -38,7 +38,8 @@ class Answer:
     @property
     def terms(self) -> tuple[Term, ...]:
         """Effects of the model that the verdict judges, the named ones last."""
-        return (*self.present, *(f.decision.term for f in self.named))
+        fitted = self.posterior.best.fit.terms
+        return (*self.present, *(fitted[f.decision.place] for f in self.named))
 
 
 def answer_of(posterior: Posterior, held: int) -> Answer:
@@ -85,7 +86,7 @@ def decision_of(
     posterior: Posterior, weighed: Weighed, index: int, probability: float, *reasons: str
 ) -> Decision:
     """The decision about an effect of a set, with the interval of its size there."""
-    term = weighed.fit.terms[index]
+    term = weighed.stated(index)
     size, spread = weighed.sizes[index]
     without = posterior.without(weighed, index)
     wide = spread * float(student.ppf(0.5 + 0.5 * INTERVAL, posterior.freedom))
@@ -101,6 +102,7 @@ def decision_of(
         interval=(max(size - wide, low), min(size + wide, high)),
         dispersion=posterior.dispersion,
         reasons=reasons,
+        place=index,
     )
 
 
@@ -114,15 +116,15 @@ def doubt_about(posterior: Posterior, weighed: Weighed, index: int, probability:
 def present_without_name(answer: Answer, held: int) -> list[Decision]:
     """Effects of the likeliest set that were not named, with the reason."""
     best, out = answer.posterior.best, []
-    taken = {id(f.decision.term) for f in answer.named}
-    flat = {id(f.decision.term) for f in answer.flat}
+    taken = {f.decision.place for f in answer.named}
+    flat = {f.decision.place for f in answer.flat}
     for index in range(held, len(best.fit.terms)):
         term = best.fit.terms[index]
-        if id(term) in taken:
+        if index in taken:
             continue
         p = answer.posterior.marginal[term.effect.identifier]
         doubt = doubt_about(answer.posterior, best, index, p)
-        reason = FLAT if id(term) in flat else doubt
+        reason = FLAT if index in flat else doubt
         out.append(decision_of(answer.posterior, best, index, p, reason))
     return out
 

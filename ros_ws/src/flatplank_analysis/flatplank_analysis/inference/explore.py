@@ -9,8 +9,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import Fit, Term
 from flatplank_analysis.discovery.invariants import is_active
+from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_analysis.discovery.screen import ScreenResult, best_per_effect
 from flatplank_analysis.discovery.starts import start_of
 from flatplank_analysis.discovery.state import State
@@ -32,6 +34,9 @@ ROUGH, FAR = 2, 30.0
 one"""
 LARGEST = 4
 """most effects in a set"""
+ALIKE = 0.8
+"""cosine between what two effects of the same parameters do, from which each is tried in the place
+of the other"""
 
 
 @dataclass
@@ -43,6 +48,8 @@ class Explorer:
     extended: set[Key] = field(default_factory=set)
     lessened: set[tuple[Key, int]] = field(default_factory=set)
     """sets that were fitted without one of their effects, and its place"""
+    swapped: set[tuple[Key, str]] = field(default_factory=set)
+    """sets, each with an effect that was tried in the place of a look-alike"""
     held: int = 0
     """number of effects, the first ones, that are in every set"""
     measured: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
@@ -77,12 +84,45 @@ class Explorer:
         return self.scales.fitted(self.scales.fitter.without_term(weighed.fit, index))
 
     def run(self) -> Posterior:
-        """Extend sets until none within reach gains."""
-        while (key := self._next()) is not None:
-            self.extended.add(key)
-            self.say(f"effects beside {', '.join(key) or 'the base'}")
-            self.extend(self.sets[key].fit)
-        return self.posterior
+        """Extend sets until none within reach gains, and no look-alike is left to be tried."""
+        while True:
+            while (key := self._next()) is not None:
+                self.extended.add(key)
+                self.say(f"effects beside {', '.join(key) or 'the base'}")
+                self.extend(self.sets[key].fit)
+            if not self.swap(self.posterior.best):
+                return self.posterior
+
+    def swap(self, weighed: Weighed) -> bool:
+        """Weigh sets with a look-alike, at the same parameters, in the place of an effect; False
+        when all were weighed. From its null the look-alike might end in another minimum."""
+        fit, new = weighed.fit, False
+        for index in range(self.held, len(fit.terms)):
+            rest = self.scales.fitter.without_term(fit, index)
+            for term in self._alike(fit, index):
+                done = weighed.key, f"{index} {term.effect.identifier}"
+                if done not in self.swapped:
+                    self.swapped.add(done)
+                    self._weigh(rest, term)
+                    new = True
+        return new
+
+    def _alike(self, fit: Fit, index: int) -> Iterator[Term]:
+        """Effects with the main parameter of effect `index` that do nearly the same."""
+        state, own, main = self.scales.state, fit.terms[index], _main(fit.terms[index].effect)
+        beside = [t.effect for i, t in enumerate(fit.terms) if i != index]
+        rest = [(t.effect, t.values) for i, t in enumerate(fit.terms) if i != index]
+        without = self.scales.fitter.without_term(fit, index).predicted
+        for effect in self.scales.effects:
+            full = beside.count(effect) >= effect.instances
+            if effect is own.effect or _main(effect) != main or full:
+                continue
+            values = _same_values(effect, own)
+            changed = state.model.predict([ParameterSet(fit.base, (*rest, (effect, values)))])[0]
+            pair = np.stack([fit.predicted - without, changed - without])
+            one, other = self.scales.metric.plain(pair).reshape(2, -1)
+            if float(one @ other) > ALIKE * float(np.linalg.norm(one) * np.linalg.norm(other)):
+                yield Term(effect, values, effect.held())
 
     def extend(self, fit: Fit) -> None:
         """Weigh the sets with one more effect."""
@@ -92,10 +132,14 @@ class Explorer:
         own, best = self.sets[key_of(fit.terms)], self.posterior.best
         lacking = own.parts[0][0] - best.parts[0][0]
         for term in self._promising(state, best_per_effect(ranking), lacking):
-            weighed = self.scales.with_term(fit, term, ROUGH)
-            self.keep(weighed)
-            if self.posterior.logs.get(weighed.key, -math.inf) > -FAR:
-                self.keep(self.scales.fitted(weighed.fit))
+            self._weigh(fit, term)
+
+    def _weigh(self, fit: Fit, term: Term) -> None:
+        """Weigh a fit with one more effect, the more accurately the more probable the set is."""
+        weighed = self.scales.with_term(fit, term, ROUGH)
+        self.keep(weighed)
+        if self.posterior.logs.get(weighed.key, -math.inf) > -FAR:
+            self.keep(self.scales.fitted(weighed.fit))
 
     def _promising(
         self, state: State, items: Sequence[ScreenResult], lacking: float
@@ -160,3 +204,17 @@ class Explorer:
                 self.keep(self._lessened(weighed, index))
             if key in self.sets:
                 yield key
+
+
+def _main(effect: type[Effect]) -> tuple[str, str]:
+    """Name and unit of the main parameter of an effect."""
+    main = effect.main_parameter()
+    return main.name, main.unit
+
+
+def _same_values(effect: type[Effect], other: Term) -> np.ndarray:
+    """Parameters of an effect with the values of another one's of the same name."""
+    named = other.named()
+    known = {p.name: p for p in effect.parameters() if p.name in named}
+    near = {n: min(max(named[n], p.lower), p.upper) for n, p in known.items()}
+    return effect.vector(near)

@@ -184,7 +184,7 @@ class Posterior:
     def rivals(self, weighed: Weighed, index: int) -> tuple[Rival, ...]:
         """The same as rivals of the effect, of those whose size may be of consequence."""
         return tuple(
-            Rival(other.fit.terms[place], odds, odds < MEMBER)
+            Rival(other.stated(place), odds, odds < MEMBER)
             for other, place, odds in self.alternatives(weighed, index)
             if self.matters(other, place) > MEMBER
         )

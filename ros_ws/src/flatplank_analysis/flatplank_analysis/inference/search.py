@@ -156,18 +156,22 @@ class _Inference:
                 state = self.state_of(base, best, answer.terms)
             least_gain_first = reversed(answer.named)
             flat = next(
-                (f for f in least_gain_first if not self._lowers_error(base, state, f)), None
+                (f for f in least_gain_first if not self._lowers_error(base, state, best, f)),
+                None,
             )
             if flat is None:
                 return answer, state
             named = tuple(f for f in answer.named if f is not flat)
             answer = replace(answer, named=named, flat=(*answer.flat, flat))
 
-    def _lowers_error(self, base: State, state: State, found: AcceptedEffect) -> bool:
+    def _lowers_error(
+        self, base: State, state: State, best: Weighed, found: AcceptedEffect
+    ) -> bool:
         """False when the plain error is the same without a named effect, wherever the fit without
         it begins."""
         fit, fitter = state.fit, state.fitter
-        effect, size = found.decision.term.effect, found.decision.term.size
+        term = best.fit.terms[found.decision.place]
+        effect, size = term.effect, term.size
         own = [i for i, t in enumerate(fit.terms) if t.effect is effect]
         index = min(own, key=lambda i: abs(fit.terms[i].size - size))
         start = fitter.without_term(fit, index)

@@ -5,7 +5,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from flatplank_analysis.discovery.fit import Fit, Term
+from flatplank_analysis.discovery.decision import Decision
+from flatplank_analysis.discovery.fit import Fit
 from flatplank_analysis.discovery.steps import Search
 from flatplank_analysis.inference.answer import Answer
 from flatplank_analysis.inference.posterior import Posterior
@@ -25,13 +26,10 @@ class Searched(Search):
 
     def rival_set(self, index: int, rival: str) -> Weighed:
         """The likeliest set with a rival in the place of found effect `index`."""
-        place = self._place(self.answer.named[index].decision.term)
+        place = self.answer.named[index].decision.place
         alternatives = self.posterior.alternatives(self.posterior.best, place)
         return next(w for w, at, _ in alternatives if w.names[at] == rival)
 
-    def without(self, term: Term) -> Fit:
+    def without(self, decision: Decision) -> Fit:
         """The likeliest set without one of its effects; nothing else changes."""
-        return self.scales.fitter.without_term(self.posterior.best.fit, self._place(term))
-
-    def _place(self, term: Term) -> int:
-        return [t is term for t in self.posterior.best.fit.terms].index(True)
+        return self.scales.fitter.without_term(self.posterior.best.fit, decision.place)

@@ -74,6 +74,18 @@ class Weighed:
         """Name of each effect, in the order of the fit."""
         return [t.effect.identifier for t in self.fit.terms]
 
+    def stated(self, index: int) -> Term:
+        """An effect at its most probable size: that of the fit weighs less of what may be wrong."""
+        term = self.fit.terms[index]
+        size, named = term.size, term.named()
+        if size:
+            share = self.sizes[index][0] / size
+            for p in term.effect.linear():
+                named[p.name] = min(
+                    max(p.null + share * (named[p.name] - p.null), p.lower), p.upper
+                )
+        return replace(term, values=term.effect.vector(named))
+
     @cached_property
     def key(self) -> tuple[str, ...]:
         return key_of(self.fit.terms)

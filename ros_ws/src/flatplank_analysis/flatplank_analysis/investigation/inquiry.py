@@ -124,7 +124,7 @@ def _suspect_question(search: Searched, predictor: Predictor) -> Iterator[Questi
 def _gain_against_absence(search: Searched, d: Decision, predictor: Predictor) -> Gain:
     """Of the likeliest set against the same one without an effect of it."""
     true = search.posterior.best.fit.parameter_set()
-    pair = Contrast(search.scales, search.without(d.term), [true])
+    pair = Contrast(search.scales, search.without(d), [true])
     return _gain(pair, predictor, 1.0 / max(d.dispersion, 1.0))
 
 
