@@ -75,7 +75,7 @@ class Weighed:
         return [t.effect.identifier for t in self.fit.terms]
 
     def stated(self, index: int) -> Term:
-        """An effect at its most probable size: that of the fit weighs less of what may be wrong."""
+        """An effect at its most probable size; the fit weighs less of what may be wrong."""
         term = self.fit.terms[index]
         size, named = term.size, term.named()
         if size:
