@@ -3,9 +3,14 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import asdict
+
 import pytest
 from scipy.stats import binom
 
+from flatplank_validation.blind import journal
+from flatplank_validation.blind.cases import Case
 from flatplank_validation.evaluation.paired import claims, mcnemar, paired, reliability
 
 MORE = {"sized": True, "unit": "1", "detectable": 0.5, "consequence": 0.01, "class": []}
@@ -36,6 +41,28 @@ def test_campaigns_that_only_one_search_gets_right():
     assert "4 campaigns" in text
     assert "| all | 1 | 2 | 0 | 1 | 0.5 |" in text
     assert "no campaign in common" in paired(ours, [])
+
+
+def test_campaigns_of_one_name_in_which_another_size_is_hidden_are_not_compared():
+    ours, theirs = ([entry(i, ["wear"], ["wear"]) for i in range(3)] for _ in "ab")
+    theirs[1]["kit"] = "another"
+    theirs[2]["answer"]["effects"][0]["size"] = 1.1
+    assert "2 campaigns" in paired(ours, theirs)
+
+
+def test_the_campaigns_of_a_published_journal_are_made_again(tmp_path):
+    cases = [Case("pair", "second", ("wear", "road_play"), 3.0), Case("none", "third", number=4)]
+    entries = [
+        {"key": c.key, "seed": 5, "case": asdict(c), "diagnosis": d, "code": "c"}
+        for c, d in zip([*cases, Case("none", "forms")], [{}, {"a": 1}, None], strict=True)
+    ]
+    entries[0]["diagnosis"] = {"a": 2}
+    for path in (tmp_path / "j.jsonl.gz", tmp_path / "j.jsonl"):
+        if path.suffix == ".gz":
+            journal.publish(path, {"seed": 5}, entries)
+        else:
+            path.write_text("".join(json.dumps(e) + "\n" for e in entries), encoding="utf-8")
+        assert [journal.case_of(e) for e in journal.diagnosed(path)] == cases
 
 
 def test_mcnemar_is_a_test_of_a_fair_coin():

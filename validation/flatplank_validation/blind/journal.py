@@ -106,6 +106,18 @@ def published(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     return header, entries
 
 
+def diagnosed(path: Path) -> list[dict[str, Any]]:
+    """Entries with a diagnosis, of a journal or of a published one."""
+    entries = published(path)[1] if path.suffix == ".gz" else read(path)
+    return [e for e in entries if e["diagnosis"]]
+
+
+def case_of(entry: dict[str, Any]) -> Case:
+    """The case of an entry."""
+    stored: dict[str, Any] = dict(entry["case"])
+    return Case(**stored | {"hidden": tuple(stored["hidden"])})
+
+
 def run(
     cases: list[Case],
     seed: int,

@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 from scipy.stats import binomtest
 
 from flatplank_sim.sealed.score import LAW
@@ -24,11 +25,11 @@ Entries = Sequence[Mapping[str, Any]]
 
 def paired(entries: Entries, others: Iterable[Mapping[str, Any]]) -> str:
     """Page: paired scores by row, and the reliability of both searches on the same campaigns."""
-    known = {(e["seed"], e["kit"], e["key"]): e for e in others}
+    known = {(e["seed"], e["key"]): e for e in others}
     pairs = [
-        (e, known[at])
+        (e, other)
         for e in entries
-        if (at := (e["seed"], e["kit"], e["key"])) in known and e["diagnosis"]
+        if e["diagnosis"] and (other := known.get((e["seed"], e["key"]))) and _same(e, other)
     ]
     if not pairs:
         return "the two journals have no campaign in common"
@@ -42,6 +43,12 @@ def paired(entries: Entries, others: Iterable[Mapping[str, Any]]) -> str:
         f"time: {_seconds(ours)} s here, {_seconds(theirs)} s there (median)",
     ]  # fmt: skip
     return "\n\n".join(parts)
+
+
+def _same(entry: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
+    """True where the same is hidden: a kit may make other campaigns of the same name."""
+    sizes = [[h["size"] for h in e["answer"]["effects"]] for e in (entry, other)]
+    return len(sizes[0]) == len(sizes[1]) and np.allclose(*sizes, rtol=1e-6, atol=0.0)
 
 
 def _rows(ours: Entries, theirs: Entries) -> Iterator[list[str]]:

@@ -33,6 +33,10 @@ def parser() -> argparse.ArgumentParser:
         "--five-slips", action="store_true", help="the list, each campaign with few runs"
     )
     p.add_argument("--seed", type=int, default=SEED)
+    p.add_argument(
+        "--of", type=Path, metavar="JOURNAL",
+        help="the campaigns that a published journal diagnosed, with its seed, in place of a list",
+    )  # fmt: skip
     p.add_argument("--jobs", type=int, default=1, help="processes")
     p.add_argument("--limit", type=int, help="only so many of the list, which is mixed")
     p.add_argument("--only", default="*", metavar="PATTERN", help="of the names, as in 'pair/*'")
@@ -74,8 +78,14 @@ def show(began: float) -> Callable[[int, int, str], None]:
 def main(argv: list[str]) -> int:
     """Exit code 0: all campaigns of the list are scored; 2: nothing to do."""
     o = parser().parse_args(argv)
+    of = journal.diagnosed(o.of) if o.of else []
+    if of:
+        o.seed = of[0]["seed"]
     path = o.journal or cache() / f"seed{o.seed}.jsonl"
-    listed = five_slips(o.seed) if o.five_slips else full(o.seed, o.small)
+    if of:
+        listed = [journal.case_of(e) for e in of]
+    else:
+        listed = five_slips(o.seed) if o.five_slips else full(o.seed, o.small)
     cases = [c for c in listed if fnmatch.fnmatch(c.key, o.only)][: o.limit]
     if not cases:
         print(
@@ -90,7 +100,7 @@ def main(argv: list[str]) -> int:
     else:
         entries = journal.run(cases, o.seed, path, o.jobs, show(time.monotonic()))
     if o.beside:
-        print(paired(entries, journal.read(o.beside)))
+        print(paired(entries, journal.diagnosed(o.beside)))
         return 0
     entries = [with_plain_sizes(e) for e in entries]
     beside = _rivals(o, path) if o.rivals is not None else []
