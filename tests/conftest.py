@@ -132,6 +132,10 @@ def _judge(report: Any, config: pytest.Config) -> None:
 def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
     """The last lines before the closing one."""
     times = config.stash[TIMES]
+    cache = config.rootpath / ".cache"
+    cache.mkdir(exist_ok=True)
+    with (cache / "test-times.tsv").open("a") as file:  # parts of a run write to one
+        file.writelines(f"{t:.2f}\t{name}\n" for name, t in times.items())
     slow = [name for name, t in times.items() if t > LONG_S and not config.getoption("--long")]
     if slow:
         terminalreporter.section(

@@ -86,6 +86,7 @@ def test_every_verb_is_walked() -> None:
     assert ARGUMENTS.keys() == installed().keys()
 
 
+@pytest.mark.timeout(1800)  # forty verbs, one after the other
 @pytest.mark.parametrize("broken", REAL_WORK)
 def test_a_broken_environment_is_one_line(broken: str, tmp_path: Path) -> None:
     skipped = {"simulate", "panel", "test"} if broken == "no ros" else {"test"}

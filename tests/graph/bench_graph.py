@@ -3,15 +3,14 @@
 
 from __future__ import annotations
 
-import os
 import time
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from domains import loopback, next_domain
 from std_srvs.srv import SetBool
 
-from flatplank_control.bench.fast_dds import loopback_environment as on_loopback
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.nodes.client import BenchClient
@@ -30,30 +29,12 @@ from flatplank_msgs.srv import (
     StopRecording,
 )
 
-FIRST_DOMAIN = 20
-DOMAINS = 80
-"""Domains up to 101 do not meet the ports of ordinary programs on Linux."""
-
 KEPT = 20000
 """cycles of which the counts are kept"""
 
 STANDING_COUNTS = 2
 """a wheel that stands rocks within its encoder's last steps; a turning one makes 60 in 50 cycles
 """
-
-_used = 0
-
-
-def next_domain() -> int:
-    """A domain that no other test of this process, and hardly one of another process, uses."""
-    global _used
-    _used += 1
-    return FIRST_DOMAIN + (os.getpid() * 7 + _used) % DOMAINS
-
-
-def loopback(domain: int) -> dict[str, str]:
-    """Environment of a graph in a domain of its own that nobody else hears."""
-    return {"ROS_DOMAIN_ID": str(domain), **on_loopback()}
 
 
 class Graph:

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 import yaml
-from bench_graph import loopback, next_domain
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
+from domains import loopback, next_domain
 from ethercat_rig import namespace
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from std_srvs.srv import SetBool

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 import rclpy
-from bench_graph import loopback, next_domain
+from domains import loopback, next_domain
 from rclpy.node import Node
 from rclpy.task import Future
 from std_srvs.srv import Trigger

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import pytest
-from bench_graph import loopback, next_domain
+from domains import loopback, next_domain
 from std_msgs.msg import Empty
 from std_srvs.srv import Trigger
 

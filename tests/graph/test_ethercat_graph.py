@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from bench_graph import loopback, next_domain
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from domains import loopback, next_domain
 from emulated_graph import EmulatedGraph, emulated_graph, table_of
 from std_srvs.srv import SetBool, Trigger
 

@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from bench_graph import loopback, next_domain
+from domains import loopback, next_domain
 
 pytestmark = pytest.mark.graph
 

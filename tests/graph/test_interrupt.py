@@ -6,7 +6,7 @@ from __future__ import annotations
 import signal
 
 import pytest
-from bench_graph import loopback, next_domain
+from domains import loopback, next_domain
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.task import Future
 

@@ -21,7 +21,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from bench_graph import loopback, next_domain
+from domains import loopback, next_domain
 
 from flatplank_hw.troubles import TROUBLES
 

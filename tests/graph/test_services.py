@@ -6,7 +6,8 @@ import subprocess
 import sys
 
 import pytest
-from bench_graph import graph, loopback, next_domain
+from bench_graph import graph
+from domains import loopback, next_domain
 from std_srvs.srv import Trigger
 
 from flatplank_control.recording.bus_cycles import BEHIND_NS

@@ -9,7 +9,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from bench_graph import loopback, next_domain
+from domains import loopback, next_domain
 
 from flatplank_control.bench.fast_dds import SHARED_MEMORY
 from flatplank_control.bench.processes import BenchProcesses

@@ -8,7 +8,8 @@ from dataclasses import asdict
 from pathlib import Path
 
 import pytest
-from bench_graph import graph, loopback, next_domain
+from bench_graph import graph
+from domains import loopback, next_domain
 from rosbags.highlevel import AnyReader
 
 from flatplank_control.bench.processes import BenchProcesses

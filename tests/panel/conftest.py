@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import os
+import shutil
+from collections.abc import Iterator
 from contextlib import ExitStack
 from functools import cache
 from pathlib import Path
@@ -11,6 +13,8 @@ from typing import Any
 
 import pytest
 import yaml
+from domains import loopback
+from made_up import campaign
 from panel_rig import (
     CHROMIUM,
     FLAGS,
@@ -19,7 +23,6 @@ from panel_rig import (
     WATCHDOG_CYCLES,
     Observer,
     lift_and_go_back,
-    loopback,
     panel_process,
     wait_for,
 )
@@ -53,6 +56,13 @@ def data(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("panel") / "data"
     folder.mkdir()
     return folder
+
+
+@pytest.fixture
+def made_up(data, request) -> Iterator[Path]:
+    """A campaign that nobody has measured; an indirect parameter is the scatter of its repeats."""
+    yield campaign(data / "made_up", scatter=getattr(request, "param", 0.0))
+    shutil.rmtree(data / "made_up")
 
 
 @pytest.fixture

@@ -15,7 +15,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from flatplank_control.bench.fast_dds import loopback_environment as on_loopback
 from flatplank_hw.drive.params import DriveParameters
 from flatplank_hw.nodes import convert
 from flatplank_hw.process import END_WITH_PARENT
@@ -44,7 +43,6 @@ WATCHDOG_CYCLES = 1000
 TIMEOUT_S = 4.0
 SHARE = 1.0
 """of their time that waits are given; less where nothing is expected to come"""
-FIRST_DOMAIN, DOMAINS = 20, 80
 MOTOR_TURN = 2**23 * 1425.04
 """motor counts per turn of the wheel"""
 WHEEL_TURN = 20_000
@@ -94,11 +92,6 @@ IDLE = {
     "eyes": REPLACE + SEES_NOTHING,
 }
 """what a panel does not do -> Python that takes it away: it acts on nothing, or sees nothing"""
-
-
-def loopback() -> dict[str, str]:
-    """Environment of a graph that nobody else hears."""
-    return {"ROS_DOMAIN_ID": str(FIRST_DOMAIN + (os.getpid() * 13 + 5) % DOMAINS), **on_loopback()}
 
 
 def free_port() -> int:

@@ -7,7 +7,6 @@ from __future__ import annotations
 import shutil
 
 import pytest
-from made_up import campaign
 from panel_rig import shows, status, wait_for
 
 from flatplank_analysis.words import explain
@@ -45,31 +44,27 @@ def cards(who) -> list[str]:
 
 
 @pytest.mark.browser
-def test_a_card_appears_when_it_has_something_to_show(visitor, data):
-    campaign(data / "made_up")
-    try:
-        who = visitor()
-        who.tab("Investigate")
-        who.button("Begin or go on").wait_for()
-        wait_for(lambda: cards(who) == ["Investigate"], what="nothing is known")
-        who.tab("Discover")
-        who.button("Diagnose").wait_for()
-        assert cards(who) == ["Discover"]
-        shows(who, "made_up")
-        who.click("Open")
-        wait_for(lambda: "beyond the floor" in status(who), 120.0, "the base is fitted")
-        fitted = ["Discover", "Error against the floor", "Waterfall: error after every step",
-                  "Measured and model", "Where the error is", "Beyond the library"]  # fmt: skip
-        wait_for(lambda: cards(who) == fitted, what="the cards of a fit")
-        assert who.page.get_by_role("button", name="Confirm").is_hidden()
-        who.page.get_by_role("heading", name="Error against the floor").hover()
-        who.page.get_by_role("tooltip").get_by_text(explain("floor").sentence).wait_for()
-        drawn = who.page.get_by_role("img").filter(visible=True)
-        names = [chart.get_attribute("aria-label") for chart in drawn.all()]
-        assert len(names) == 4 and all("[" in name and ";" in name for name in names)
-        assert not who.errors
-    finally:
-        shutil.rmtree(data / "made_up")
+def test_a_card_appears_when_it_has_something_to_show(visitor, made_up):
+    who = visitor()
+    who.tab("Investigate")
+    who.button("Begin or go on").wait_for()
+    wait_for(lambda: cards(who) == ["Investigate"], what="nothing is known")
+    who.tab("Discover")
+    who.button("Diagnose").wait_for()
+    assert cards(who) == ["Discover"]
+    shows(who, "made_up")
+    who.click("Open")
+    wait_for(lambda: "beyond the floor" in status(who), 120.0, "the base is fitted")
+    fitted = ["Discover", "Error against the floor", "Waterfall: error after every step",
+              "Measured and model", "Where the error is", "Beyond the library"]  # fmt: skip
+    wait_for(lambda: cards(who) == fitted, what="the cards of a fit")
+    assert who.page.get_by_role("button", name="Confirm").is_hidden()
+    who.page.get_by_role("heading", name="Error against the floor").hover()
+    who.page.get_by_role("tooltip").get_by_text(explain("floor").sentence).wait_for()
+    drawn = who.page.get_by_role("img").filter(visible=True)
+    names = [chart.get_attribute("aria-label") for chart in drawn.all()]
+    assert len(names) == 4 and all("[" in name and ";" in name for name in names)
+    assert not who.errors
 
 
 ZOOM = """() => [...document.querySelectorAll(".nicegui-echart")].map(e =>
@@ -79,27 +74,23 @@ ZOOM = """() => [...document.querySelectorAll(".nicegui-echart")].map(e =>
 
 
 @pytest.mark.browser
-def test_what_is_zoomed_and_chosen_outlives_a_refresh(visitor, data):
-    campaign(data / "made_up")
-    try:
-        who = visitor()
-        who.tab("Discover")
-        shows(who, "made_up")
-        who.click("Open")
-        wait_for(lambda: "beyond the floor" in status(who), 120.0, "the base is fitted")
-        who.choose("Over", "time [s]")
-        who.page.wait_for_function(ZOOM)
-        who.page.evaluate(f"({ZOOM})().dispatchAction({{type: 'dataZoom', start: 25, end: 75}})")
-        who.page.wait_for_function("location.search.includes('over=time')")
-        who.page.reload()
-        who.page.wait_for_function(f"({ZOOM})()?.getOption().dataZoom[0].start === 25")
-        assert who.field("Over").input_value() == "time [s]"
-        other = visitor()
-        other.page.goto(who.page.url)
-        other.page.wait_for_function(f"({ZOOM})()?.getOption().dataZoom[0].start === 0")
-        assert not who.errors and not other.errors
-    finally:
-        shutil.rmtree(data / "made_up")
+def test_what_is_zoomed_and_chosen_outlives_a_refresh(visitor, made_up):
+    who = visitor()
+    who.tab("Discover")
+    shows(who, "made_up")
+    who.click("Open")
+    wait_for(lambda: "beyond the floor" in status(who), 120.0, "the base is fitted")
+    who.choose("Over", "time [s]")
+    who.page.wait_for_function(ZOOM)
+    who.page.evaluate(f"({ZOOM})().dispatchAction({{type: 'dataZoom', start: 25, end: 75}})")
+    who.page.wait_for_function("location.search.includes('over=time')")
+    who.page.reload()
+    who.page.wait_for_function(f"({ZOOM})()?.getOption().dataZoom[0].start === 25")
+    assert who.field("Over").input_value() == "time [s]"
+    other = visitor()
+    other.page.goto(who.page.url)
+    other.page.wait_for_function(f"({ZOOM})()?.getOption().dataZoom[0].start === 0")
+    assert not who.errors and not other.errors
 
 
 @pytest.mark.browser

@@ -11,7 +11,6 @@ from pathlib import Path
 import pytest
 import yaml
 from looks import looked_after, take
-from made_up import campaign
 from panel_rig import analysts, shows, status, wait_for
 
 from flatplank_sim.sealed.generate import make_challenge
@@ -63,13 +62,6 @@ def test_a_search_is_cancelled_and_begun_again(analyst):
     analyst.click("Cancel")
 
 
-@pytest.fixture
-def other(data: Path):
-    """Another campaign."""
-    yield campaign(data / "made_up")
-    shutil.rmtree(data / "made_up")
-
-
 def send_the_next_run(who, data: Path) -> None:
     """The proposed run becomes a plan, and the page Bench offers it."""
     who.click("Send to the plan")
@@ -87,7 +79,7 @@ def send_the_next_run(who, data: Path) -> None:
 
 
 @pytest.mark.long
-def test_two_analysts_do_not_disturb_each_other(analyst, visitor, challenge, other, data):
+def test_two_analysts_do_not_disturb_each_other(analyst, visitor, challenge, made_up, data):
     """B opens another campaign and cancels; A goes on with its own."""
     analyst.click("Look for campaigns again")
     analyst.click("Open")
@@ -117,7 +109,7 @@ def test_two_analysts_do_not_disturb_each_other(analyst, visitor, challenge, oth
     add = b.page.get_by_role("button", name=re.compile("^Add ")).first
     name = add.get_attribute("aria-label").removeprefix("Add ")
     add.click()
-    wait_for(lambda: effects(other) == [name], 120.0, "B has added it to its own")
+    wait_for(lambda: effects(made_up) == [name], 120.0, "B has added it to its own")
     assert effects(challenge) == []
 
 

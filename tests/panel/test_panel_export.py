@@ -5,11 +5,9 @@ PNG."""
 from __future__ import annotations
 
 import csv
-import shutil
 from pathlib import Path
 
 import pytest
-from made_up import campaign
 from panel_rig import shows, status, wait_for
 
 pytestmark = pytest.mark.browser
@@ -29,12 +27,6 @@ def saved(who, label: str, at: str = "body") -> Path:
 def rows_of(path: Path) -> list[dict[str, str]]:
     with path.open(newline="", encoding="utf-8") as file:
         return list(csv.DictReader(file))
-
-
-@pytest.fixture
-def made_up(data):
-    yield campaign(data / "made_up")
-    shutil.rmtree(data / "made_up")
 
 
 def test_the_points_in_view_and_no_others(visitor, made_up):

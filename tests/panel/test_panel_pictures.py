@@ -6,11 +6,8 @@
 
 from __future__ import annotations
 
-import shutil
-
 import pytest
 from looks import looked_after, take
-from made_up import campaign
 from panel_rig import wait_for
 
 pytestmark = [pytest.mark.browser, pytest.mark.graph]
@@ -45,25 +42,19 @@ DARK = "() => document.body.classList.contains('body--dark')"
 
 
 @pytest.mark.parametrize("width", [390, 1280])
-def test_every_page_is_legible_in_the_dark(visitor, data, width):
-    campaign(data / "made_up")
-    try:
-        who = visitor()
-        who.page.emulate_media(color_scheme="dark")
-        who.page.set_viewport_size({"width": width, "height": 900})
-        who.page.wait_for_function(DARK)
-        for tab in ("Bench", "Runs", "Discover", "Investigate"):
-            who.tab(tab)
-            looked_after(who)
-            who.page.wait_for_function(
-                "w => document.documentElement.scrollWidth === w", arg=width
-            )
-        who.tab("Runs")
-        who.choose("Campaign", "made_up (9 runs)")  # others may be there from other tests
-        who.page.get_by_role("img", name="Fx [N] over road displacement [m]").wait_for()
-        assert not who.errors
-    finally:
-        shutil.rmtree(data / "made_up")
+def test_every_page_is_legible_in_the_dark(visitor, made_up, width):
+    who = visitor()
+    who.page.emulate_media(color_scheme="dark")
+    who.page.set_viewport_size({"width": width, "height": 900})
+    who.page.wait_for_function(DARK)
+    for tab in ("Bench", "Runs", "Discover", "Investigate"):
+        who.tab(tab)
+        looked_after(who)
+        who.page.wait_for_function("w => document.documentElement.scrollWidth === w", arg=width)
+    who.tab("Runs")
+    who.choose("Campaign", "made_up (9 runs)")  # others may be there from other tests
+    who.page.get_by_role("img", name="Fx [N] over road displacement [m]").wait_for()
+    assert not who.errors
 
 
 PLOTS = """() => [...document.querySelectorAll(".fp-live")].map(e =>
@@ -96,23 +87,20 @@ def test_pictures_of_bench_and_runs(operator, observer, pictures):
     observer.wait(lambda: observer.lifted, 60.0, "lifted")
 
 
-def test_runs_are_listed_filtered_and_drawn(visitor, data, pictures):
-    campaign(data / "made_up", scatter=0.04)
-    try:
-        who = visitor()
-        who.tab("Runs")
-        who.page.get_by_role("button", name="Look for campaigns again").wait_for()
-        who.page.wait_for_timeout(1000)
-        who.choose("Campaign", "made_up (9 runs)")
-        who.said("1-9 of 9")
-        who.said("Scatter between repeats")
-        drawn = "() => Object.values(window).length && document.querySelectorAll('canvas').length"
-        wait_for(lambda: who.page.evaluate(drawn) >= 1, what="a chart")
-        assert who.page.locator("td", has_text="<b>made up</b>").count() == 9
-        who.page.get_by_label("Filter runs").fill("-5perc")
-        who.said("1-3 of 3")
-        looked_after(who)
-        take(who, pictures / "panel-runs.png")
-        assert not who.errors
-    finally:
-        shutil.rmtree(data / "made_up")
+@pytest.mark.parametrize("made_up", [0.04], indirect=True)
+def test_runs_are_listed_filtered_and_drawn(visitor, made_up, pictures):
+    who = visitor()
+    who.tab("Runs")
+    who.page.get_by_role("button", name="Look for campaigns again").wait_for()
+    who.page.wait_for_timeout(1000)
+    who.choose("Campaign", "made_up (9 runs)")
+    who.said("1-9 of 9")
+    who.said("Scatter between repeats")
+    drawn = "() => Object.values(window).length && document.querySelectorAll('canvas').length"
+    wait_for(lambda: who.page.evaluate(drawn) >= 1, what="a chart")
+    assert who.page.locator("td", has_text="<b>made up</b>").count() == 9
+    who.page.get_by_label("Filter runs").fill("-5perc")
+    who.said("1-3 of 3")
+    looked_after(who)
+    take(who, pictures / "panel-runs.png")
+    assert not who.errors

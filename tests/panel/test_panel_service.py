@@ -174,7 +174,8 @@ def test_a_cancelled_worker_is_followed_by_a_new_one(tmp_path):
         analysis = PageAnalysis(service)
         opening = asyncio.create_task(analysis.open("x"))
         while not analysis.progress[0].startswith("reading run "):
-            await asyncio.sleep(0.01)
+            assert not opening.done(), "it was read before it could be cancelled"
+            await asyncio.sleep(0.0)
         first = service.fit_jobs._process
         analysis.cancel()
         with pytest.raises(ValueError, match="cancelled"):

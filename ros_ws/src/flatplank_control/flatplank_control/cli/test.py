@@ -13,22 +13,30 @@ import tempfile
 import time
 from collections.abc import Sequence
 from contextlib import ExitStack
+from pathlib import Path
 from typing import IO
 
 from flatplank_control.cli.doctor import project_root
 
+BROWSER = ("tests/panel",)
+"""folders of tests with a browser, which mostly wait, as those with nodes do"""
 CALCULATIONS = (
-    ("discovery",),
-    ("investigate", "analysis_models"),
-    ("analysis_data", "blind"),
-    ("campaign", "control", "formats", "plant", "slip_sweeps"),
+    ("tests/discovery",),
+    ("tests/investigate", "tests/analysis_models"),
+    ("tests/blind",),
+    ("tests/campaign", "tests/control", "tests/plant"),
+    ("tests/analysis_data", "tests/formats", "tests/slip_sweeps"),
 )
-"""folders of tests that only compute, in parts; they run at low priority beside the others, which
-mostly wait for real time"""
+"""folders of tests that only compute; they run at low priority"""
+SEARCHES = 4
+"""parts of the first of CALCULATIONS, which alone would last longer than all the others"""
 WHOLE = ("-q", "-v", "--long", "--durations")
 """options with which the whole suite still runs in parts"""
 LESS_URGENT = 10
 """niceness of the tests in CALCULATIONS"""
+TIMES = Path(".cache/test-times.tsv")
+"""processor time [s] and name of each test of the last whole run and those after it; written by
+tests/conftest.py"""
 PYTEST = (sys.executable, "-m", "pytest")
 CORES = 2
 POLL_S = 0.2
@@ -38,21 +46,30 @@ def main(argv: list[str]) -> int:
     """Run pytest in the checkout; the exit code is that of pytest."""
     os.chdir(project_root())
     if all(word.split("=")[0] in WHOLE for word in argv):
-        here = [*PYTEST, *argv, *(f"--ignore=tests/{n}" for part in CALCULATIONS for n in part)]
+        away = [BROWSER, *CALCULATIONS]
+        here = [*PYTEST, *argv, *(f"--ignore={name}" for names in away for name in names)]
         beside = [*PYTEST, *argv, "-p", "no:cacheprovider"]
-        return side_by_side(here, *([*beside, *map("tests/{}".format, p)] for p in CALCULATIONS))
+        TIMES.unlink(missing_ok=True)
+        niced = ["nice", "-n", str(LESS_URGENT), *beside]
+        return side_by_side(here, [*beside, *BROWSER], *([*niced, *part] for part in parts()))
     sys.stdout.flush()
     os.execv(sys.executable, [*PYTEST, *argv])
 
 
+def parts() -> list[Sequence[str]]:
+    """What each part of the calculations is asked for; the files of the first folder by turns, so
+    that its parts last about as long."""
+    (searches,), *others = CALCULATIONS
+    files = sorted(str(path) for path in Path(searches).glob("test_*.py"))
+    return [*(files[k::SEARCHES] for k in range(SEARCHES)), *others]
+
+
 class Part:
-    """A command that runs beside the first one, at lower priority, into a file of its own."""
+    """A command that runs beside the first one, into a file of its own."""
 
     def __init__(self, command: Sequence[str], output: IO[bytes]) -> None:
         self.output = output
-        self.process = subprocess.Popen(
-            ["nice", "-n", str(LESS_URGENT), *command], stdout=output, stderr=subprocess.STDOUT
-        )
+        self.process = subprocess.Popen(command, stdout=output, stderr=subprocess.STDOUT)
         self.shown = 0
 
     @property
@@ -73,13 +90,13 @@ class Part:
 
 
 def side_by_side(here: Sequence[str], *beside: Sequence[str]) -> int:
-    """Run a command, and others beside it: one at a time while it runs, then two at once. Their
-    output follows that of the first. Returns the exit code of the first that failed."""
+    """Run a command, and beside it others, as many at once as there are cores: the first one
+    mostly waits. Their output follows its own. Returns the exit code of the first that failed."""
     waiting, parts = list(beside), list[Part]()
     with ExitStack() as opened:
 
-        def begin(most: int) -> None:
-            while waiting and sum(p.running for p in parts) < most:
+        def begin() -> None:
+            while waiting and sum(p.running for p in parts) < CORES:
                 output = opened.enter_context(tempfile.TemporaryFile())
                 parts.append(Part(waiting.pop(0), output))
                 opened.callback(parts[-1].end)
@@ -88,12 +105,12 @@ def side_by_side(here: Sequence[str], *beside: Sequence[str]) -> int:
         opened.callback(first.wait)
         try:
             while first.poll() is None:
-                begin(CORES - 1)
+                begin()
                 time.sleep(POLL_S)
-            print("\nCalculations, which ran beside:", flush=True)
+            print("\nWhat ran beside:", flush=True)
             shown = 0
             while shown < len(beside):
-                begin(CORES)
+                begin()
                 ended = not parts[shown].running
                 parts[shown].show()
                 shown += ended
