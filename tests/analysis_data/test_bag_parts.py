@@ -8,13 +8,10 @@ from pathlib import Path
 import bagmaker
 import numpy as np
 import pytest
-from bagmaker import Bag, write_run
+from bagmaker import Bag
 
-from flatplank_data.bags.topics import OWN, topic_map
-from flatplank_data.errors import FlatplankError, YamlError
-from flatplank_data.readers import bag, cache
-from flatplank_data.readers.bag import arrays_of, describe_bag, import_bag, read_bag
-from flatplank_data.readers.base import Request
+from flatplank_data.errors import YamlError
+from flatplank_data.readers.bag import arrays_of, describe_bag
 from flatplank_data.store import LocalStore
 
 RUN, TEXT = "flatplank_msgs/msg/Run", "std_msgs/msg/String"
@@ -95,75 +92,6 @@ def test_a_record_that_is_no_yaml_is_refused_with_its_topic(tmp_path):
 # files and metadata
 
 
-def metadata(folder: Path, text: str) -> None:
-    (folder / "metadata.yaml").write_text(f"rosbag2_bagfile_information: {text}\n")
-
-
-def names_read(folder: Path) -> list[str]:
-    return [file.path.name for file in bag._files(folder)]
-
-
-def test_the_files_of_a_bag_in_order(tmp_path):
-    for name in ("b.mcap", "a.db3", "c.mcap.zstd", "c.mcap", "d.mcap.zstd", "notes.txt", "e.bag"):
-        filled(tmp_path / name)
-    assert names_read(tmp_path) == ["a.db3", "b.mcap", "c.mcap", "d.mcap.zstd", "e.bag"]
-    assert names_read(tmp_path / "b.mcap") == ["b.mcap"]
-
-
-@pytest.mark.parametrize(
-    "text", ["{}", "none", "[1]", "{compression_format: ''}", "{compression_format: zstd}"]
-)
-def test_a_bag_without_files_is_refused(tmp_path, text):
-    metadata(tmp_path, text)
-    with pytest.raises(FlatplankError) as raised:
-        names_read(tmp_path)
-    assert raised.value.what == "no .mcap, .db3 or .bag file"
-    assert raised.value.where == tmp_path.name
-
-
-@pytest.mark.parametrize("text", ["{compression_format: lz4, compression_mode: FILE}",
-                                  "{compression_format: lz4}",
-                                  "{compression_format: 7, compression_mode: 5}"])  # fmt: skip
-def test_another_compression_is_refused_with_the_command_that_unpacks_it(tmp_path, text):
-    filled(tmp_path / "a.mcap")
-    metadata(tmp_path, text)
-    with pytest.raises(FlatplankError) as raised:
-        names_read(tmp_path)
-    kind, mode = ("7", "5") if "7" in text else ("lz4", "file" if "mode" in text else "")
-    said = f"compressed by {mode} with '{kind}', only zstd is read"
-    assert raised.value.what == " ".join(said.split())
-    assert raised.value.where == tmp_path.name and "ros2 bag convert" in raised.value.remedy
-
-
-COUNTED = [
-    ("{topic_metadata: {name: /a}, message_count: 3}", []),
-    ("{topic_metadata: {name: /a}, message_count: 2}", []),
-    ("{topic_metadata: {name: /a}, message_count: 4}",
-     ["3 of the 4 messages on /a that metadata.yaml counts"]),
-    ("{topic_metadata: {name: /unread}, message_count: 9}", []),
-    ("{topic_metadata: {name: /a}}", []), ("{topic_metadata: {name: /a}, message_count: x}", []),
-    ("{topic_metadata: 3, message_count: 9}", []), ("7", []),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("entry", "remarks"), COUNTED)
-def test_messages_that_the_metadata_count_are_missed(tmp_path, entry, remarks):
-    made = Small(tmp_path / "a.mcap")
-    for i in range(3):
-        made.values("/a", 1 + i * 10**7, float(i))
-    made.close()
-    mapping = {"topics": {"/a": {"plank_position": "data"}}, "time": "log_time"}
-    metadata(tmp_path, f"{{topics_with_message_count: [3, {entry}]}}")
-    loaded = import_bag(tmp_path, topic_map(mapping))
-    assert [text for text in loaded.remarks if "counts" in text] == remarks
-    alone = import_bag(tmp_path / "a.mcap", topic_map(mapping))
-    assert not [text for text in alone.remarks if "counts" in text]
-    np.testing.assert_array_equal(alone.columns["plank_position"], [0.0, 1.0, 2.0])
-    np.testing.assert_allclose(alone.columns["time"], [0.0, 0.01, 0.02], atol=1e-12)
-    metadata(tmp_path, "{topics_with_message_count: null}")
-    assert not import_bag(tmp_path, topic_map(mapping)).remarks
-
-
 # sequences
 
 
@@ -187,66 +115,3 @@ def test_sequences_are_joined_over_messages_and_files_by_their_time(tmp_path):
 
 
 # what a run of the bench says of itself
-
-COLUMNS = {
-    name: np.linspace(0.0, 1.0, 6)
-    for name in ("time", "plank_position", "plank_velocity", "wheel_angle", "wheel_velocity",
-                 "motor_velocity", "motor_torque", "loaded_radius", "fx", "fy", "fz", "mx", "my",
-                 "mz")
-}  # fmt: skip
-
-
-class Told:
-    """A text for each message of the drive, its number in it."""
-
-    def __init__(self) -> None:
-        self.count = -1
-
-    def __getitem__(self, code: int) -> str:
-        self.count += 1
-        return f"text {self.count}" + "!" * code
-
-
-@pytest.fixture
-def own(tmp_path, monkeypatch):
-    """A run that stops for the reasons 3, 3, 2 in its rows 2, 3 and 5; and two waveforms."""
-    monkeypatch.setattr(bagmaker, "REASONS", Told())
-    told = []
-    monkeypatch.setattr(bag, "measured_facts", lambda *given: told.append(given) or {"fz": 7.0})
-    stops = np.array([0, 0, 3, 3, 0, 2])
-    write_run(tmp_path / "own", {**COLUMNS, "stop_reason": stops}, "fz: 5", "own")
-    made = Small(tmp_path / "own" / "own_1.mcap")
-    for stamp, text in enumerate(("{name: step, slip: 0.1}", "- 1", "{name: sine}")):
-        made.say("/slip_sequencer/waveform", text, stamp)
-    made.close()
-    return tmp_path, told
-
-
-def test_stop_texts_and_waveforms_are_those_of_the_messages(own):
-    folder, told = own
-    loaded = import_bag(folder / "own", OWN)
-    ((columns, texts, waveforms),) = told
-    assert texts == {3: "text 2!!!", 2: "text 5!!"}
-    assert waveforms == [{"name": "step", "slip": 0.1}, {"name": "sine"}]
-    assert loaded.facts["measured"] == {"fz": 7.0} and loaded.facts["fz"] == 5
-    np.testing.assert_allclose(columns["fx"], COLUMNS["fx"])
-
-
-def test_a_foreign_bag_has_no_facts_of_the_bench(own):
-    folder, told = own
-    topics = {"/encoders/state": {"plank_position": "plank_position"}}
-    loaded = import_bag(folder / "own", topic_map({"topics": topics}))
-    assert not told and "measured" not in loaded.facts
-    assert set(loaded.columns) == {"time", "plank_position"}
-
-
-def test_a_bag_is_read_once_and_only_the_wanted_columns_are_given(own):
-    folder, told = own
-    request = Request(LocalStore(str(folder)), "own")
-    wanted = Request(LocalStore(str(folder)), "own", columns=["fx", "time"])
-    assert set(read_bag(wanted).columns) == {"fx", "time"} and len(told) == 1
-    whole = read_bag(request)
-    assert len(told) == 1 and {"fx", "fz", "plank_position"} <= set(whole.columns)
-    assert (folder / cache.FOLDER).is_dir()
-    assert set(read_bag(wanted).columns) == {"fx", "time"}
-    assert whole.facts["fz"] == 5

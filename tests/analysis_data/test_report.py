@@ -5,17 +5,14 @@ from __future__ import annotations
 
 import json
 import xml.etree.ElementTree as ElementTree
-from concurrent.futures.process import BrokenProcessPool, ProcessPoolExecutor
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from diesonce import dies_once
 from steptable import RADIUS, SIGMA, STIFFNESS, step_table
 
-from flatplank_analysis.cli import diagnose as diagnose_verb
 from flatplank_analysis.cli import fit as fit_verb
 from flatplank_analysis.cli import report as report_verb
 from flatplank_analysis.cli import table as table_verb
@@ -185,21 +182,6 @@ def test_work_of_a_killed_process_is_done_again(tmp_path):
         assert list(executor.map(dies_once, items)) == [0, 1, 2, 3, 4]
 
 
-def test_a_process_that_dies_while_work_is_handed_out_is_replaced(monkeypatch):
-    given, submit = [], ProcessPoolExecutor.submit
-
-    def broken_once(pool, *work):
-        given.append(work)
-        if len(given) == 2:
-            raise BrokenProcessPool("a worker has died")
-        return submit(pool, *work)
-
-    monkeypatch.setattr(ProcessPoolExecutor, "submit", broken_once)
-    with open_executor(jobs=2) as executor:
-        assert list(executor.map(abs, [-1, -2, -3])) == [1, 2, 3]
-    assert len(given) == 2 + 3
-
-
 def _json(capsys):
     return json.loads(capsys.readouterr().out)
 
@@ -348,18 +330,6 @@ def test_what_is_constant_but_for_rounding_is_drawn_as_constant():
     (low, high), (least, most) = (axis.get_ylim() for axis in drawn.axes)
     assert high - low > 0.05 and low < 30.92 < high
     assert -10.0 < least <= 0.0 and 100.0 <= most < 110.0
-
-
-def test_a_file_is_refused_a_number_that_the_screen_refuses(monkeypatch, tmp_path):
-    result = SimpleNamespace(verdict="", to_dict=lambda: {"rmse": float("nan")})
-    session = SimpleNamespace(diagnose=lambda *_: result)
-    monkeypatch.setattr(diagnose_verb.loop, "open_to_look", lambda _: (session, None))
-    monkeypatch.setattr(diagnose_verb, "text_of", lambda *_: "")
-    path = tmp_path / "found.json"
-    for options in (["--json"], ["--out", str(path)]):
-        with pytest.raises(ValueError, match="Out of range"):
-            diagnose_verb.main([str(tmp_path), *options])
-    assert not path.exists()
 
 
 def test_an_axis_is_scaled_by_what_it_shows():

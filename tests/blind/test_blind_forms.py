@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from flatplank_sim.sealed.conditions import Run, Setting
-from flatplank_validation.blind import plain_size
 from flatplank_validation.blind.forms import MENU_OF_FORMS, FormsMachine, measure
 from flatplank_validation.blind.menu import MENU
 from flatplank_validation.blind.plan import runs_of
@@ -103,19 +102,3 @@ def test_drifts_wear_and_lag_come_to_their_size():
     rise = slice(1050, 1200)
     shift = np.sum(plain["fx"][rise] - late["fx"][rise]) * 0.05
     assert shift == pytest.approx(0.4 * np.ptp(plain["fx"][rise]), rel=0.1)
-
-
-def closest(name, share):
-    """Size of the plain law over a size that is this share of the typical one."""
-    return plain_size._closest(name, share * MENU[name].typical, "usual", 0.01, "small")
-
-
-@pytest.mark.parametrize("name", ["crosstalk_mz", "road_play", "zero_drift"])
-def test_a_plain_law_has_its_own_size(name, monkeypatch):
-    monkeypatch.setattr(plain_size, "OTHER_FORMS", plain_size.PLAIN)
-    assert closest(name, 1.0) == pytest.approx(1.0, abs=0.02)
-
-
-def test_a_law_that_saturates_has_a_smaller_size_in_the_plain_one():
-    assert 0.5 < closest("crosstalk_mz", 1.0) < 0.9
-    assert closest("force_lag", 1.0) == pytest.approx(1.0, abs=0.1)

@@ -8,7 +8,6 @@ import pytest
 from scipy.linalg import cho_factor
 
 from flatplank_validation.evaluation.oracle import noncentrality
-from flatplank_validation.verbs import bench_oracle
 
 SHAPE = (3, 2, 20)
 
@@ -46,19 +45,3 @@ def test_more_unknowns_show_less():
     all_ = np.array(columns)
     found = [noncentrality(change, all_[:k], np.full(k, 0.1), factors(1.0)) for k in range(9)]
     assert found == sorted(found, reverse=True)
-
-
-def test_ratios_of_a_campaign(monkeypatch):
-    monkeypatch.setattr(bench_oracle, "least_size", lambda case, name, limit: len(limit) / 4.0)
-    monkeypatch.setattr(bench_oracle, "narrowest", lambda *_: 0.1)
-    hidden = {"name": "wear", "unit": "1", "size": 2.0, "detectable": 0.5, "consequence": 1.5}
-    effect = {"name": "wear", "unit": "1", "interval": [1.9, 2.1]}
-    entry = {
-        "key": "k", "case": {}, "answer": {"effects": [hidden]},
-        "diagnosis": {"effects": [effect], "detectable": {"wear": {"size": 3.0, "unit": "1"}}},
-    }  # fmt: skip
-    row = bench_oracle.ratios(entry)
-    assert (row["base / own"], row["law / base"]) == (2.0, 0.75)
-    assert row["stated / law"] == 4.0 and row["stated / (law or consequence)"] == 2.0
-    assert row["width / law"] == pytest.approx(2.0)
-    assert "| stated / law | 1 | 4.00 | 4.00 | 4.00 | 1.3, 2 |" in bench_oracle.page([row])

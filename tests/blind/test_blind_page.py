@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from flatplank_validation.blind import plain_size, tables
+from flatplank_validation.blind import tables
 from flatplank_validation.blind.page import page, summary
 from flatplank_validation.blind.points import Share, points_of
 from flatplank_validation.blind.rival_scores import rival_scores
@@ -68,29 +68,6 @@ def test_sizes_of_unlike_units_are_not_covered_and_not_left_out():
     text = page([one], HEADER)
     assert "| 90 % intervals that cover the truth, all (goal 85 .. 95 %) | 0/1 = 0%" in text
     assert "counted as not covering | 0/1 = 0%" in text
-
-
-def test_sizes_of_another_law_are_counted_both_ways(monkeypatch):
-    """The hidden number is outside of the interval, the size in the plain law inside."""
-    one = entry("single", ["wear"], [("wear", 0.7)])
-    assert plain_size.with_plain_sizes(one) is one
-    one["case"]["world"] = "forms"
-    monkeypatch.setattr(plain_size, "plain_size", lambda case, name, size: 0.75 * size)
-    converted = plain_size.with_plain_sizes(one)
-    assert converted["answer"]["effects"][0]["plain"] == 0.75
-    text = page([converted], HEADER)
-    assert "| 90 % intervals that cover the truth, all (goal 85 .. 95 %) | 0/1 = 0%" in text
-    assert "| 90 % intervals that cover the size in the plain law, all | 1/1 = 100%" in text
-
-
-def test_the_plain_size_of_a_missed_fault_is_compared_with_what_is_of_no_consequence(monkeypatch):
-    one = entry("single", ["wear"], [], "at floor")
-    one["case"]["world"] = "forms"
-    monkeypatch.setattr(plain_size, "plain_size", lambda case, name, size: 0.004 * size)
-    for shown, cell in ((one, "100.0 x"), (plain_size.with_plain_sizes(one), "0.4 x")):
-        text = page([shown], HEADER)
-        (row,) = [line for line in text.splitlines() if line.startswith("| wear | forms")]
-        assert row.split("|")[6].strip() == cell
 
 
 def test_the_page_says_what_the_journal_says():

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 
 import numpy as np
@@ -14,13 +13,11 @@ from flatplank_analysis.effects.grammar.modulators import BY_NAME
 from flatplank_analysis.effects.grammar.shapes import shapes
 from flatplank_analysis.effects.registry import library
 from flatplank_data.errors import FlatplankError
-from flatplank_validation.blind.journal import published
 from flatplank_validation.proposed import journal, rivals
 from flatplank_validation.proposed.cases import KIT, Case, full, make
 from flatplank_validation.proposed.forces import FORCES
 from flatplank_validation.proposed.left_out import LEFT_OUT, removed
 from flatplank_validation.proposed.page import TITLE, beside, page, rows_of
-from flatplank_validation.verbs import bench_propose
 
 
 def truths():
@@ -143,29 +140,6 @@ def test_scores_count_what_they_say():
     assert "| it | 3/4 | 2/4 | 2/4 |" in rows
     assert "| it | second | signal, time, ramp | yes, form | 2 |" in rows
     assert "| it | second | (at floor) | no | 1 |" in rows
-
-
-def test_the_journal_goes_on_and_the_page_keeps_what_stands_above(tmp_path, monkeypatch):
-    asked = []
-
-    def solve(case, seed):
-        asked.append(case.key)
-        made = entry(case.group, False) | journal.versions()
-        return made | {"key": case.key, "seed": seed}
-
-    monkeypatch.setattr(journal, "solve", solve)
-    file, out = tmp_path / "j.jsonl", tmp_path / "propose.md"
-    out.write_text(f"# How to\n\n{TITLE}\n\nan older table\n")
-    arguments = ["--journal", str(file), "--limit", "4", "--seed", "3", "--write", str(out)]
-    assert bench_propose.main(arguments) == 0
-    assert bench_propose.main(arguments) == 0
-    assert len(asked) == 4 == len(file.read_text().splitlines())
-    assert json.loads(file.read_text().splitlines()[0])["seed"] == 3
-    text = out.read_text()
-    header, entries = published(tmp_path / "propose.jsonl.gz")
-    assert text.endswith(page(entries, header)) and len(entries) == 4
-    assert text.startswith("# How to") and text.count(TITLE) == 1 and "an older table" not in text
-    assert bench_propose.main(["--only", "nothing like it"]) == 2
 
 
 def inputs(random, low: float, high: float) -> rivals.Inputs:

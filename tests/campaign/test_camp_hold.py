@@ -15,7 +15,6 @@ from flatplank_sim.twin.log import TableLog
 from flatplank_sim.twin.twin import Twin
 from flatplank_sim.twin.twin_bench import TwinBench
 from flatplank_validation.bench.hold_bench import load_over_the_road, load_step, steering
-from flatplank_validation.verbs import bench_hold
 
 
 def test_the_load_is_within_1_percent_through_undulation_and_braking():
@@ -51,19 +50,3 @@ def test_a_run_of_a_plan_has_its_load_held(tmp_path):
     assert min(table["fx"]) < -1500.0
     assert np.abs(fz / 3700.0 - 1.0).max() < 0.01
     assert bench.twin.plant.truth.fz == 0.0
-
-
-def test_the_benchmark_says_what_was_wanted_and_whether_it_is_so(capsys, monkeypatch):
-    load, step = {"worst_percent": 0.9, "mean_percent": 0.0}, {"end_percent": 0.0}
-    angle = {"mean_deg": 0.0, "worst_deg": 0.1}
-    figures = {
-        "load": {"+0 %": {"free": load, "held": load}},
-        "steps": {"toyo": step},
-        "steering": dict.fromkeys(bench_hold.WAYS, angle),
-    }
-    monkeypatch.setattr(bench_hold, "measure", lambda: figures)
-    for overshoot, code in ((1.9, 0), (2.1, 1)):
-        step["overshoot_percent"] = overshoot
-        assert bench_hold.main([]) == code
-    said = capsys.readouterr().out
-    assert "wanted: held 1 or less" in said and "wanted: overshoot 2 or less" in said

@@ -7,13 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from draws import RUNS, SPARE, numbers
+from draws import RUNS, numbers
 from scipy.stats import f as f_distribution
-from shapes import CONDITIONS, NOISE, OTHER, REPEATS, measured, shape, wave
+from shapes import CONDITIONS, REPEATS, measured
 
 from flatplank_analysis.discovery import floor
-from flatplank_analysis.discovery.fit import Fitter, Term
-from flatplank_analysis.discovery.state import channel_weights, make_state, start_base
 
 
 def test_contrasts_lose_what_differs_between_repeats_and_is_known():
@@ -58,23 +56,6 @@ def test_contrasts_lose_what_differs_between_repeats_and_is_known():
     np.testing.assert_allclose(kept.contrasts, runs.contrast(noise))
     assert kept.p_value == 1.0
     assert np.abs(left(shared[0], [block])).max() < 1e-12
-
-
-def test_independent_numbers_of_contrasts():
-    """One form in all runs has one number per run; white noise has many."""
-    runs = measured(0).runs
-    sizes = runs.contrast(numbers(15, RUNS, 1))
-    one = sizes * numbers(16, runs.samples)
-    assert floor.effective_freedom(runs, one) == pytest.approx(SPARE / (1.0 - 1.0 / SPARE))
-    two = np.zeros((RUNS, runs.samples))
-    first = runs.contrast(np.tile([1.0, -1.0, 0.0], CONDITIONS)[:, None])[:, 0]
-    second = np.tile([1.0, 1.0, -2.0], CONDITIONS) / 3.0**0.5
-    two[:, 3], two[:, 40] = first, second
-    assert floor.effective_freedom(runs, two) == pytest.approx(SPARE / (0.5 - 1.0 / SPARE))
-    white = np.zeros((RUNS, runs.samples))
-    assert floor.effective_freedom(runs, white) == pytest.approx(SPARE / (1.0 - 1.0 / SPARE))
-    spread = runs.contrast(numbers(17, RUNS, runs.samples))
-    assert 10.0 * SPARE < floor.effective_freedom(runs, spread) <= 200.0 * SPARE
 
 
 def test_conditions_with_more_repeats_are_no_more_uneven():
@@ -146,35 +127,3 @@ def test_the_floor_and_what_is_beyond_it():
     below = floor.floor_of(runs, 0.1 * contrast, cleaned)
     assert below.unexplained == 0.0 and below.varying == 0.0
     assert not below.per_condition.any()
-
-
-def test_what_a_known_effect_adds_to_the_scatter_is_no_floor():
-    """An effect that differs among repeats, as by the wheel angle: one in the model, or one that
-    may be added. Another effect takes nothing of it."""
-    angle = np.tile([1.0, -0.5, -0.6], CONDITIONS)[:, None]
-    turned = shape("turned", lambda c: angle * wave(3.5) + 0.0 * c)
-    model = measured(32, (0.15, turned.form))
-    fitter = Fitter(model, channel_weights(model, [NOISE]))
-
-    def floor_with(terms, effects):
-        # in the model at half of its size, so that the contrasts have the rest
-        half = [Term(e, np.array([0.07])) for e in terms]
-        fit = fitter.fit(start_base(model), half, iterations=0)
-        return make_state(model, fitter, fit, effects).floors[0]
-
-    for terms, effects in (([turned], []), ([OTHER, turned], []), ([], [OTHER, turned])):
-        found = floor_with(terms, effects)
-        assert found.floor == pytest.approx(NOISE, rel=0.1) and found.varying > 0.4 * NOISE
-    for terms, effects in (([], []), ([OTHER], []), ([], [OTHER])):
-        assert floor_with(terms, effects).floor > 1.3 * NOISE
-
-
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_an_effect_that_pulls_in_one_direction_only_is_no_floor_either(sign):
-    lifts = np.tile([0.0, 0.0, 1.5], CONDITIONS)[:, None] * (1.1 + wave(3.5))
-    one = shape("one", lambda c: sign * lifts + 0.0 * c)
-    model = measured(33, (0.1, one.form))
-    fitter = Fitter(model, channel_weights(model, [NOISE]))
-    fit = fitter.fit(start_base(model))
-    assert make_state(model, fitter, fit, []).floors[0].floor > 1.3 * NOISE
-    assert make_state(model, fitter, fit, [one]).floors[0].floor == pytest.approx(NOISE, rel=0.1)

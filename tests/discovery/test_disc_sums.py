@@ -3,16 +3,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from draws import GROUPS, RUNS, SPARE, numbers, without
+from draws import RUNS, numbers, without
 from scipy.special import digamma, polygamma
-from shapes import CONDITIONS, REPEATS, measured
 
 from flatplank_analysis.discovery import dispersion
-from flatplank_analysis.discovery.gram import Gram, Metric, scatter_of, solve
+from flatplank_analysis.discovery.gram import Gram, Metric, solve
 from flatplank_analysis.discovery.noise import ChannelNoise, Whitener
 
 
@@ -85,53 +82,6 @@ def test_channels_that_a_column_leaves_alone_stay_zero():
     assert white.shape == (3, RUNS, 2 * samples)
     wanted = np.concatenate([values[:, 0], 2.0 * values[:, 1] / scale[:, None]], axis=2)
     np.testing.assert_allclose(white, wanted)
-
-
-def test_scatter_of_a_stiff_direction_beyond_noise_and_drift():
-    """The variance of its sizes, less the noise, less what runs evenly with the order."""
-    runs = measured(0).runs
-    column = numbers(5, 1, 1, 1, runs.samples) * np.ones((1, 1, RUNS, 1))
-    h = float(np.sum(column[0, 0, 0] ** 2))
-    order = np.random.default_rng(2).permutation(RUNS).astype(float)
-    runs = replace(runs, order=order)
-    sizes = runs.contrast(numbers(6, RUNS, 1))[:, 0]
-    within = runs.contrast(order[:, None])[:, 0]
-    rest = sizes - within * (within @ sizes) / (within @ within)
-    for drift in (0.0, 5.0):
-        contrast = (sizes + drift * within)[None, :, None] * column[0]
-        (found,) = scatter_of(runs, plain(runs.samples), contrast, column)
-        free = SPARE - 1.0
-        assert found**2 == pytest.approx((h * rest @ rest - free) / (h * free))
-    slight = 1e-6 * sizes[None, :, None] * column[0]
-    assert scatter_of(runs, plain(runs.samples), slight, column) == [0.0]
-    # runs that hardly show it, and conditions measured once, say nothing
-    weak = column.copy()
-    weak[0, 0, :REPEATS] = 0.0
-    some = (sizes + 7.0 * (runs.condition == 0))[None, :, None] * column[0]
-    assert scatter_of(runs, plain(runs.samples), some, weak)[0] < 2.0
-    once = runs.subset(np.arange(0, RUNS, REPEATS))
-    few = contrast[:, ::REPEATS], column[:, :, ::REPEATS]
-    assert scatter_of(once, plain(runs.samples), *few) == [0.0]
-    assert scatter_of(once, plain(runs.samples), *few, (0.3,)) == [0.3]
-    assert len(scatter_of(runs, plain(runs.samples), contrast, column[:0])) == 0
-
-
-@pytest.mark.parametrize(("pairs", "drift"), [(2, False), (3, True), (CONDITIONS, True)])
-def test_two_spare_runs_are_too_few_for_a_drift(pairs, drift):
-    """Conditions measured twice, the others once; the drift takes one of the spare runs."""
-    rows = [r for g in GROUPS[:pairs] for r in g[:2]] + [g[0] for g in GROUPS[pairs:]]
-    runs = measured(0).runs.subset(np.array(rows))
-    column = numbers(5, 1, 1, 1, runs.samples) * np.ones((1, 1, runs.runs, 1))
-    h = float(np.sum(column[0, 0, 0] ** 2))
-    sizes = runs.contrast(numbers(27, runs.runs, 1))[:, 0]
-    within = runs.contrast(runs.order[:, None])[:, 0]
-    rest = sizes - drift * within * (within @ sizes) / (within @ within)
-    unit = ChannelNoise(np.eye(8)[0], np.ones(runs.runs))
-    whitener = replace(plain(runs.samples), base_of=np.zeros(runs.runs, int), noises=[unit])
-    contrast = sizes[None, :, None] * column[0]
-    free = pairs - drift
-    (found,) = scatter_of(runs, whitener, contrast, column)
-    assert found**2 == pytest.approx((h * rest @ rest - free) / (h * free))
 
 
 def test_scores_of_an_amplitude_with_the_base_taken_out():

@@ -10,10 +10,9 @@ import numpy as np
 from decisions import decision, rival
 from shapes import LONG, OTHER, measured, shape
 
-from flatplank_analysis.discovery import invariants, verdict, where
+from flatplank_analysis.discovery import invariants, verdict
 from flatplank_analysis.discovery.sources import source_of
 from flatplank_analysis.discovery.steps import AcceptedEffect
-from flatplank_analysis.discovery.view import cause_dict
 from flatplank_data.wording import quantity
 
 
@@ -90,33 +89,6 @@ def test_programs_get_six_digits_and_nothing_where_there_is_no_number():
     }  # fmt: skip
     assert told["detectable"] == {"drag": {"size": 0.0123457, "unit": "1/m"}}
     assert told["notes"] == ["a", "b"]
-
-
-def test_programs_get_what_is_known_of_an_effect():
-    others = (rival("alike", False), rival("like", True))
-    found = AcceptedEffect(
-        decision(size=0.123456789, held_out_gain=0.5123456, probability=0.98765432), rivals=others
-    )
-    told = cause_dict(found)
-    assert (told["name"], told["kind"], told["unit"]) == ("long", "machine", "1")
-    assert told["size"] == told["parameters"]["a"] == 0.123457
-    assert told["interval"] == [0.0617284, 0.185185] and told["held_out_gain"] == 0.512346
-    assert told["probability"] == 0.987654 and told["text"]["probability"] == "P = 0.988"
-    assert told["class"] == ["alike"] and told["weakly"] == ["like"]
-    assert [a["name"] for a in told["members"]] == ["long", "alike"]
-
-
-def test_programs_get_the_four_clearest_places_of_a_residual():
-    runs = measured(0).runs.subset(np.arange(0, 9, 3))
-    bins = np.linspace(0.0, 2.0, 3)
-    maps = [
-        where.Map(name, "m", bins, np.zeros((3, 2)), np.zeros(2), 0.0, 1.0, (0.5, 1.25), 0.75)
-        for name in "abcdef"
-    ]
-    told = replace(verdict.undecidable_diagnosis(runs, 2.0), maps=tuple(maps)).to_dict()
-    assert [m["coordinate"] for m in told["unexplained"]["where"]] == ["a", "b", "c", "d"]
-    assert told["unexplained"]["where"][0]["range"] == [0.5, 1.25]
-    assert told["unexplained"]["where"][0]["share"] == 0.75
 
 
 def test_why_a_campaign_cannot_be_decided():

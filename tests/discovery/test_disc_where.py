@@ -76,23 +76,6 @@ def test_what_differs_between_repeats_is_no_part_of_a_map():
     np.testing.assert_allclose(found.share, (np.arange(24) < 6) / 6.0, atol=0.01)
 
 
-def test_bins_of_levels_angles_and_places_that_not_all_runs_see():
-    runs = placed()
-    values = runs.coordinates["place"].values.copy()
-    values[:REPEATS] *= 0.5
-    place = replace(runs.coordinates["place"], values=values)
-    runs = replace(runs, coordinates={**runs.coordinates, "place": place})
-    maps = maps_of(runs, np.ones((RUNS, SAMPLES)))
-    levels = np.linspace(-1.0, 1.0, CONDITIONS)
-    middle = 0.5 * (levels[1:] + levels[:-1])
-    np.testing.assert_allclose(maps["setting"].edges, [-1.0 - 1e-6, *middle, 1.0 + 1e-6],
-                               atol=1e-9)  # fmt: skip
-    np.testing.assert_allclose(maps["angle"].edges, np.linspace(0.0, 0.5, 11), atol=1e-6)
-    table = maps["place"].mean
-    assert np.isnan(table[0, 13:]).all() and np.isfinite(table[1:, 13:]).all()
-    assert np.isfinite(table[0, :12]).all()
-
-
 def test_the_coordinate_that_orders_a_residual_comes_first():
     runs = placed()
     rng = np.random.default_rng(1)
@@ -110,22 +93,6 @@ def test_the_coordinate_that_orders_a_residual_comes_first():
     assert (level.ordered, level.p_value) == pytest.approx((1.0, 1.0 / 61.0))
     levels = maps_of(runs, rng.choice([-1.0, 1.0], (RUNS, 1)) * np.ones(SAMPLES))["place"]
     assert levels.p_value > 0.05
-
-
-def test_a_place_that_is_known_comes_first():
-    runs = placed()
-    residual = np.where((PLACE > 1.0) & (PLACE < 1.2), 1.0, 0.0) * np.ones((RUNS, 1))
-    maps = where.make_maps(runs, residual, 0.0)
-    last = next(m for m in maps if m.coordinate == "place")
-    first, *others = where.with_given_ranges(maps[::-1], {"place": (0.95, 1.1)})
-    assert first.coordinate == "place" and first.place == (0.95, 1.1)
-    assert first.place_share == pytest.approx(last.share[4:6].sum())
-    even = where.make_maps(runs, np.ones((RUNS, SAMPLES)), 0.0)
-    (found, *_) = where.with_given_ranges(even, {"place": (0.95, 1.1)})
-    assert found.place_share == pytest.approx(2.0 / 24.0, rel=0.05)
-    assert [m.coordinate for m in others] == [
-        m.coordinate for m in maps[::-1] if m.coordinate != "place"
-    ]
 
 
 def test_stretches_beyond_a_limit_are_told_with_their_conditions():
@@ -179,51 +146,3 @@ def test_the_share_that_repeats_itself():
     assert where.coherence(runs, differs * np.ones(SAMPLES)) == 0.0
     once = runs.subset(np.arange(0, RUNS, REPEATS))
     assert np.isnan(where.coherence(once, shape * np.ones((CONDITIONS, 1))))
-
-
-def test_the_scatter_of_a_condition_makes_no_stretch_of_its_own():
-    """Run by run another level, in one condition: its mean is off by a share of that scatter."""
-    runs = placed()
-    wide, other = runs.groups[2], runs.groups[4]
-    residual = np.zeros((RUNS, SAMPLES))
-    residual[wide] = np.array([-3.0, 6.0, 6.0])[:, None]
-    error = where.standard_errors(runs, residual)
-    assert error[2] == pytest.approx(3.0) and not np.delete(error, 2).any()
-    two = runs.subset(np.delete(np.arange(RUNS), wide[0]))
-    levels = np.delete(residual + np.eye(RUNS)[wide[2]][:, None] * 4.0, wide[0], axis=0)
-    assert where.standard_errors(two, levels)[2] == pytest.approx(2.0)
-    assert not where.events(runs, residual, 2.0, EXACT)
-    residual[other, 100:110] = 3.0
-    residual[wide, 200:210] += 15.0
-    found = where.events(runs, residual, 2.0, EXACT)
-    assert [e.conditions for e in found] == [
-        (runs.condition_names[2],),
-        (runs.condition_names[4],),
-    ]
-
-
-def test_repeats_that_are_alike_by_chance_make_no_place_sure():
-    runs = placed()
-    residual = np.zeros((RUNS, SAMPLES))
-    residual[runs.groups[2], 100:110] = 3.0
-    expected = np.full((CONDITIONS, SAMPLES), 0.7)
-    assert len(where.events(runs, residual, 2.0, expected)) == 1
-    elsewhere = expected.copy()
-    elsewhere[:, :100] = elsewhere[:, 110:] = elsewhere[3:] = 5.0
-    assert len(where.events(runs, residual, 2.0, elsewhere)) == 1
-    elsewhere[2, 95:115] = 1.0
-    assert not where.events(runs, residual, 2.0, elsewhere)
-
-
-def test_a_channel_that_stands_still_in_one_run_makes_no_stretch():
-    """The mean of its condition is off by a third of it; the other repeats do not show it."""
-    runs = placed()
-    residual = np.zeros((RUNS, SAMPLES))
-    still, *others = runs.groups[2]
-    residual[still, 100:110] = 90.0
-    assert not where.events(runs, residual, 2.0, EXACT)
-    # without the first run 24 of 46 remain, and 22 of 45
-    residual[others, 100:110] = 24.0
-    assert len(where.events(runs, residual, 2.0, EXACT)) == 1
-    residual[others, 100:110] = 22.0
-    assert not where.events(runs, residual, 2.0, EXACT)

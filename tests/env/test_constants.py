@@ -8,9 +8,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 
-import numpy as np
 import pytest
 
 ROOT = Path(__file__).parents[2]
@@ -100,24 +98,6 @@ def test_the_study_tells_what_changed(study, tmp_path):
     assert row.endswith("| 1 of 2, -1 | - |")
 
 
-def test_a_campaign_is_made_once(study, tmp_path, monkeypatch):
-    import sensitivity
-    from flatplank_data.table import MeasurementTable
-    from flatplank_validation.blind import cases
-
-    made = []
-
-    def make(case, seed):
-        made.append((case.key, seed))
-        return [MeasurementTable({"time": [0.0, 0.1], "fx": [1.0, 2.0]})], {"effects": []}
-
-    monkeypatch.setattr(cases, "make", make)
-    for _ in range(2):
-        (table,), answer = sensitivity.tables_of(3, tmp_path)
-        assert list(table["fx"]) == [1.0, 2.0] and table.info.file == "" and not answer["effects"]
-    assert len(made) == 1 and made[0][1] == study.SEED
-
-
 SIZES = "SMALL, LARGE, UNUSED, EARLY = 2, 3, 5, 7\nTWICE = 2 * EARLY\n"
 SUM = """
 from package import sizes
@@ -180,34 +160,3 @@ def test_settings_that_change_something_are_found_in_groups(study):
     assert {item for item, answer, _ in told if answer} == {3, 11}
     assert {count for _, answer, count in told if answer} == {1}
     assert len(asked) == 3 + 2 * 2 * 3 and [len(g) for g in asked[:3]] == [8, 8, 4]
-
-
-def test_a_model_is_asked_once_for_a_parameter_set(study):
-    from flatplank_analysis.discovery.model import ParameterSet
-    from remembered import Remembered
-
-    asked = []
-
-    class Doubled:
-        def __init__(self, measured):
-            self.runs = SimpleNamespace(measured=np.array(measured, dtype=float))
-
-        def predict(self, sets):
-            asked.append(len(sets))
-            return np.array([2.0 * one.base + len(one.effects) for one in sets])
-
-    one, other = (ParameterSet(np.array([size])) for size in (1.0, 3.0))
-    with_effect = ParameterSet(one.base, ((object, np.array([0.5])),))
-    model, memory = Doubled([1.0]), Remembered(Doubled.predict)
-    with memory.used_by(Doubled):
-        assert [v.item() for v in model.predict([one, other])] == [2.0, 6.0]
-        assert [v.item() for v in model.predict([with_effect, one, one])] == [3.0, 2.0, 2.0]
-        assert asked == [2, 1]
-        Doubled([4.0]).predict([one])
-        assert asked == [2, 1, 1]
-        memory.full = True
-        for size in (5.0, 5.0, 1.0):
-            assert model.predict([ParameterSet(np.array([size]))]).item() == 2.0 * size
-        assert asked == [2, 1, 1, 1, 1]
-    model.predict([one])
-    assert asked == [2, 1, 1, 1, 1, 1]

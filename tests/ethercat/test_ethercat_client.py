@@ -7,7 +7,6 @@ import json
 import os
 import socket
 import subprocess
-import sys
 from collections.abc import Iterator
 from types import SimpleNamespace
 from typing import Any, ClassVar
@@ -87,28 +86,6 @@ def numbered(cycle: int) -> BusInputs:
     return image()._replace(cycle=cycle, stamp_ns=cycle * PERIOD)
 
 
-@pytest.mark.parametrize(
-    ("options", "rate", "flags"),
-    [
-        ({}, 250, ["--fifo", "--reply-timeout-ms", "0.0", "--node-timeout-ms", "0.0",
-                   "--batch", "1"]),
-        ({"rate_hz": 1000, "fifo": False, "slip": True, "reply_timeout_ms": 1.5,
-          "node_timeout_ms": 20.0, "batch": 4}, 1000,
-         ["--slip", "--reply-timeout-ms", "1.5", "--node-timeout-ms", "20.0", "--batch", "4"]),
-    ],
-)  # fmt: skip
-def test_the_process_is_started_with_what_was_asked_for(process, options, rate, flags):
-    client, made = started(process, launch=("ip", "netns"), **options)
-    assert made.words[:5] == ["ip", "netns", sys.executable, "-m", "flatplank_hw.ethercat.master"]
-    asked = dict(zip(made.words[5:13:2], made.words[6:14:2], strict=True))
-    assert (asked["--interface"], asked["--bus"]) == ("eth7", str(BENCH))
-    assert (asked["--rate"], client.rate_hz) == (str(rate), rate)
-    assert client.period_ns == 1_000_000_000 // rate
-    assert made.words[-len(flags) :] == flags and made.words[13] == "--control-fd"
-    assert client.alive and not client._data.getblocking()
-    client.stop(0.0)
-
-
 def test_a_process_that_cannot_start_gives_its_reason(process):
     process.says = ({"event": "hello"}, {"event": "failed", "reason": "no slaves on 'eth7'"})
     client = BusClient(BENCH, "eth7")
@@ -127,51 +104,6 @@ def test_a_process_that_ends_before_it_is_ready(process):
     process.says = ()
     with pytest.raises(BusError, match="ended with code 3 before it was ready"):
         BusClient(BENCH, "eth7").start(0.5)
-
-
-def test_a_process_that_never_gets_ready_is_ended(process, monkeypatch):
-    process.says, process.deaf = (), True
-    killed: list[tuple[int, int]] = []
-    monkeypatch.setattr(clients.os, "kill", lambda *given: killed.append(given))
-    with pytest.raises(BusError, match=r"the bus is not in OP after 0.02 s"):
-        BusClient(BENCH, "eth7").start(0.02)
-    assert killed == [(4711, 15)]
-    assert process.made[0].done == [("wait", 1.0), "kill", ("wait", None)]
-
-
-def test_the_stop_is_asked_for_and_waited_for(process):
-    events: list[dict[str, Any]] = []
-    client, made = started(process, on_event=events.append)
-    for number in range(3):
-        made.say({"event": "recovery", "step": number})
-    made.say({"id": 9, "ok": True})
-    real = made.poll
-
-    def ends_later() -> int | None:
-        made.code = 0 if made.polls > 3 else None
-        return real()
-
-    made.poll = ends_later
-    client.stop(5.0)
-    assert made.hear() == {"do": "stop", "id": 0}
-    assert [event["step"] for event in events] == [0, 1, 2] and made.polls == 5
-    assert client.process is None and made.done == [("wait", 1.0)]
-    client.stop()  # nothing is left to stop
-    assert made.done == [("wait", 1.0)]
-
-
-def test_a_process_that_does_not_stop_is_waited_for_no_longer_than_asked(process):
-    process.deaf = True
-    client, made = started(process)
-    client.stop(0.03)
-    assert made.done == [("wait", 1.0), "kill", ("wait", None)] and client.process is None
-
-
-def test_a_client_is_started_and_stopped_by_with(process):
-    process.code = 0
-    with BusClient(BENCH, "eth7") as client:
-        assert client.process is process.made[0] and not client.alive
-    assert client.process is None and process.made[0].hear()["do"] == "stop"
 
 
 # images

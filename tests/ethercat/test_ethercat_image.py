@@ -214,18 +214,6 @@ def test_what_goes_between_the_two_processes(ends):
     assert not parent.parent_gone and parent.unread == 0
 
 
-@pytest.mark.parametrize(("seconds", "waits"), [(0.25, True), (0.0, False)])
-def test_commands_are_waited_for_only_when_there_is_time(ends, monkeypatch, seconds, waits):
-    parent, data, _ = ends
-    waited = []
-    monkeypatch.setattr(link.select, "select", lambda r, w, x, t: waited.append((r, w, x, t)))
-    data.send(link.pack_command(command()))
-    assert parent.await_commands(seconds) == [command()]
-    assert waited == ([([parent._data], [], [], seconds)] if waits else [])
-    parent.parent_gone = True
-    assert parent.await_commands(seconds) == [] and len(waited) == waits
-
-
 def test_images_that_nobody_reads_are_dropped_and_counted(ends):
     parent, data, _ = ends
     sent = 0

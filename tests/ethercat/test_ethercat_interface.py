@@ -6,16 +6,14 @@ from __future__ import annotations
 import os
 import socket
 import sys
-from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from ethercat_rig import BUS_FILES
 
-from flatplank_hw.ethercat.busfile import BusFile, Entry, Pdo, SdoValue, Slave
+from flatplank_hw.ethercat.busfile import BusFile, Slave
 from flatplank_hw.ethercat.master import interface as checks
-from flatplank_hw.ethercat.master.configuration import write_configuration
 from flatplank_hw.ethercat.master.interface import BusError, InterfaceLock, check_identities
 from flatplank_hw.ethercat.master.sdo import QUEUE, SdoQueue
 from flatplank_hw.ethercat.reader import read_bus_file
@@ -212,42 +210,3 @@ def test_more_requests_than_can_wait_are_refused():
     queue.serve(wire)
     queue.put(asked(65))
     assert len(answers) == 2 and sum(queue.serve(wire) for _ in range(100)) == 64
-
-
-def configured(**changes: Any) -> list[tuple[int, int, bytes]]:
-    """What a slave is told at its start."""
-    word = Entry(0x6040, 1, "uint16", 16)
-    slave = replace(
-        B, sdos=(SdoValue(0x605A, 0, "int16", -2), SdoValue(0x8000, 3, "string", "ab")),
-        outputs=(Pdo(0x1600, (word, Entry(0, 0, "", 8))), Pdo(0x1601, (), assigned=False)),
-        inputs=(Pdo(0x1A00, (word,)),), **changes,
-    )  # fmt: skip
-    told: list[tuple[int, int, bytes]] = []
-    write_configuration(SimpleNamespace(sdo_write=lambda *given: told.append(given)), slave)
-    return told
-
-
-SDOS = [(0x605A, 0, b"\xfe\xff"), (0x8000, 3, b"ab")]
-MAPPING = [
-    (0x1600, 0, b"\0"), (0x1600, 1, b"\x10\x01\x40\x60"), (0x1600, 2, b"\x08\0\0\0"),
-    (0x1600, 0, b"\x02"), (0x1601, 0, b"\0"), (0x1601, 0, b"\0"), (0x1A00, 0, b"\0"),
-    (0x1A00, 1, b"\x10\x01\x40\x60"), (0x1A00, 0, b"\x01"),
-]  # fmt: skip
-ASSIGNMENT = [
-    (0x1C12, 0, b"\0"), (0x1C12, 1, b"\x00\x16"), (0x1C12, 0, b"\x01"),
-    (0x1C13, 0, b"\0"), (0x1C13, 1, b"\x00\x1a"), (0x1C13, 0, b"\x01"),
-]  # fmt: skip
-
-
-def test_what_a_slave_is_told_at_its_start():
-    assert configured() == SDOS
-    assert configured(write_mapping=True) == SDOS + MAPPING
-    assert configured(write_assignment=True) == SDOS + ASSIGNMENT
-    assert configured(write_mapping=True, write_assignment=True) == SDOS + MAPPING + ASSIGNMENT
-
-
-def test_a_slave_without_outputs_has_none_assigned():
-    told: list[tuple[int, int, bytes]] = []
-    only = replace(B, inputs=(Pdo(0x1A00, ()),), write_assignment=True)
-    write_configuration(SimpleNamespace(sdo_write=lambda *given: told.append(given)), only)
-    assert told == ASSIGNMENT[3:]

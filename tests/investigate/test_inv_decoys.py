@@ -28,14 +28,6 @@ def search():
     return run_search(session.model, list(FEW.values()))
 
 
-def test_a_decoy_is_another_condition_and_the_same_for_the_same_runs(search):
-    groups = search.model.runs.groups
-    order = decoys._derangement(groups, "key")
-    assert sorted(order) == list(range(len(groups)))
-    assert np.all(order != np.arange(len(groups)))
-    assert np.array_equal(order, decoys._derangement(groups, "key"))
-
-
 def test_none_is_accepted_where_nothing_is_hidden_and_the_search_is_left_alone(search):
     before = search.last.state.candidates
     found = decoys.decoys_of(search)

@@ -11,7 +11,6 @@ from types import SimpleNamespace
 import pytest
 
 from flatplank_analysis.investigation import inquiry
-from flatplank_analysis.investigation.inquiry import _of_levels, _of_place, _side
 from flatplank_analysis.investigation.planner import (
     DECIDED,
     NOTHING_LEFT,
@@ -20,11 +19,10 @@ from flatplank_analysis.investigation.planner import (
     Question,
     choose,
 )
-from flatplank_analysis.investigation.settings import SLIPS, Candidate, Setting, candidates
+from flatplank_analysis.investigation.settings import Candidate, Setting, candidates
 
 RUN = Setting(0.05, 1, 1.5, 3700, 2.5)
 SIX = [replace(RUN, kappa=k, start=s) for k in (0.02, -0.02, 0.05) for s in (1, 2)]
-EVENLY = [1.0] * len(SIX)
 FAR = Candidate("far step", (replace(RUN, step_position=2.2),))
 NEAR = Candidate("once more", (RUN,))
 LOADED = Candidate("loaded", (replace(RUN, fz=4800),))
@@ -111,52 +109,6 @@ def test_candidates_go_round_what_was_made():
     steps = {s.step_position for c in found for s in c.settings}
     assert steps == {0.9, 1.5, 2.2}
     assert {s.fz for c in found for s in c.settings} == {2590, 3700, 4810}
-
-
-def test_what_no_effect_explains_is_looked_at_from_another_place_and_at_other_slips():
-    side = _side(SIX, EVENLY)
-    place, (levels,) = _of_place(SIX, side), [*_of_levels(SIX, side)]
-    assert place.gain(FAR.settings) >= place.open > 0.0
-    assert place.gain(NEAR.settings) == 0.0
-    assert levels.gain(NEAR.settings) == 0.0
-    gains = {k: levels.gain((replace(RUN, kappa=k),)) for k in SLIPS}
-    assert max(gains, key=gains.get) == -0.1
-    assert gains[-0.1] >= levels.open > gains[0.1] > gains[0.01]
-    cost = dict.fromkeys((FAR, NEAR, LOADED), Price(12.0, 0)).__getitem__
-    assert choose([place, levels], [NEAR, LOADED, FAR], cost, 60.0).candidate is FAR
-    nine = [replace(RUN, kappa=k) for k in SLIPS]
-    assert [*_of_levels(nine, _side(nine, [1.0] * 9))] == []
-    moved = [*SIX, *FAR.settings]
-    assert _of_place(moved, _side(moved, [1.0] * len(moved))).open == 0.0
-
-
-def test_another_place_decides_only_at_a_slip_that_has_the_residual():
-    """A force in braking alone does not show in driving runs with another step."""
-    slip = FAR.settings[0].kappa
-    made = [*SIX, *FAR.settings]
-    for sign, answered in ((1.0, True), (-1.0, False)):
-        side = _side(made, [10.0 * (s.kappa * slip * sign > 0.0) for s in made])
-        place = _of_place(made, side)
-        assert (place.open == 0.0) is answered
-        there = [replace(s, kappa=-s.kappa) for s in FAR.settings]
-        assert (place.gain(tuple(there)) > 0.0) is not answered
-
-
-def test_another_place_is_asked_for_where_no_slip_has_the_residual():
-    """It is at zero slip alone, or a pattern, and no mean of a condition."""
-    made = [*SIX, replace(RUN, kappa=0.0)]
-    place = _of_place(made, _side(made, [0.0] * len(SIX) + [5.0]))
-    assert place.gain(FAR.settings) >= place.open > 0.0
-
-
-def test_slips_are_asked_for_on_the_side_where_something_is_left():
-    for sign in (1.0, -1.0):
-        left = [10.0 * (s.kappa * sign > 0.0) for s in SIX]
-        (levels,) = _of_levels(SIX, _side(SIX, left))
-        gains = {k: levels.gain((replace(RUN, kappa=k),)) for k in SLIPS}
-        assert max(gains, key=gains.get) * sign > 0.0
-        assert gains[0.0] < max(gains.values())
-        assert gains[-0.1] > 0.0  # the other side is asked for at last
 
 
 def test_what_was_handed_back_twice_is_not_asked_again():

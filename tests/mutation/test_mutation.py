@@ -4,79 +4,8 @@ test."""
 
 from __future__ import annotations
 
-import ast
-import subprocess
-import sys
-from pathlib import Path
-
 import mutate
 import pytest
-from lines import VARIABLE, Lines
-from mutants import mutants_of
-
-CODE = '''
-LIMIT = 3.0
-
-def f(x, n=2):
-    """Twice 2."""
-    if n > 1 and x:
-        g(x + 1.0)
-    return -abs(x) * 0 / max(float(x), 1e-30)
-'''
-
-
-def test_faults_are_made_one_at_a_time(tmp_path):
-    path = tmp_path / "code.py"
-    path.write_text(CODE)
-    made = [(m.old, m.new) for m in mutants_of(path, "code.py")]
-    assert made == [
-        ("n > 1 and x", "(n > 1 or x)"), ("n > 1", "(n < 1)"), ("1", "(2)"),
-        ("g(x + 1.0)", "pass"), ("x + 1.0", "(x - 1.0)"), ("1.0", "(2.0)"),
-        ("-abs(x) * 0 / max(float(x), 1e-30)", "(-abs(x) * 0 * max(float(x), 1e-30))"),
-        ("-abs(x) * 0", "(-abs(x) / 0)"), ("-abs(x)", "(abs(x))"),
-        ("abs(x)", "(x)"), ("0", "(1)"),
-    ]  # fmt: skip
-    for mutant in mutants_of(path, "code.py"):
-        ast.parse(mutant.source)
-        assert mutant.source != CODE
-
-
-TESTS = """
-import pytest
-from code_ import f, g
-
-@pytest.fixture(scope="module")
-def made():
-    return g()
-
-def test_one():
-    assert f(1)
-
-def test_two(made):
-    assert made
-"""
-
-
-def test_lines_of_a_statement_and_the_tests_that_run_them(tmp_path, monkeypatch):
-    (tmp_path / "top").mkdir()
-    code = tmp_path / "top" / "code_.py"
-    code.write_text(
-        "def f(x):\n    if x > 5:\n        return 1\n    return abs(\n        x + 1)\n\n"
-        "def g():\n    return 4\n"
-    )
-    places = {m.old: m.lines for m in mutants_of(code, "code_.py")}
-    assert places == {"x > 5": (2,), "5": (2,), "abs(\n        x + 1)": (4, 5),
-                      "x + 1": (4, 5), "1": (4, 5), "4": (8,)}  # fmt: skip
-    (tmp_path / "test_it.py").write_text(TESTS)
-    monkeypatch.setenv(VARIABLE, f"{tmp_path / 'top'}:{tmp_path / 'out.json'}")
-    monkeypatch.setenv("PYTHONPATH", f"{Path(__file__).parent}:{tmp_path / 'top'}")
-    words = [sys.executable, "-m", "pytest", "-q", "-p", "lines", "--rootdir", str(tmp_path)]
-    done = subprocess.run([*words, "test_it.py"], cwd=tmp_path, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout + done.stderr
-    found = Lines.read(tmp_path / "out.json")
-    assert found.of("code_.py", (4, 5)) == ("test_it.py::test_one",)
-    assert found.of("code_.py", (3,)) == ()
-    assert "test_it.py::test_two" in found.of("code_.py", (8,))
 
 
 @pytest.mark.parametrize("area", mutate.AREAS, ids=lambda a: a.name)

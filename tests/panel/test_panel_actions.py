@@ -425,36 +425,6 @@ def test_the_end_of_the_service_ends_its_workers(service):
         assert worker.asked == [("close", {})]
 
 
-def test_every_job_names_its_campaign_and_model(service, tmp_path):
-    asked = SimpleNamespace(file="f.py", digest="abc")
-    top = tmp_path.resolve()
-
-    async def work() -> Path:
-        page = PageAnalysis(service)
-        await page.open("x", "y/m.yaml")
-        assert page.campaign == "x"
-        await page.allow(asked)
-        await page.compare()
-        await page.add("back\x00lash" + "x" * 99)
-        await page.undo()
-        await page.propose()
-        await page.accept("mine")
-        await page.rename("mine", "yours")
-        await page.confirm("yours", "y")
-        return await page.report()
-
-    assert finished(work()) == tmp_path / "reports/x/index.html"
-    about = {"folder": str(top / "x"), "model": str(top / "y/m.yaml")}
-    assert service.fit_jobs.asked == [
-        ("open", about), ("allow", {"file": "f.py", "digest": "abc"}), ("compare", about),
-        ("add", {**about, "effect": ("backlash" + "x" * 99)[:80]}), ("undo", about),
-        ("propose", about), ("accept", {**about, "name": "mine"}),
-        ("rename", {**about, "old": "mine", "new": "yours"}),
-        ("confirm", {**about, "name": "yours", "new": str(top / "y")}),
-        ("report", {**about, "target": str(top / "reports/x")}),
-    ]  # fmt: skip
-
-
 def test_a_search_is_kept_until_the_model_changes(service, tmp_path):
     async def work() -> Path:
         page, other = PageAnalysis(service), PageAnalysis(service)
@@ -541,18 +511,3 @@ def test_a_twin_is_told_its_machine(service, tmp_path):
         ("choose_batch", about),
     ]  # fmt: skip
     assert of.last_message == "ended: e (r)" and of.folder == WISH["folder"] and not of.each
-
-
-@pytest.mark.parametrize(("entries", "said"), [([], "nothing is there yet"), ([1], "")])
-def test_an_investigation_is_shown(service, tmp_path, entries, said):
-    service.investigating = Worker(investigation_state={"entries": entries, "left": None})
-    of = Investigation(service, SimpleNamespace())
-    finished(of.open("x"))
-    assert service.investigating.asked == [
-        ("investigation_state", {"folder": str(tmp_path.resolve() / "x")})
-    ]
-    assert (of.folder, of.last_message, of.progress) == ("x", said, (said, 0.0))
-    with pytest.raises(ValueError, match="no investigation is under way"):
-        of.run_all("page")
-    with pytest.raises(ValueError, match="no investigation is under way"):
-        finished(of.stop("page"))

@@ -3,39 +3,23 @@
 
 from __future__ import annotations
 
-import json
 import math
-import time
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from own_loop import finished
-from panel_samples import COLUMN, samples
+from panel_samples import samples
 
 from flatplank_hw.bus.image import AXES, AxisInputs, Digital, Health
-from flatplank_panel import access, live, validation
+from flatplank_panel import access, validation
 from flatplank_panel.access import HEADERS, Guard
-from flatplank_panel.bench_state import BenchState, Ring, RunStatus, Samples, Slip
+from flatplank_panel.bench_state import BenchState, RunStatus, Slip
 from flatplank_panel.charge import NotInCharge, PageInCharge
-from flatplank_panel.live import LiveData, rows_of, script
+from flatplank_panel.live import rows_of, script
 from flatplank_panel.signals import SIGNALS
 
 # samples as numbers
-
-
-def test_a_ring_gives_what_came_after_a_row_and_after_its_clearing():
-    ring = Ring(3, 1)
-    assert ring.since(0).shape == (0, 1)
-    for value in range(5):
-        ring.push((value,))
-    assert [ring.since(n)[:, 0].tolist() for n in (-9, 2, 3, 4, 5)] == [
-        [2, 3, 4], [2, 3, 4], [3, 4], [4], [],
-    ]  # fmt: skip
-    ring.clear()
-    assert ring.since(0).shape == (0, 1) and (ring.begun, ring.serial) == (5, 5)
-    ring.push((9,))
-    assert ring.since(0)[:, 0].tolist() == [9.0] and ring.since(5)[:, 0].tolist() == [9.0]
 
 
 def test_every_column_of_a_row_is_its_sample():
@@ -63,15 +47,6 @@ def test_every_column_of_a_row_is_its_sample():
     })  # fmt: skip
 
 
-def test_what_was_not_sampled_is_no_number():
-    state = BenchState()
-    state.accept(Samples(inputs=samples(1).inputs), 0.0)
-    assert np.flatnonzero(np.isfinite(state.ring.since(0)[0])).tolist() == [COLUMN["t"]]
-    nothing = BenchState()
-    nothing.accept(replace(samples(1), inputs=None), 0.0)
-    assert nothing.ring.serial == 0 and nothing.samples == Samples()
-
-
 @pytest.mark.parametrize(("off", "kept"), [(250, True), (-250, True), (251, False), (-251, False)])
 def test_a_sample_of_another_second_is_not_shown(off, kept):
     now = replace(samples(1000 + off), inputs=samples(1000).inputs, slip=Slip(1000 + off, 0, 0))
@@ -95,13 +70,6 @@ def test_the_rate_is_that_of_the_last_second():
     state.accept(samples(305), 14.5)
     assert state.rate_hz == 300.0
     assert state.state_texts(14.5)["bench"] == "running, 300 Hz"
-
-
-def test_a_bus_that_begins_at_zero_is_no_older_one():
-    state = BenchState()
-    state.accept(samples(0), 0.0)
-    state.accept(samples(250), 1.0)
-    assert state.ring.since(0)[:, COLUMN["t"]].tolist() == [0.0, 1.0] and state.ring.begun == 0
 
 
 @pytest.mark.parametrize(("later", "runs"), [(0.99, True), (1.0, False), (9.0, False)])
@@ -169,29 +137,6 @@ def test_the_drives_in_words():
 def test_numbers_for_the_browser_are_short_and_finite():
     table = np.array([[1.23456789, math.nan], [-math.inf, 1234567.0]])
     assert rows_of(table) == [[1.23457, None], [None, 1234570.0]]
-
-
-def test_a_page_that_opens_gets_the_history_then_what_is_new(monkeypatch):
-    monkeypatch.setattr(live, "HISTORY", 3)
-    state = BenchState()
-    for cycle in range(1, 6):
-        state.accept(samples(cycle, float(cycle)), time.monotonic())
-    data = LiveData(state)
-    call = data.start()
-    assert call.startswith("fp.start('live', [") and call.endswith("], 5, 0)")
-    signals, rows, serial, begun = json.loads("[" + call[len("fp.start('live', ") : -1] + "]")
-    assert [s["key"] for s in signals] == list(COLUMN) and signals[0] == {
-        "key": "t",
-        "digits": 1,
-        "name": "Time [s]",
-    }
-    assert [row[COLUMN["fz"]] for row in rows] == [3.0, 4.0, 5.0] and (serial, begun) == (5, 0)
-    first = data.tick()
-    assert (first["rows"], first["serial"], first["live"], data.pushed) == ([], 5, True, 1)
-    state.accept(samples(6, 6.0), time.monotonic())
-    message = data.tick()
-    assert [row[COLUMN["fz"]] for row in message["rows"]] == [6.0] and data.pushed == 2
-    assert message["words"]["cycle"] == "6" and message["begun"] == 0
 
 
 def test_a_script_has_no_numbers_that_json_lacks():
@@ -333,28 +278,6 @@ def test_addresses_of_this_machine_alone(host, inside):
 def test_the_address_for_a_browser(monkeypatch, host, token, url):
     monkeypatch.setattr(access, "_outward", lambda: "bench.lab")
     assert access.address(host, 81, token) == url
-
-
-@pytest.mark.parametrize("route", [True, False])
-def test_the_address_of_this_machine_towards_others(monkeypatch, route):
-    class Socket:
-        def __init__(self, *_: int) -> None: ...
-
-        def __enter__(self):
-            return self
-
-        def __exit__(self, *_: object) -> None: ...
-
-        def connect(self, where) -> None:
-            if not route:
-                raise OSError
-
-        def getsockname(self):
-            return "10.0.0.7", 4711
-
-    monkeypatch.setattr(access.socket, "socket", Socket)
-    monkeypatch.setattr(access.socket, "gethostname", lambda: "bench")
-    assert access._outward() == ("10.0.0.7" if route else "bench")
 
 
 # inputs

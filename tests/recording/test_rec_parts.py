@@ -8,15 +8,11 @@ import pytest
 import rec_samples as samples
 import yaml
 
-from flatplank_control.recording import filled
 from flatplank_control.recording.blocks import TopicBlock, merge_blocks, unroll
 from flatplank_control.recording.bus_cycles import BenchClock, BusImage, CycleCount
-from flatplank_control.recording.filled import MEASURED, RequestedRecord
 from flatplank_control.recording.mcap_scan import messages_of
 from flatplank_control.recording.recovery import RepairedBag, repair
 from flatplank_control.recording.topics import LATCHED, Qos, qos_text, recorded_topics
-from flatplank_data.errors import FlatplankError
-from flatplank_data.readers.base import Loaded
 
 MS = 1_000_000
 S = 1000 * MS
@@ -193,35 +189,6 @@ def test_the_topics_of_further_axes():
         "/steer_drive/mode",
     ]  # fmt: skip
     assert len(further) == len(set(further)) and {"/rosout", "/operator/in_charge"} <= usual
-
-
-@pytest.mark.parametrize(
-    ("given", "own"),
-    [((), ["fz", "pressure", "tire"]), (("pressure",), ["fz", "tire"]),
-     (sorted(filled.ESSENTIAL), [])],
-)  # fmt: skip
-def test_what_the_messages_tell_is_filled_in_and_named_in_order(monkeypatch, tmp_path, given, own):
-    measured = {"tire": "CON", "pressure": 2.0, "fz": 4000.0, "stop_reason": "blocked"}
-    asked = []
-    monkeypatch.setattr(
-        filled, "import_bag",
-        lambda *where: asked.append(where) or Loaded({}, {MEASURED: measured}),
-    )  # fmt: skip
-    record = RequestedRecord(samples.toyo(), given).filled_in(samples.toyo(), tmp_path)
-    assert record.filled_in == own and record.stop_reason == "blocked"
-    assert (record.fz == 4000.0) == ("fz" in own) and (record.tire == "CON") == ("tire" in own)
-    assert asked[0][0] == tmp_path and measured["stop_reason"] == "blocked"
-
-
-def test_a_bag_that_cannot_be_read_is_noted(monkeypatch, tmp_path):
-    def damaged(*_: object) -> Loaded:
-        raise FlatplankError("no rows", "bag")
-
-    monkeypatch.setattr(filled, "import_bag", damaged)
-    asked = RequestedRecord(samples.toyo(), ())
-    assert asked.filled_in(samples.toyo(), tmp_path).notes == "not filled in: bag: no rows"
-    noted = asked.filled_in(samples.toyo(notes="mine"), tmp_path).notes
-    assert noted == "mine; not filled in: bag: no rows"
 
 
 @pytest.mark.parametrize("kind", [str, lambda path: path], ids=["text", "path"])

@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -18,7 +16,7 @@ from flatplank_analysis.slip_sweeps.conditions import (
     split_into_conditions,
 )
 from flatplank_analysis.slip_sweeps.curves import Curve, curve_of, failures
-from flatplank_analysis.slip_sweeps.formula import Formula, _spread, fit_formula
+from flatplank_analysis.slip_sweeps.formula import Formula, fit_formula
 from flatplank_analysis.slip_sweeps.tir_signs import CONVENTIONS
 
 NO = np.full(BINS, np.nan)
@@ -77,22 +75,6 @@ def test_a_straight_line_does_not_tell_the_peak_but_its_stiffness():
     assert not found.known("D") and not found.known("C") and found.rms < 6.0
 
 
-@pytest.mark.parametrize(("jacobian", "open_ones"), [
-    (np.diag([1.0, 2.0, 4.0]), []), (np.diag([1.0, 2.0, 0.0]), [2]),
-    (np.array([[1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [0.0, 0.0, 4.0]]), [0, 1]),
-])  # fmt: skip
-def test_a_half_width_is_that_of_the_normal_distribution_and_open_where_nothing_tells(
-    jacobian, open_ones
-):
-    """Two times cost over the freedom is the variance of a residual; 90 % are within 1.645."""
-    rows = np.vstack([jacobian, np.zeros((4, 3))])
-    found = SimpleNamespace(jac=rows, fun=np.zeros(7), x=np.zeros(3), cost=18.0)
-    width = np.array(_spread(found, np.array([2.0, 2.0, 0.5])))
-    assert np.flatnonzero(np.isinf(width)).tolist() == open_ones
-    for k in set(range(3)) - set(open_ones):
-        assert width[k] == pytest.approx(1.645 * np.sqrt(2.0 * 18.0 / 4.0) / jacobian[k, k])
-
-
 @pytest.mark.parametrize(("value", "known"), [(10.0, True), (-10.0, True), (7.0, False)])
 def test_a_value_is_known_when_the_half_width_is_below_half_of_it(value, known):
     formula = Formula({"D": value, "B": 2.0, "C": 1.5}, {"D": 4.0}, 1.0)
@@ -124,19 +106,6 @@ def test_a_convention_turns_what_the_law_takes_and_the_side_force(name, swept, m
     assert (asked["alpha"] == signs.alpha * slip).all()
     assert (asked["gamma"] == signs.gamma * slip**2).all()
     assert (asked["kappa"] == 3.0 * slip).all() and asked["vx"] == pytest.approx(0.015)
-
-
-def test_the_worst_bin_is_that_of_the_largest_error_of_either_sign(monkeypatch):
-    slip = np.repeat(np.linspace(-0.2, 0.2, BINS), 4)
-    columns = {"alpha": slip, "fz": np.full(len(slip), 900.0), "fy": -1000.0 * slip}
-    off = np.where(slip < -0.19, -50.0, 10.0)
-    monkeypatch.setattr(under_test, "steady_forces",
-                        lambda *_a, **_k: (None, columns["fy"] - off, None))  # fmt: skip
-    condition = SweepCondition("alpha", {}, np.arange(len(slip)), 1)
-    (found,) = failures(columns, [condition], [curve_of(columns, condition)], Tir)
-    assert (found.worst, found.worst_slip) == pytest.approx((-50.0, -0.2))
-    error = np.sqrt((50.0**2 + (BINS - 1) * 10.0**2) / BINS)
-    assert (found.error, found.share) == pytest.approx((error, error / 200.0))
 
 
 @pytest.mark.parametrize(

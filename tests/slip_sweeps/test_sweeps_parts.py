@@ -31,7 +31,6 @@ from flatplank_analysis.slip_sweeps.curves import (
     Failure,
     bin_means,
     curve_of,
-    failures,
 )
 from flatplank_analysis.slip_sweeps.formula import fit_formula
 from flatplank_analysis.slip_sweeps.study import Study, by_level
@@ -233,57 +232,6 @@ def test_an_unloaded_tire_belongs_to_no_condition():
     columns["fz"][:100] = 30.0
     (condition,) = split_into_conditions(columns)
     assert isinstance(condition, SweepCondition) and condition.samples.min() >= 100
-
-
-def test_an_error_is_that_of_the_mean_curve(monkeypatch):
-    columns = a_sweep(lambda a, _up: -1e4 * a)
-    condition, curve = the_curve(columns)
-    off = np.where(columns["alpha"] > math.radians(3.0), 40.0, 10.0)
-    monkeypatch.setattr(
-        "flatplank_analysis.slip_sweeps.curves.steady_forces",
-        lambda *_a, **_k: (None, columns["fy"][condition.samples] - off[condition.samples], None),
-    )
-    (failure,) = failures(columns, [condition], [curve], type("Tir", (), {"coefficients": {}}))
-    assert failure.error == pytest.approx(math.sqrt(0.75 * 10.0**2 + 0.25 * 40.0**2), rel=0.02)
-    assert failure.worst == pytest.approx(40.0, rel=1e-6)
-    assert failure.worst_slip > math.radians(3.0)
-    assert failure.share == pytest.approx(failure.error / np.nanmax(np.abs(curve.force)))
-
-
-@pytest.mark.parametrize(("swept", "force"), [("alpha", "fy"), ("kappa", "fx")])
-@pytest.mark.parametrize("more", [{}, {"pressure": 2e5, "speed": -16.0, "gamma": 0.1}])
-def test_a_tire_file_is_asked_for_the_samples_of_the_condition(swept, force, more, monkeypatch):
-    """What a bench does not measure is zero; the tire rolls forwards, at 1 m/s without a speed."""
-    columns = a_sweep(lambda a, _up: -1e4 * a, lead=90)
-    columns = {swept: columns["alpha"], "fz": columns["fz"], force: columns["fy"]}
-    columns |= {name: np.full(len(columns["fz"]), value) for name, value in more.items()}
-    columns["fz"][:90] = 20.0
-    condition, curve = the_curve(columns)
-    asked = {}
-
-    def forces(coefficients, fz, **given):
-        asked.update(given, coefficients=coefficients, fz=fz)
-        return {"fx": (columns[force][90:], None, None), "fy": (None, columns[force][90:], None)}[
-            force
-        ]
-
-    monkeypatch.setattr("flatplank_analysis.slip_sweeps.curves.steady_forces", forces)
-    tir = type("Tir", (), {"coefficients": {"a": 1.0}})
-    (failure,) = failures(columns, [condition], [curve], tir)
-    assert failure.error < 1e-9
-    assert asked.pop("coefficients") == {"a": 1.0}
-    wanted = {
-        "alpha": 0.0,
-        "kappa": 0.0,
-        "gamma": more.get("gamma", 0.0),
-        "fz": columns["fz"][90:],
-    }
-    wanted |= {swept: columns[swept][90:], "vx": abs(more.get("speed", 1.0))}
-    pressure = asked.pop("pressure")
-    assert (pressure is None) if not more else (pressure == 2e5).all()
-    for name, value in wanted.items():
-        assert asked.pop(name) == pytest.approx(value), name
-    assert not asked
 
 
 def test_sweeps_of_both_slips_in_one_file_are_conditions_of_their_own():

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flatplank_analysis.slip_sweeps import raw
 from flatplank_analysis.slip_sweeps.channels import check_columns, check_values
 from flatplank_analysis.slip_sweeps.file import read
 from flatplank_data.errors import FlatplankError
@@ -211,40 +210,3 @@ def test_values_that_contradict_their_unit_are_told(columns, refused):
         return
     with pytest.raises(FlatplankError, match=refused):
         check_values(columns, names, "a.csv")
-
-
-A, B = np.arange(3.0), np.arange(3)
-LONE = {"SA": A, "FZ": B, "FY": A}
-RUN = {"SA": A, "FZ": B, "FY": A, "n": 1.0}
-UNIT = {"name": np.array(["SA", "FZ"], object), "units": np.array(["deg", " "], object)}
-
-
-@pytest.mark.parametrize(
-    ("values", "columns", "units", "said"),
-    [
-        ({**LONE, "source": "x", "n": 4.0, "grid": np.ones((3, 3)),
-          "texts": np.array(["a", "b", "c"])}, {"SA", "FZ", "FY"}, {}, []),
-        ({"SA": A, "FZ": np.arange(5.0), "one": np.arange(1.0)}, {"FZ"}, {},
-         ["'SA' was left out: 3 values, other columns have 5"]),
-        ({**LONE, "channel": UNIT}, set(LONE), {"SA": "deg"}, []),
-        ({**LONE, "channel": {"name": "SA", "units": "deg"}}, set(LONE), {"SA": "deg"}, []),
-        ({**LONE, "channel": {"name": UNIT["name"]}}, set(LONE), {}, []),
-        ({**LONE, "channel": A, "units": {"SA": "deg", 5: 6}}, {*LONE, "channel"},
-         {"SA": "deg", "5": "6"}, []),
-        ({**LONE, "units": "deg"}, set(LONE), {}, []),
-        ({"run": RUN}, set(LONE), {}, []),
-        ({"run": RUN, "units": {"SA": "deg", "FZ": "N", "FY": "N", "MZ": "Nm"}}, set(LONE),
-         {"SA": "deg", "FZ": "N", "FY": "N", "MZ": "Nm"}, []),
-        ({"run": RUN, "info": {"a": A}}, set(LONE), {}, []),
-        ({"run": LONE}, set(), {}, []), ({"run": RUN, "next": RUN}, set(), {}, []),
-        ({"run": RUN, "T": A}, {"T"}, {}, []),
-    ],
-)  # fmt: skip
-def test_vectors_of_a_matlab_file_and_their_units(values, columns, units, said, monkeypatch):
-    monkeypatch.setattr(raw, "variables", lambda _data, _where: values)
-    found = raw.RAW[".mat"](b"", "a.mat")
-    assert set(found.columns) == columns and dict(found.units) == units
-    assert list(found.said) == said
-    assert all(v.dtype == np.float64 for v in found.columns.values())
-    assert all(isinstance(x, str) for pair in found.units.items() for x in pair)
-    assert found.first("SA", np.array([False, False, True])) == "in sample 3"
