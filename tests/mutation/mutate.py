@@ -104,7 +104,9 @@ AREAS = (
     ),
     Area(
         "drive", "drive",
-        _files("drive/test_drive", "cia402 rules axis safety following gate drag operator"),
+        _files("drive/test_drive",
+            "cia402 rules axis safety following stopping rolling gate drag operator",
+        ),
         package="flatplank_hw",
     ),
     Area(
@@ -146,7 +148,7 @@ AREAS = (
         package="flatplank_control",
     ),
     Area(
-        "slip", "sequencer", _files("control/test_control", "sequencer"),
+        "slip", "sequencer", _files("control/test_control", "sequencer follower"),
         package="flatplank_control",
     ),
     Area(

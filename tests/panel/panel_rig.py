@@ -140,7 +140,7 @@ def panel_process(data: Path, *options: str, before: str = "") -> Iterator[str]:
             with socket.socket() as s:
                 return s.connect_ex(("127.0.0.1", port)) == 0
 
-        wait_for(answers, 60.0, "the panel listens")
+        wait_for(answers, 300.0, "the panel listens")  # one that has died is told at once
         yield address("127.0.0.1", port, TOKEN)
     finally:
         process.send_signal(signal.SIGINT)

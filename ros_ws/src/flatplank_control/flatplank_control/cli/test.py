@@ -25,7 +25,7 @@ CALCULATIONS = (
     ("tests/investigate", "tests/analysis_models"),
     ("tests/blind",),
     ("tests/campaign", "tests/control", "tests/plant"),
-    ("tests/analysis_data", "tests/formats", "tests/slip_sweeps"),
+    ("tests/analysis_data", "tests/formats", "tests/slip_sweeps", "tests/tire"),
 )
 """folders of tests that only compute; they run at low priority"""
 SEARCHES = 4
