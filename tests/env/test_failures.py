@@ -35,6 +35,7 @@ ARGUMENTS: dict[str, list[str]] = {
     "bench-propose": ["--nonsense"],
     "bench-speed": ["nonsense"],
     "bench-start": ["--nonsense"],
+    "bench-sweeps": ["--count", "0"],
     "bench-trust": ["--nonsense"],
     "bench-unchanged": ["nonsense"],
     "calibrate": ["nonsense"],

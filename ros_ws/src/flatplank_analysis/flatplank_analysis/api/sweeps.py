@@ -10,9 +10,12 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
+from flatplank_analysis.api.explained import Explained, explain
 from flatplank_analysis.api.runs import page
 from flatplank_analysis.slip_sweeps.channels import BY_NAME
+from flatplank_analysis.slip_sweeps.effects import that_can_show
 from flatplank_analysis.slip_sweeps.fit import SweepFit, fit_sweeps
+from flatplank_analysis.slip_sweeps.model import sweep_model
 from flatplank_analysis.slip_sweeps.study import Study, study
 from flatplank_analysis.slip_sweeps.tir_signs import READ
 from flatplank_tire.tir import TirFile, read_tir
@@ -79,6 +82,20 @@ class Sweeps:
             FlatplankError: neither Fx nor Fy is in the sweeps.
         """
         return fit_sweeps([self.study], read_tir(os.fspath(start)) if start else None, radius)
+
+    def diagnose(
+        self, tir: str | os.PathLike[str], signs: str = READ, swept: str = "alpha"
+    ) -> Explained:
+        """What the sweeps have and the tire file does not: effects, with verdict and floor.
+
+        `add(name)` of the result is the diagnosis with one of them in the model. swept: `alpha`
+        for the side force, `kappa` for the longitudinal force; signs: as in `compare`.
+
+        Raises:
+            FlatplankError: no sweep of this slip, or nothing that gives a floor.
+        """
+        model = sweep_model([self.study], read_tir(os.fspath(tir)), signs, swept)
+        return explain(model, that_can_show(model.runs))
 
     def plot(self, tir: str | os.PathLike[str] | None = None, signs: str = READ) -> Figure:
         """Force over slip, a panel per condition; signs: as in `compare`."""

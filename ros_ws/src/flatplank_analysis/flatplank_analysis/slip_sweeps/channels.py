@@ -93,9 +93,15 @@ CHANNELS = (
          "trajvelw"),
         (UnitRule(0.0, "m/s"), UnitRule(25.0, "km/h")),
     ),
+    Channel(
+        "temperature", "K",
+        ("tstc", "tread temperature", "tread surface temperature", "tire temperature",
+         "tyre temperature"),
+        (UnitRule(0.0, "degC"), UnitRule(200.0, "K")),
+    ),
 )  # fmt: skip
 BY_NAME = {channel.name: channel for channel in CHANNELS}
-NOT_NEEDED = ("time", "mx", "my", "mz")
+NOT_NEEDED = ("time", "mx", "my", "mz", "temperature")
 """channels that no curve and no comparison needs"""
 
 

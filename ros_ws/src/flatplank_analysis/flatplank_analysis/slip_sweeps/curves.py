@@ -54,7 +54,7 @@ def curve_of(columns: Mapping[str, np.ndarray], condition: SweepCondition) -> Cu
     slip, force = columns[condition.swept][rows], columns[FORCE[condition.swept]][rows]
     edges = np.linspace(slip.min(), slip.max(), BINS + 1)
     bins = np.clip(np.digitize(slip, edges) - 1, 0, BINS - 1)
-    rising = _rises(slip)
+    rising = rises(slip)
     first = None
     if condition.visits > 1:
         # repeats begin after the largest gap between sample indices
@@ -66,8 +66,8 @@ def curve_of(columns: Mapping[str, np.ndarray], condition: SweepCondition) -> Cu
     )
 
 
-def _rises(slip: np.ndarray) -> np.ndarray:
-    """True where the slip rises, or is held after it rose."""
+def rises(slip: np.ndarray) -> np.ndarray:
+    """Samples (n,): true where the slip rises, or is held after it rose."""
     step = np.gradient(median_filter(slip, min(SMOOTH, len(slip)), mode="nearest"))
     moved = np.flatnonzero(step)
     if not len(moved):

@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What sweeps may show beside the tire file. An effect is one file of this folder."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+
+from flatplank_analysis.discovery.effect import Effect
+from flatplank_analysis.discovery.runs import RunSet
+
+
+class SweepEffect(Effect):
+    """An effect in sweeps: `tire` acts before the tire file, `bench` on its force.
+
+    The state `s` has what the file is given (`fz`, `kappa`, `alpha`, `gamma`, `pressure`,
+    `speed`), the factors `grip` and `stiffness`, where the sweeps have them `time`, `distance`,
+    `temperature` and `rate`, and in `bench` the `force` [N]. Shapes (runs, nodes), SI, ISO W.
+    """
+
+    needs: ClassVar[tuple[str, ...]] = ()
+    """coordinates that must vary in the sweeps: the kind of data in which it can show"""
+
+    def tire(self, s: Any) -> None:
+        """Change what the file is given, or its factors."""
+
+    def bench(self, s: Any) -> None:
+        """Change what is measured."""
+
+    @classmethod
+    def can_show(cls, runs: RunSet) -> bool:
+        """Whether these sweeps have what the effect needs."""
+        return all(name in runs.coordinates for name in cls.needs)
+
+
+def above(values: np.ndarray) -> np.ndarray:
+    """Values from their median on: the base then keeps the middle of the sweeps."""
+    return values - np.median(values)
