@@ -92,7 +92,7 @@ class PlantRuns:
         """Rows of plank position, wheel angle, Fx, from the motion trigger on."""
         start = self.now.encoders.plank_position
         twin, operator = self.twin, self.twin.plant.operator
-        assert twin.set_mode(mode, 0.0).accepted
+        assert twin.drive.set_operation_mode(mode, 0.0).accepted
         assert twin.drive.enable().accepted
         self.until(lambda c: c.drive.state == ENABLED, 2.0)
         operator.plank(1, fast=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -225,3 +226,24 @@ def logged(bag: Path) -> list[bytes]:
     index = scan(file).index
     (channel,) = (c.id for c in index.channels.values() if c.topic == "/rosout")
     return [m.data for m in stored_messages(file, index) if m.channel == channel]
+
+
+def test_a_bag_has_the_troubles_of_each_second_of_bench_time(tmp_path, monkeypatch):
+    """However fast the bench time runs."""
+    seconds, per_second = 5, 250
+    with graph(tmp_path, monkeypatch) as bench:
+        bench.call(SetPace, "/simulated_plant/set_pace", pace="hold", batch=1)
+        bench.call(
+            StartRecording, "/recorder/start", name="brief", record="tire: TOY", at_once=True
+        )
+        bench.advance(seconds * per_second)
+        bench.stop_recording()
+    with AnyReader([bench.data / "brief"], default_typestore=typestore()) as reader:
+        of_topic = [c for c in reader.connections if c.topic == "/diagnostics"]
+        stamps = [
+            reader.deserialize(raw, c.msgtype).header.stamp
+            for c, _, raw in reader.messages(connections=of_topic)
+        ]
+    found = [stamp.sec + 1e-9 * stamp.nanosec for stamp in stamps]
+    gaps = [after - before for before, after in pairwise(found)]
+    assert len(found) >= seconds and max(gaps) <= 1.0 + 1.0 / per_second

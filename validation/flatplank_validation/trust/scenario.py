@@ -84,7 +84,7 @@ def _load(twin: Twin) -> None:
 
 
 def _start(twin: Twin, mode: str, value: float = 0.0) -> None:
-    _need(twin.set_mode(mode, value))
+    _need(twin.drive.set_operation_mode(mode, value))
     _need(twin.drive.enable())
     _cycles(twin, 0.2)
 

@@ -93,6 +93,11 @@ def decode(status_word: int) -> State:
     return _STATES[status_word & STATE_BITS]
 
 
+def in_operation(status_word: int) -> bool:
+    """True when a drive follows its set-point."""
+    return decode(status_word) is State.OPERATION_ENABLED
+
+
 _REST = {
     State.NOT_READY: DISABLE_VOLTAGE,
     State.SWITCH_ON_DISABLED: DISABLE_VOLTAGE,

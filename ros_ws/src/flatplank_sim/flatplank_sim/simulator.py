@@ -80,7 +80,10 @@ def speeds_on_twin(setup: BenchSetup, seconds: float = 3.0) -> MeasurementTable:
     twin.cycle()  # the drive takes no command before its first answer
     rows = []
     for speed in MOTOR_SPEEDS:
-        for done in (twin.set_mode("velocity", speed / GEAR_RATIO), twin.drive.enable()):
+        for done in (
+            twin.drive.set_operation_mode("velocity", speed / GEAR_RATIO),
+            twin.drive.enable(),
+        ):
             if not done.accepted:
                 raise FlatplankError(done.reason, "wheel_drive", "unload the wheel")
         for _ in range(round(seconds * twin.rate_hz)):

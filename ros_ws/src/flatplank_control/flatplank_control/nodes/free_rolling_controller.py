@@ -7,28 +7,25 @@ from collections.abc import Mapping
 from typing import Any
 
 from flatplank_control.free_rolling import FreeRollingController, FreeRollingParameters
-from flatplank_control.nodes.source import SourceNode
+from flatplank_control.nodes.source import WheelSourceNode
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.running import run_node
 from flatplank_hw.samples import Reference
 from flatplank_msgs.msg import ControllerState
 
 
-class FreeRollingControllerNode(SourceNode):
+class FreeRollingControllerNode(WheelSourceNode):
     """Publishes /wheel_drive/reference and ~/state from contact wrench and encoders."""
 
     PARAMETERS = FreeRollingParameters
     MODE = "free_rolling"
     STATE = ControllerState
+    KINDS = ("encoders", "inputs", "contact")
 
     def configure(self, parameters: FreeRollingParameters) -> None:
         self.core = FreeRollingController(parameters)
 
-    def connect(self) -> None:
-        super().connect()
-        self.listen_to_mode()
-
-    def compute(self, latest: Mapping[str, Any]) -> Reference:
+    def step(self, latest: Mapping[str, Any]) -> Reference:
         encoders = latest["encoders"]
         return self.core.step(convert.hub_of_contact(latest["contact"], encoders), encoders)
 

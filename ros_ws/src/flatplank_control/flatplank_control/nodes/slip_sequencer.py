@@ -8,7 +8,7 @@ from typing import Any
 
 from std_msgs.msg import String
 
-from flatplank_control.nodes.source import SourceNode, named_values
+from flatplank_control.nodes.source import WheelSourceNode, named_values
 from flatplank_control.sequencer import SequencerParameters, SlipSequencer
 from flatplank_data.yaml_text import dump_yaml
 from flatplank_hw.answers import Answer
@@ -20,13 +20,12 @@ from flatplank_msgs.msg import SequencerState
 from flatplank_msgs.srv import SetSlipStep, SetWaveform
 
 
-class SlipSequencerNode(SourceNode):
+class SlipSequencerNode(WheelSourceNode):
     """Publishes /wheel_drive/reference and ~/state from the encoders; waveforms by service."""
 
     PARAMETERS = SequencerParameters
     MODE = "slip"
     STATE = SequencerState
-    KINDS = ("encoders",)
 
     def configure(self, parameters: SequencerParameters) -> None:
         self.core = SlipSequencer(parameters)
@@ -41,14 +40,13 @@ class SlipSequencerNode(SourceNode):
         self.publish_waveform = self.add_publisher(String, "~/waveform", LATCHED)
         self.add_service(SetSlipStep, "~/set_slip_step", self.on_step)
         self.add_service(SetWaveform, "~/set_waveform", self.on_waveform)
-        self.listen_to_mode()
 
     def on_encoders(self, sample: EncoderSample) -> None:
         super().on_encoders(sample)
         if not self.active:
             self.core.watch(sample.plank_position, sample.cycle)
 
-    def compute(self, latest: Mapping[str, Any]) -> Reference:
+    def step(self, latest: Mapping[str, Any]) -> Reference:
         return self.core.step(latest["encoders"])
 
     def on_step(

@@ -8,11 +8,15 @@ from typing import Any
 
 from std_msgs.msg import String
 
+from flatplank_hw.bus.image import AXES
+from flatplank_hw.cia402 import in_operation
 from flatplank_hw.joining import CycleJoin
 from flatplank_hw.nodes import convert, exchanges
 from flatplank_hw.nodes.qos import LATCHED, REFERENCE, STREAM
 from flatplank_hw.nodes.support import BenchNode
 from flatplank_hw.samples import EncoderSample, Reference
+
+WHEEL = AXES.index("wheel")
 
 
 def named_values(request: Any) -> dict[str, float]:
@@ -31,6 +35,9 @@ class SourceNode(BenchNode):
 
     A subclass has `core` (with `reset()`), `MODE`, the `KINDS` of samples that it needs, and
     `compute(latest)`. Where it has `STATE`, that message shows the `state` of its core.
+
+    The drive publishes its mode before the command that makes the next cycle. So the source works
+    from the first cycle whose reference the drive awaits.
     """
 
     MODE: str
@@ -52,10 +59,6 @@ class SourceNode(BenchNode):
         if self.STATE is not None:
             exchange = exchanges.state_exchange(self.STATE)
             self.publish_state = self.add_sample_publisher(exchange, "~/state", STREAM)
-
-    def listen_to_mode(self) -> None:
-        """Subscribe to the mode, last in `connect`: callbacks run in order of subscription, so the
-        samples before a change of mode are processed before it."""
         self.add_subscription(String, f"{self.drive}/mode", self.on_mode, LATCHED)
 
     def on_mode(self, msg: String) -> None:
@@ -83,14 +86,35 @@ class SourceNode(BenchNode):
             self.publish_state(convert.StampedState(reference.stamp_ns, reference.cycle, state))
 
 
+class WheelSourceNode(SourceNode):
+    """Source of the wheel drive. While the drive is not in operation the core starts anew in each
+    cycle: what the wheel loses then is not to be recovered."""
+
+    KINDS = ("encoders", "inputs")
+
+    def connect(self) -> None:
+        super().connect()
+        self.add_sample_subscription(exchanges.INPUTS, "bus/inputs", self.on_inputs, STREAM)
+
+    def on_inputs(self, batch: convert.Batch) -> None:
+        if self.active:
+            inputs = batch.cycles[-1]
+            self.join.put("inputs", inputs.stamp_ns, inputs)
+
+    def compute(self, latest: Mapping[str, Any]) -> Reference:
+        if not in_operation(latest["inputs"].axes[WHEEL].status_word):
+            self.core.reset()
+        return self.step(latest)
+
+    def step(self, latest: Mapping[str, Any]) -> Reference:
+        """Reference of a cycle, by the core."""
+        raise NotImplementedError
+
+
 class FollowerNode(SourceNode):
     """Controller of a further driven axis; its core has `reference(hub, encoders)`."""
 
     MODE = "follow"
-
-    def connect(self) -> None:
-        self.listen_to_mode()
-        super().connect()
 
     def compute(self, latest: Mapping[str, Any]) -> Reference:
         encoders = latest["encoders"]

@@ -26,6 +26,8 @@ from flatplank_hw.wording import one_line
 
 TO_COME, TO_COME_BACK = 30.0, 3.0
 """a topic without partner is reported after this time [s]: after the start, later"""
+TELL_NS = 1_000_000_000
+"""interval of the messages on /diagnostics [ns of bench time]"""
 
 
 class BenchNode(TopicNode):
@@ -71,9 +73,11 @@ class BenchNode(TopicNode):
             )
         self.add_on_set_parameters_callback(self._check)
         self.troubles = Reporter(
-            self.get_fully_qualified_name(), self.get_logger(), self._publish_troubles
+            self.get_fully_qualified_name(), self.get_logger(), self.publish_troubles
         )
         self._collector = Collector()
+        self._told, self._told_ns = False, -TELL_NS
+        """whether the troubles were published in this second, and at which bench time last [ns]"""
         self._publish_status: Callable[[DiagnosticArray], None] | None = None
         self.create_service(Trigger, "~/connected", self._connected)
 
@@ -164,9 +168,19 @@ class BenchNode(TopicNode):
                 self.troubles.begin("node_silent", name, of=name)
             else:
                 self.troubles.end("node_silent", of=name)
-        self._publish_troubles()
+        if not self._told:
+            self.publish_troubles()
+        self._told = False
 
-    def _publish_troubles(self) -> None:
+    def tell_each_second(self) -> None:
+        """Publish the troubles once per second of bench time, when a cycle is made; without
+        cycles the wall clock does so."""
+        if not 0 <= self.bench_ns() - self._told_ns < TELL_NS:
+            self._told, self._told_ns = True, self.bench_ns()
+            self.publish_troubles()
+
+    def publish_troubles(self) -> None:
+        """Publish the troubles now."""
         if self._publish_status is None:
             return
         own = self.troubles.status(self.diagnostic_values())

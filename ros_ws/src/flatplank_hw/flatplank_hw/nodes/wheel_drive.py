@@ -110,11 +110,12 @@ class DriveNode(BenchNode):
         command, sample = self.drive.step(
             latest["inputs"], latest["encoders"], latest["hub"], latest["reference"]
         )
+        if self.drive.mode != self.published_mode:
+            # before the command, which makes the next cycle: the sources hear it before that
+            self.publish_mode_change(self.drive.mode)
         self.publish(convert.StampedCommand(sample.stamp_ns, command))
         self.publish_status(sample)
         self.publish_joints(sample)
-        if self.drive.mode != self.published_mode:
-            self.publish_mode_change(self.drive.mode)
         drive = self.drive
         seen = (
             sample.stop_reason, sample.error_code, drive.plank_drags_wheel, drive.does_not_stop
@@ -149,15 +150,11 @@ class DriveNode(BenchNode):
         self, request: SetOperationMode.Request, response: SetOperationMode.Response
     ) -> SetOperationMode.Response:
         done = self.drive.set_operation_mode(request.mode, request.value)
-        if done.accepted:
-            self.publish_mode_change(request.mode)
         return fill_response(response, *done)
 
     def on_move(self, request: MoveTo.Request, response: MoveTo.Response) -> MoveTo.Response:
         target = request.angle_deg if self.linear else math.radians(request.angle_deg)
         done = self.drive.move_to(target, request.velocity)
-        if done.accepted:
-            self.publish_mode_change("position")
         return fill_response(response, *done)
 
     def on_claim(self, request: Claim.Request, response: Claim.Response) -> Claim.Response:

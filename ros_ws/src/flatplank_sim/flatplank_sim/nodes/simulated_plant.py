@@ -197,6 +197,7 @@ class SimulatedPlant(BenchNode):
             self.clock_cycle = self.cycle
             convert.set_time(self.clock.clock, sent.cycles[-1].stamp_ns)
             self.publish_clock(self.clock)
+        self.tell_each_second()
 
     async def on_advance(
         self, request: Advance.Request, response: Advance.Response

@@ -13,13 +13,15 @@ from flatplank_control.load_control import LoadController, LoadParameters
 from flatplank_control.sequencer import SequencerParameters, SlipSequencer
 from flatplank_control.steering_hold import AngleControl, AngleParameters
 from flatplank_data.params import Params, from_mapping, to_mapping
-from flatplank_hw.bus.image import AxisCommand, BusInputs
-from flatplank_hw.cia402 import State
+from flatplank_hw.bus.image import AXES, AxisCommand, BusInputs
+from flatplank_hw.cia402 import State, in_operation
 from flatplank_hw.drive import AxisDrive, DriveParameters
 from flatplank_hw.encoders import EncoderParameters, Encoders
 from flatplank_hw.hub import HubParameters, MeasurementHub
 from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Reference
 from flatplank_sim.plant import Plant, PlantConfig
+
+WHEEL = AXES.index("wheel")
 
 CONTROLLERS: dict[str, tuple[type, type[Params]]] = {
     "vertical": (LoadController, LoadParameters),
@@ -104,11 +106,11 @@ class Twin:
             make(FreeRollingParameters, "free_rolling_controller")
         )
         self.sequencer = SlipSequencer(make(SequencerParameters, "slip_sequencer"))
-        self.sources: dict[str, SlipSequencer | FreeRollingController] = {
+        self.sources: dict[str | None, SlipSequencer | FreeRollingController] = {
             "slip": self.sequencer,
             "free_rolling": self.controller,
         }
-        self.source: SlipSequencer | FreeRollingController | None = None
+        self._source: SlipSequencer | FreeRollingController | None = None
         self.axes: dict[str, TwinAxis] = {axis: make_axis(setup, axis) for axis in setup.axes}
         self.batch = setup.batch
         self.rate_hz = float(bus["rate_hz"])
@@ -132,22 +134,15 @@ class Twin:
         bus = self.setup.nodes()[-1]
         return {**found, bus.name: self.setup.of(bus)}
 
-    def set_mode(self, mode: str, value: float):
-        """Set the operation mode of the wheel drive; resets the source of the mode."""
-        done = self.drive.set_operation_mode(mode, value)
-        if done.accepted:
-            source = self.sources.get(mode)
-            if source is not None and source is not self.source:
-                source.reset()
-            self.source = source
-        return done
-
-    def move_to(self, angle: float):
-        """Turn the wheel to an angle [rad], in position mode."""
-        done = self.drive.move_to(angle)
-        if done.accepted:
-            self.source = None
-        return done
+    def _active_source(self, inputs: BusInputs) -> SlipSequencer | FreeRollingController | None:
+        """The source of the mode of the last cycle. It starts anew when its mode begins, and in
+        each cycle while the drive is not in operation."""
+        source = self.sources.get(self.drive.reference_source)
+        begins = source is not self._source
+        self._source = source
+        if source is not None and (begins or not in_operation(inputs.axes[WHEEL].status_word)):
+            source.reset()
+        return source
 
     def cycle(self) -> Cycle:
         """Make one batch of bus cycles through the whole chain."""
@@ -157,7 +152,7 @@ class Twin:
         for inputs in batch:
             hub_sample = hub.step(inputs)
             encoder_sample = encoders.step(inputs)
-        source = self.source
+        source = self._active_source(inputs)
         reference = inside = None
         if source is not None:
             if isinstance(source, FreeRollingController):

@@ -48,7 +48,7 @@ class TwinBench:
             S.Plank: self._plank,
             S.Enable: self._enable,
             S.Mode: self._mode,
-            S.MoveTo: lambda s: _need(twin.move_to(math.radians(s.angle_deg))),
+            S.MoveTo: lambda s: _need(twin.drive.move_to(math.radians(s.angle_deg))),
             S.SlipWaveform: self._waveform,
             S.Arm: lambda _s: _need(twin.encoders.arm()),
             S.Record: self._record,
@@ -107,7 +107,7 @@ class TwinBench:
 
     def _mode(self, step: S.Mode) -> None:
         if step.axis == "wheel":
-            _need(self.twin.set_mode(step.mode, step.value))
+            _need(self.twin.drive.set_operation_mode(step.mode, step.value))
         else:
             _need(self._drive(step.axis).set_operation_mode(step.mode, step.value))
 
