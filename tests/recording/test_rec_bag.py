@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import errno
+import re
 import time
 from io import FileIO
 from pathlib import Path
@@ -109,6 +110,52 @@ def test_metadata_has_the_layout_of_jazzy(tmp_path):
     assert topic["topic_metadata"]["offered_qos_profiles"][0]["reliability"] == "reliable"
     assert topic["topic_metadata"]["type_description_hash"].startswith("RIHS01_")
     assert sorted(path.name for path in bag.path.iterdir()) == [f"{NAME}_0.mcap", "metadata.yaml"]
+
+
+def reindexed(folder: Path) -> dict:
+    """What `ros2 bag reindex` of Jazzy gathers: from each file that its pattern names, by the
+    statistics, channels and schemas of the file (Reindexer, MCAPStorage::read_metadata)."""
+    (path,) = (p for p in folder.iterdir() if re.fullmatch(r".+_(\d+)\.([a-zA-Z0-9])+", p.name))
+    with path.open("rb") as file:
+        reader = make_reader(file)
+        summary = reader.get_summary()
+        stored = next(record for record in reader.iter_metadata() if record.name == "rosbag2")
+    own = yaml.safe_load(stored.metadata["serialized_metadata"])
+    statistics = summary.statistics
+    start, end = statistics.message_start_time, statistics.message_end_time
+    topics = [
+        {
+            "topic_metadata": {
+                "name": channel.topic,
+                "type": summary.schemas[channel.schema_id].name,
+                "serialization_format": channel.message_encoding,
+                "offered_qos_profiles": yaml.safe_load(channel.metadata["offered_qos_profiles"]),
+                "type_description_hash": channel.metadata["topic_type_hash"],
+            },
+            "message_count": statistics.channel_message_counts.get(channel.id, 0),
+        }
+        for channel in summary.channels.values()
+    ]
+    return {
+        "storage_identifier": "mcap",
+        "starting_time": {"nanoseconds_since_epoch": start},
+        "duration": {"nanoseconds": end - start},
+        "message_count": statistics.message_count,
+        "topics_with_message_count": topics,
+        "relative_file_paths": [path.name],
+        "custom_data": own["custom_data"],
+        "ros_distro": own["ros_distro"],
+    }
+
+
+def test_a_bag_whose_metadata_is_lost_is_reindexed_to_the_same(tmp_path):
+    bag = small_bag(tmp_path)
+    bag.close("complete", {"uuid": "u"})
+    (bag.path / "run.yaml").write_text("uuid: u\n")
+    data = yaml.safe_load((bag.path / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    (bag.path / "metadata.yaml").unlink()
+    found = reindexed(bag.path)
+    assert {key: data[key] for key in found} == found
 
 
 def test_channels_carry_hash_and_qos(tmp_path):
