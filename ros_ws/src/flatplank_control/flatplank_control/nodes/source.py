@@ -90,7 +90,7 @@ class WheelSourceNode(SourceNode):
     """Source of the wheel drive. While the drive is not in operation the core starts anew in each
     cycle: what the wheel loses then is not to be recovered."""
 
-    KINDS = ("encoders", "inputs")
+    KINDS: tuple[str, ...] = ("encoders", "inputs")
 
     def connect(self) -> None:
         super().connect()
