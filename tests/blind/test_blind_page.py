@@ -43,6 +43,15 @@ def entry(group, hidden, named, verdict="found", outside=None, where=()):
     }  # fmt: skip
 
 
+def test_the_page_says_how_true_the_stated_probabilities_are():
+    one = entry("single", ["wear"], [("wear", 1.0)])
+    assert "Stated probabilities" not in page([one], HEADER)
+    one["diagnosis"]["posterior"] = {"nothing": 0.0, "effects": {"wear": 0.9}}
+    text = page([one], HEADER | {"beside": "12 campaigns that both diagnosed"})
+    assert "| 0.9 .. 1 | 1 | 0.900 | 1.000 |" in text
+    assert "## Beside the earlier search" in text and "12 campaigns" in text
+
+
 def test_points():
     good = points_of(entry("single", ["wear"], [("wear", 1.05)]))
     assert good["right"] and good["sizes"][0]["covered"] and good["held_out"] == 1.05

@@ -11,6 +11,7 @@ from typing import Any
 from flatplank_validation.blind import tables
 from flatplank_validation.blind.points import share
 from flatplank_validation.blind.rival_scores import rival_scores
+from flatplank_validation.evaluation.paired import reliability
 from flatplank_validation.evaluation.version import of_which_search
 
 WORLDS = {
@@ -29,7 +30,8 @@ WORLDS = {
 def page(entries: Sequence[Mapping[str, Any]], header: Mapping[str, Any]) -> str:
     """The whole page in Markdown.
 
-    header: command, seed, whole (campaigns of the list), rivals (entries of the rivals).
+    header: command, seed, whole (campaigns of the list), rivals (entries of the rivals), beside
+    (text of a paired comparison, or empty).
     """
     points = tables.scored(entries)
     not_asked = sorted(
@@ -55,6 +57,7 @@ def page(entries: Sequence[Mapping[str, Any]], header: Mapping[str, Any]) -> str
         "## Sizes and held-out error",
         _SIZES,
         tables.sizes(points),
+        *_stated(entries),
         "## Power",
         _POWER,
         tables.power(points),
@@ -68,6 +71,8 @@ def page(entries: Sequence[Mapping[str, Any]], header: Mapping[str, Any]) -> str
             "Not visible in the runs of its design, by the generator's own computation, or only "
             f"beyond its range, and so not asked: {', '.join(not_asked)}."
         )
+    if header.get("beside"):
+        parts += ["## Beside the earlier search", _BESIDE, header["beside"]]
     if header["rivals"]:
         parts += ["## Beside what one would do today", rival_scores(header["rivals"])]
     return "\n\n".join(parts) + "\n"
@@ -76,6 +81,12 @@ def page(entries: Sequence[Mapping[str, Any]], header: Mapping[str, Any]) -> str
 def _invisible(entries: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
     """Campaigns that were not scored at a multiple of the detectable size."""
     return [e for e in entries if e["diagnosis"] is None and e["case"]["rung"] == "x"]
+
+
+def _stated(entries: Sequence[Mapping[str, Any]]) -> list[str]:
+    """How true the stated probabilities are, where some are stated."""
+    own = [e for e in entries if e["diagnosis"] and e["diagnosis"].get("posterior")]
+    return ["## Stated probabilities", _STATED, reliability(own)] if own else []
 
 
 def _part(done: int, whole: int) -> str:
@@ -139,6 +150,13 @@ plain law*: the size of the machine `second`, whose laws are plain, whose change
 closest to that of the hidden fault, beside all that a fit of the tire takes. The generator
 computes it; on the other machines it is the hidden number. Both are counted, with nothing left
 out."""
+
+_STATED = """Every effect of the posterior, and `nothing`, is a claim with a probability; of those
+that are stated with 0.9 nine in ten should be true. Effects too small to be seen count as hidden
+from the size of consequence on."""
+
+_BESIDE = """The search before decided each effect by itself, by steps; its answers are those of
+its published journal. McNemar's exact test of the campaigns on which only one of both is right."""
 
 _POWER = """Strictly right over the ratio of the hidden size to the detectable size. The third
 column says how many detectable sizes the size of no consequence is: where it is large the

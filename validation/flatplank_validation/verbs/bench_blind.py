@@ -43,7 +43,8 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--journal", type=Path, help="file that is gone on with; default: .cache/blind")
     p.add_argument(
         "--beside", type=Path, metavar="JOURNAL",
-        help="print a paired comparison with a journal of the same campaigns by other code",
+        help="paired comparison with a journal of the same campaigns by other code: alone, or "
+        "with --write on the page",
     )  # fmt: skip
     p.add_argument(
         "--write", type=Path, metavar="FILE", help="the page and, beside it, its journal"
@@ -99,16 +100,20 @@ def main(argv: list[str]) -> int:
         entries = [known[c.key] for c in cases if c.key in known]
     else:
         entries = journal.run(cases, o.seed, path, o.jobs, show(time.monotonic()))
-    if o.beside:
-        print(paired(entries, journal.diagnosed(o.beside)))
+    beside = paired(entries, journal.diagnosed(o.beside)) if o.beside else ""
+    if o.beside and not o.write:
+        print(beside)
         return 0
     entries = [with_plain_sizes(e) for e in entries]
-    beside = _rivals(o, path) if o.rivals is not None else []
+    rivals = _rivals(o, path) if o.rivals is not None else []
     if o.json:
         print(json.dumps(summary(entries), indent=1))
         return 0
     command = " ".join(["./flatplank bench-blind", *argv])
-    header = {"command": command, "seed": o.seed, "whole": len(cases), "rivals": beside}
+    header = {
+        "command": command, "seed": o.seed, "whole": len(cases), "rivals": rivals,
+        "beside": beside,
+    }  # fmt: skip
     text = page(entries, header)
     if o.write:
         from flatplank_data.files import write_atomic
