@@ -14,7 +14,7 @@ from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 from flatplank_sim.plant.campaign import COLUMNS, Campaign, CampaignRun
 from flatplank_sim.plant.config import PlantConfig
-from flatplank_sim.plant.truth import TruthRow, truth_row
+from flatplank_validation.truth import TruthRow, truth_row
 
 SLIPS = (-0.1, -0.05, -0.02, -0.01, 0.0, 0.01, 0.02, 0.05, 0.1)
 STEP = 1.5

@@ -17,7 +17,7 @@ from flatplank_analysis.cli import fit as fit_verb
 from flatplank_analysis.cli import report as report_verb
 from flatplank_analysis.cli import table as table_verb
 from flatplank_analysis.cli import tire as tire_verb
-from flatplank_analysis.figures import chapter7, pieces, plateau
+from flatplank_analysis.figures import chapter7, pieces
 from flatplank_analysis.figures.draw import canvas
 from flatplank_analysis.figures.spec import Figure, Panel, Series
 from flatplank_analysis.parallel import open_executor
@@ -30,6 +30,7 @@ from flatplank_data.campaign import Campaign
 from flatplank_data.exporters import export_campaign
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
+from flatplank_validation.thesis import plateau
 
 SLIPS = (-0.02, -0.01, 0.0, 0.01, 0.02)
 

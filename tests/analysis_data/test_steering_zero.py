@@ -16,7 +16,7 @@ from flatplank_analysis.report.analysis import analyse
 from flatplank_analysis.report.tables import all_tables
 from flatplank_data.campaign import Campaign
 from flatplank_sim.plant.config import PlantConfig
-from flatplank_sim.plant.truth import truth_row
+from flatplank_validation.truth import truth_row
 
 ANGLES = (-10.0, -5.0, -1.0, 0.0, 1.0, 5.0, 10.0)
 ZERO, PLY = -0.015, 0.003

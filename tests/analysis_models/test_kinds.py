@@ -23,10 +23,10 @@ from flatplank_data.errors import FlatplankError
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 from flatplank_sim.plant import PlantConfig
-from flatplank_sim.plant.truth import truth_row
 from flatplank_sim.twin.log import TableLog
 from flatplank_sim.twin.twin import Twin
 from flatplank_sim.twin.twin_bench import TwinBench
+from flatplank_validation.truth import truth_row
 
 LOAD = 3700.0
 RUNS = {

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from flatplank_control.road_map import RoadMap, Run, check_wheel_followed, identify_road_map
-from flatplank_sim.plant.truth import truth_row
 from flatplank_validation.bench.start_bench import StartBench
 from flatplank_validation.bench.start_cases import driven
+from flatplank_validation.truth import truth_row
 
 FZ, PRESSURE = 3700.0, 2.5
 

@@ -19,10 +19,10 @@ from flatplank_control.runner.plans import plan_of
 from flatplank_data.campaign import Campaign
 from flatplank_panel.next_plan import block_of
 from flatplank_sim.plant import PlantConfig
-from flatplank_sim.plant.truth import truth_row
 from flatplank_sim.twin.log import TableLog
 from flatplank_sim.twin.twin import Twin
 from flatplank_sim.twin.twin_bench import TwinBench
+from flatplank_validation.truth import truth_row
 
 
 def measured(m: Measurement, folder):

@@ -13,7 +13,7 @@ from flatplank_control.cli.operator import NOT_ALL_GOOD
 from flatplank_data.campaign import Campaign
 from flatplank_sim.cli.simulate import main, parser, tire_and_radius
 from flatplank_sim.plant.config import PlantConfig
-from flatplank_sim.plant.truth import truth_row
+from flatplank_validation.truth import truth_row
 
 TIRES = {"toyo": "TOY", "continental": "CON", "michelin": "MIC", "racing": "RAC"}
 

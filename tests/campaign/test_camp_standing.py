@@ -20,10 +20,10 @@ from flatplank_control.runner.plans import axes_of, plan_of
 from flatplank_control.runner.steps import PlanFailed
 from flatplank_hw.drive.road_trigger import BIT, RoadTrigger
 from flatplank_sim.plant import PlantConfig
-from flatplank_sim.plant.truth import truth_row
 from flatplank_sim.twin.log import TableLog
 from flatplank_sim.twin.twin import Twin
 from flatplank_sim.twin.twin_bench import TwinBench
+from flatplank_validation.truth import truth_row
 
 
 def measured(m: Measurement, folder) -> tuple[dict[str, np.ndarray], Twin]:

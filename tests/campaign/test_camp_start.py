@@ -12,10 +12,10 @@ import pytest
 from flatplank_control.free_rolling.design import Machine, design_gains
 from flatplank_control.free_rolling.loop import phase_margin
 from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA, FreeRollingParameters
-from flatplank_sim.plant.truth import truth_row
 from flatplank_validation.bench.driven_plank import DrivenPlank
 from flatplank_validation.bench.start_bench import StartBench
 from flatplank_validation.bench.start_cases import FURTHER, TOYO, like
+from flatplank_validation.truth import truth_row
 from flatplank_validation.verbs import bench_start
 from flatplank_validation.verbs.bench_start import CASES, kept
 

@@ -121,7 +121,7 @@ def test_an_effect_says_what_it_is_fitted_by():
         0.1,
     )
     assert made.main_parameter() == b and made.linear() == (a,)
-    assert made.null_values().tolist() == [0.0, 1.0] and made.vector({"a": 2.0}).tolist() == [2, 1]
+    assert made.vector({}).tolist() == [0.0, 1.0] and made.vector({"a": 2.0}).tolist() == [2, 1]
     sets = made.with_values(np.array([[1.0, 2.0], [3.0, 4.0]]), 2)
     assert sets.b.shape == (2, 1, 1) and sets.b.ravel().tolist() == [2.0, 4.0]
     assert made.size({"a": 7.0, "b": 8.0}) == 8.0 and Effect.scanned(None) == 1

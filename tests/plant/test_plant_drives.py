@@ -83,7 +83,7 @@ def test_an_injected_fault_stays_until_its_cause_is_gone_and_a_reset_edge() -> N
     assert abs(rig.plant.truth.wheel_velocity) < 1e-4
     send(rig, 0x00)
     assert send(rig, 0x80) == FAULT, "the cause is still there"
-    rig.plant.clear_fault("wheel")
+    rig.plant.inject_fault("wheel", 0)
     assert send(rig, 0x80) == FAULT, "bit 7 counts on its rising edge"
     send(rig, 0x00)
     assert send(rig, 0x80) == SWITCH_ON_DISABLED

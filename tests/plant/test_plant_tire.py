@@ -11,7 +11,7 @@ import pytest
 from plant_rig import Rig
 
 from flatplank_sim.plant import PlantConfig, tires
-from flatplank_sim.plant.truth import truth_row, truth_table
+from flatplank_validation.truth import truth_row, truth_table
 
 
 @cache

@@ -19,7 +19,7 @@ from flatplank_analysis.steady.stiffness import fit_contact_length, vertical_sti
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 from flatplank_sim.plant.config import PlantConfig
-from flatplank_sim.plant.truth import TruthRow, truth_row
+from flatplank_validation.truth import TruthRow, truth_row
 from plant_points import analyse_runs, simulate_point
 
 LOADS = (1850.0, 3700.0, 5550.0)

@@ -21,7 +21,7 @@ from flatplank_data.table import MeasurementTable
 from flatplank_sim.plant.campaign import COLUMNS, Campaign, CampaignRun
 from flatplank_sim.plant.config import PlantConfig
 from flatplank_sim.plant.drivetrain import friction_torque
-from flatplank_sim.plant.truth import truth_row
+from flatplank_validation.truth import truth_row
 from plant_points import SLIPS, STEP
 
 LOADS = (1850.0, 3700.0, 5550.0)

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from flatplank_control.bench.setup import AXIS_NODES, BenchSetup
-from flatplank_sim.plant.truth import truth_row
 from flatplank_sim.twin.twin import TwinAxis, make_axis
 from flatplank_validation.bench.start_bench import StartBench
+from flatplank_validation.truth import truth_row
 
 UNDULATION = {
     "support_bearings": {

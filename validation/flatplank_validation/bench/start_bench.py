@@ -18,7 +18,7 @@ from flatplank_hw.encoders import EncoderParameters, Encoders
 from flatplank_hw.hub import HubParameters, MeasurementHub
 from flatplank_hw.samples import EncoderSample, HubSample
 from flatplank_sim.plant import Plant, PlantConfig
-from flatplank_sim.plant.truth import truth_row
+from flatplank_validation.truth import truth_row
 
 
 class StartBench:

@@ -11,8 +11,8 @@ import numpy as np
 
 from flatplank_control.free_rolling.loop import phase_margin
 from flatplank_control.road_map import Run, identify_road_map
-from flatplank_sim.plant.truth import truth_row
 from flatplank_validation.bench.start_bench import StartBench
+from flatplank_validation.truth import truth_row
 
 TOYO = 203_000.0
 """C_x of the Toyo [N/m]"""

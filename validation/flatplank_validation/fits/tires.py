@@ -82,7 +82,7 @@ def _verb(*words: str) -> str:
 def _truth(plant: str, fz: float, bar: float) -> dict[str, float]:
     """Table of the plant: one line per quantity, its name first."""
     words = ("--tire", plant, "--load", f"{fz:g}", "--pressure", f"{bar:g}")
-    text = _run("flatplank_sim.plant.truth", *words)
+    text = _run("flatplank_validation.truth", *words)
     rows = (line.split() for line in text.splitlines()[1:] if line.strip())
     return {name: float(value) for name, value in rows}
 

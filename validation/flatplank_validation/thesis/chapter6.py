@@ -8,10 +8,11 @@ from functools import partial
 
 import numpy as np
 
-from flatplank_analysis.figures import pieces, plateau
+from flatplank_analysis.figures import pieces
 from flatplank_analysis.report.results import ConditionResult
 from flatplank_tire.magic_formula.structure import effective_radius
 from flatplank_validation.thesis import chapter6_figures as draw
+from flatplank_validation.thesis import plateau
 from flatplank_validation.thesis.lab import Lab
 from flatplank_validation.thesis.points import (
     ANGLES,

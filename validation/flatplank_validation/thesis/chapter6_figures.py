@@ -8,10 +8,11 @@ from functools import partial
 
 import numpy as np
 
-from flatplank_analysis.figures import chapter6, machine, pieces, plateau
+from flatplank_analysis.figures import chapter6, machine, pieces
 from flatplank_analysis.figures.spec import Figure, Panel, Series
 from flatplank_analysis.post.gridding import low_pass, on_grid
 from flatplank_analysis.report.results import CampaignResult
+from flatplank_validation.thesis import plateau
 from flatplank_validation.thesis.lab import Lab
 
 BEARINGS = (2.1, 2.9, 3.2)

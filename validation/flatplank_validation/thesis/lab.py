@@ -33,12 +33,12 @@ from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 from flatplank_hw.hub.parasitic import ParasiticFit, load_fit
 from flatplank_sim.plant import PlantConfig
-from flatplank_sim.plant.truth import truth_row
 from flatplank_sim.simulator import speeds_on_twin, turn_on_twin
 from flatplank_sim.twin.campaign import run_on_twin
 from flatplank_sim.twin.log import TableLog
 from flatplank_sim.twin.twin import Twin
 from flatplank_sim.twin.twin_bench import TwinBench
+from flatplank_validation.truth import truth_row
 
 PLANS = Path(__file__).parent / "plans"
 PRESET = "thesis2023"

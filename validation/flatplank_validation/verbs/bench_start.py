@@ -18,11 +18,11 @@ from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA
 from flatplank_data.arguments import Parser, add_json
 from flatplank_hw.hub.identify import identify_fit
 from flatplank_hw.hub.parasitic import ParasiticFit
-from flatplank_sim.plant.truth import truth_row
 from flatplank_sim.simulator import turn_on_twin
 from flatplank_validation.bench.driven_plank import DrivenPlank
 from flatplank_validation.bench.start_bench import StartBench
 from flatplank_validation.bench.start_cases import FURTHER, FZ, further, slip_errors
+from flatplank_validation.truth import truth_row
 
 CONTROLLERS: dict[str, Mapping[str, Any]] = {
     "thesis": {"lead_alpha": THESIS_LEAD_ALPHA},

@@ -101,21 +101,9 @@ class Effect:
         return (1.0,)
 
     @classmethod
-    def imitates(cls, other: type[Effect]) -> bool:
-        """True for two gaps (effects with several `starts`) over the same coordinate: one gap of
-        another form looks like both together."""
-        gaps = min(len(cls.starts()), len(other.starts())) > 1
-        return gaps and cls.coordinate == other.coordinate
-
-    @classmethod
     def size(cls, values: dict[str, float]) -> float:
         """The size that is reported, from the parameter values."""
         return values[cls.main_parameter().name]
-
-    @classmethod
-    def null_values(cls) -> np.ndarray:
-        """Parameter values at which the effect does nothing."""
-        return np.array([p.null for p in cls.parameters()])
 
     @classmethod
     def vector(cls, values: dict[str, float]) -> np.ndarray:

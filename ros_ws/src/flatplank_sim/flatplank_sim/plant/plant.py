@@ -128,12 +128,8 @@ class Plant:
         return np.stack([j * t["spacing"] - s["q"], b[0, k], b[1, k], b[4, k]])
 
     def inject_fault(self, axis: str, code: int = 0x7300) -> None:
-        """Inject a drive fault that stays until `clear_fault`, in spite of resets."""
+        """Inject a drive fault that stays in spite of resets; 0 removes its cause."""
         self._drive(axis)["inject"] = code
-
-    def clear_fault(self, axis: str) -> None:
-        """Remove the cause of a fault; the drive still needs a reset."""
-        self._drive(axis)["inject"] = 0
 
     def stick(self, axis: str, stuck: bool = True) -> None:
         """Jam or release the axis mechanically."""

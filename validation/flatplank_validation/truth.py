@@ -2,7 +2,7 @@
 """Table of the true tire properties of the plant, measured by rolling its tire kernel, not taken
 from a model of the analysis.
 
-`python -m flatplank_sim.plant.truth --tire toyo` prints it.
+`python -m flatplank_validation.truth --tire toyo` prints it.
 """
 
 from __future__ import annotations
@@ -131,7 +131,7 @@ def as_text(rows: Sequence[TruthRow]) -> str:
 
 def main(args: Sequence[str] | None = None) -> int:
     """Print the table of one tire or of all."""
-    parser = argparse.ArgumentParser(prog="flatplank_sim.plant.truth", description=__doc__)
+    parser = argparse.ArgumentParser(prog="flatplank_validation.truth", description=__doc__)
     parser.add_argument("--tire", choices=tires(), help="default: all packaged tires")
     parser.add_argument("--preset", help="defects of a packaged preset, for instance thesis2023")
     parser.add_argument("--load", type=float, nargs="*", default=(), metavar="N")
