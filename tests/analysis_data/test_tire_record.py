@@ -189,9 +189,12 @@ REST = "free_radius: 0.3\nnominal_load: 3000\nnominal_pressure: 2.5\n"
 MISTAKES = [
     ("name: X\n", "begin with format: flatplank-tire/1"),
     (HEAD, "missing free_radius, nominal_load, nominal_pressure"),
-    (HEAD + REST + "widht: 0.2\n", "did you mean width?"),
-    (HEAD + REST.replace("2.5", "250000"), "nominal_pressure: 250000 is not in bar"),
-    (HEAD + REST + "contact: {q_ra3: 1}\n", "did you mean q_ra"),
+    (HEAD + REST + "widht: 0.2\n", "the nearest is 'width'"),
+    (
+        HEAD + REST.replace("2.5", "250000"),
+        "nominal_pressure is 250000 bar, must be within 0.2 .. 15",
+    ),
+    (HEAD + REST + "contact: {q_ra3: 1}\n", "the nearest is 'q_ra"),
     (HEAD + REST + "contact: [\n", "not YAML"),
 ]
 

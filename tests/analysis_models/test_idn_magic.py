@@ -243,9 +243,9 @@ def test_fit_file_round_trip(tmp_path: Path) -> None:
     assert fit.stages == ("pure_x", "pressure")
     assert fit.prior["PEX4"] == (0.0, 0.1)
     nonlinear = parse_fit(
-        {"format": "flatplank-fit/1", "model": "nonlinear", "fixed": {"friction": 0.9},
-         "bounds": {"c_cx": [1e5, 3e5]}, "geometry": {"q_ra1": 0.9}}
-    )  # fmt: skip
+        "{format: flatplank-fit/1, model: nonlinear, fixed: {friction: 0.9}, "
+        "bounds: {c_cx: [1e5, 3e5]}, geometry: {q_ra1: 0.9}}"
+    )
     options = nonlinear.carcass_options()
     assert options["friction"] == 0.9
     assert options["bounds"] == (1e5, 3e5)
@@ -257,12 +257,12 @@ def test_fit_file_round_trip(tmp_path: Path) -> None:
     [
         (
             ("stages: [pure_x", "stages: [pure_z"),
-            "stages: unknown name pure_z; did you mean pure_",
+            "stages: unknown name 'pure_z'; the nearest is 'pure_",
         ),
-        (("weights", "wieghts"), "unknown key wieghts; did you mean weights"),
+        (("weights", "wieghts"), "unknown parameter 'wieghts'; the nearest is 'weights'"),
         (("[1.0, 2.0]", "[2.0, 1.0]"), "bounds of PCX1 are 2, 1"),
         (("[0.0, 0.1]", "[0.0, 0.0]"), "prior of PEX4 has spread 0"),
-        (("{PKX3: 0.0}", "{PKX3: much}"), "is not understood"),
+        (("{PKX3: 0.0}", "{PKX3: much}"), "fixed: PKX3 must be a number, not 'much'"),
         (("flatplank-fit/1", "flatplank-fit/9"), "format is not flatplank-fit/1"),
         (("{PKX3: 0.0}", "{PKX3: 0.0"), "not YAML"),
     ],

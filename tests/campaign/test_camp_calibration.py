@@ -149,7 +149,7 @@ def test_the_parasitic_fit_is_found_beside_its_book(tmp_path, monkeypatch):
 HEAD = "format: flatplank-calibration/1\nentries:\n"
 WRONG = {
     "yaml": (HEAD + "  hub_fx: {", "not YAML"),
-    "format": ("entries: {}", "not a calibration file"),
+    "format": ("entries: {}", "format is not flatplank-calibration/1"),
     "entries": ("format: flatplank-calibration/1\nentries: 3", "no 'entries:'"),
     "unknown": (HEAD + "  hub_fq: {date: 2026-01-01, parameters: {}, residual: 0}", "nearest"),
     "missing": (HEAD + "  motor: {date: 2026-01-01}", "motor: missing"),

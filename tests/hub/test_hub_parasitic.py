@@ -25,12 +25,17 @@ TRUE = (
 FIT = ParasiticFit("Toyo on adapter 3", "2023-05-04", TRUE)
 
 
+def signal(s: Sine, x):
+    """The sine of one channel [V] at wheel angles [rad], with its constant part."""
+    return s.amplitude_v * np.sin(s.frequency * x + s.phase_rad) + s.offset_v
+
+
 def three_turns(noise: float, n: int = 6000):
     rng = np.random.default_rng(1)
     angle = 0.7 + np.linspace(0.0, 6.0 * math.pi, n)
     volts = rng.normal(0.0, noise, (n, 6))
     for column, s in zip(INDEX, TRUE, strict=True):
-        volts[:, column] += s.amplitude * np.sin(s.frequency * angle + s.phase) + s.offset
+        volts[:, column] += signal(s, angle)
     # the speeding up and slowing down in the first and last turn must not enter the fit
     volts[:500] += 0.3
     volts[-500:] -= 0.3
@@ -42,15 +47,15 @@ def test_identification_recovers_the_sines():
     fit = identify_fit(angle, volts, "m", "2023-05-04")
     for found, true in zip(fit.sines, TRUE, strict=True):
         x = np.linspace(angle[0] + 2 * math.pi, angle[0] + 4 * math.pi, 200)
-        y = [s.amplitude * np.sin(s.frequency * x + s.phase) + s.offset for s in (found, true)]
+        y = [signal(s, x) for s in (found, true)]
         assert np.max(np.abs(y[0] - y[1])) < 5e-4
-        assert found.residual_rms == pytest.approx(0.002, rel=0.1)
+        assert found.residual_rms_v == pytest.approx(0.002, rel=0.1)
 
 
 def test_identification_of_a_wheel_that_turns_backwards():
     angle, volts = three_turns(noise=0.0)
     fit = identify_fit(angle[::-1], volts[::-1], "m", "d")
-    assert fit.sines[1].amplitude == pytest.approx(0.15, rel=1e-6)
+    assert fit.sines[1].amplitude_v == pytest.approx(0.15, rel=1e-6)
 
 
 def test_a_short_run_is_refused():
@@ -74,9 +79,9 @@ def test_file_round_trip(tmp_path):
     ("old", "new", "message"),
     [
         ("amplitude_v: 0.15", "amplitude_v: .nan", "C2: amplitude_v is nan"),
-        ("  C6:", "  C7:", "unknown key 'C7'"),
-        ("mounting:", "mountng:", "unknown key 'mountng'; the nearest is 'mounting'"),
-        ("flatplank-parasitic-fit/1", "else", "not a parasitic fit"),
+        ("  C6:", "  C7:", "unknown parameter 'C7'"),
+        ("mounting:", "mountng:", "unknown parameter 'mountng'; the nearest is 'mounting'"),
+        ("flatplank-parasitic-fit/1", "else", "format is not flatplank-parasitic-fit/1"),
     ],
 )
 def test_bad_files_are_refused(tmp_path, old, new, message):
@@ -93,7 +98,7 @@ def raw_volts(wheel_counts: int, load: float = 0.0):
     x = wheel_counts * 2 * math.pi / 20000
     volts = [0.0] * 6
     for column, s in zip(INDEX, TRUE, strict=True):
-        volts[column] = s.amplitude * math.sin(s.frequency * x + s.phase) + s.offset
+        volts[column] = signal(s, x)
     volts[4] += load
     return tuple(volts)
 
@@ -165,8 +170,8 @@ def test_a_channel_without_a_sine_has_its_offset():
     angle, volts = three_turns(noise=0.0)
     volts[500:-500, INDEX[0]] = 0.25
     found = identify_fit(angle, volts, "m", "d").sines[0]
-    assert found.amplitude == pytest.approx(0.0, abs=1e-9)
-    assert found.offset == pytest.approx(0.25)
+    assert found.amplitude_v == pytest.approx(0.0, abs=1e-9)
+    assert found.offset_v == pytest.approx(0.25)
 
 
 @pytest.mark.parametrize("frequency", [0.9, 1.1])
@@ -175,7 +180,7 @@ def test_a_wave_that_is_no_whole_turn_is_found(frequency):
     volts[:, INDEX[1]] = 0.1 * np.sin(frequency * angle + 0.5) + 0.02
     found = identify_fit(angle, volts, "m", "d").sines[1]
     assert found.frequency == pytest.approx(frequency, rel=1e-6)
-    assert (found.amplitude, found.phase) == pytest.approx((0.1, 0.5), rel=1e-5)
+    assert (found.amplitude_v, found.phase_rad) == pytest.approx((0.1, 0.5), rel=1e-5)
 
 
 def test_two_turns_are_needed_and_enough():
@@ -200,11 +205,11 @@ def test_turns_are_counted_from_the_first_sample():
 
 @pytest.mark.parametrize(
     ("old", "new", "message"),
-    [("phase_rad", "phaze_rad", "unknown key 'phaze_rad'; the nearest is 'phase_rad'"),
+    [("phase_rad", "phaze_rad", "unknown parameter 'phaze_rad'; the nearest is 'phase_rad'"),
      ("    phase_rad: 0.4\n", "", "missing phase_rad")],
 )  # fmt: skip
 def test_every_number_of_a_sine_is_needed_and_no_other(old, new, message):
     text = fit_to_text(FIT)
     assert old in text
-    with pytest.raises(ValueError, match=f"^fit.yaml: C1: {message}"):
+    with pytest.raises(ValueError, match=f"^fit.yaml: channels: C1: {message}"):
         parasitic.fit_from_text(text.replace(old, new, 1), "fit.yaml")

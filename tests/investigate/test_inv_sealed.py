@@ -6,8 +6,8 @@ from __future__ import annotations
 import pytest
 from inv_fresh import fresh_challenge, investigated
 
+from flatplank_data.params import ParameterError
 from flatplank_sim.plant import PlantConfig
-from flatplank_sim.plant.yamlconfig import PlantConfigError
 from flatplank_sim.sealed.menu import MENU
 from flatplank_sim.sealed.seal import PLANT, seal_plant
 
@@ -27,7 +27,7 @@ def test_a_damaged_one_is_told_in_a_line(tmp_path):
     path = tmp_path / PLANT
     for text in ("sealed: abc\n", "sealed: 7\n"):
         path.write_text(text)
-        with pytest.raises(PlantConfigError, match=r"plant.yaml: sealed: is damaged; make the"):
+        with pytest.raises(ParameterError, match=r"plant.yaml: sealed: is damaged; make the"):
             PlantConfig.load("toyo", file=path)
 
 

@@ -50,7 +50,7 @@ def forces_of(channels: np.ndarray) -> Forces:
 
 def signal_of(fit: ParasiticFit, angle: np.ndarray) -> np.ndarray:
     """The fitted signal (5, n) [V] at wheel angles (n,) [rad], without its constant part."""
-    a, b, c = np.array([s[:3] for s in fit.sines]).T[..., None]
+    a, b, c = np.array([(s.amplitude_v, s.frequency, s.phase_rad) for s in fit.sines]).T[..., None]
     return a * np.sin(b * angle + c)
 
 

@@ -1,24 +1,39 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters as frozen dataclasses: each field has unit, range and note; all sources are checked.
+"""Parameters and records of files as frozen dataclasses, read and checked in one way.
 
-A parameter set is any frozen dataclass whose fields are made by `param`. The base class `Params`
-adds the check on construction. An optional method `check(self) -> str | None` returns why values
-do not fit together.
+The type of a field may be a number, bool, text, tuple, mapping or another dataclass; `param` adds
+unit, range, choices and note. The base class `Params` adds the check on construction. An optional
+method `check(self) -> str | None` returns why values do not fit together.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import Field, dataclass, field, fields
+from contextlib import suppress
+from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
+from datetime import date
+from functools import cache
+from itertools import repeat
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple, Protocol, TypeVar
+from typing import (
+    Any,
+    ClassVar,
+    NamedTuple,
+    Protocol,
+    TypeVar,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 from flatplank_data.errors import FlatplankError
 from flatplank_data.limits import Limit
 from flatplank_data.names import nearest_hint
 from flatplank_data.yaml_text import load_yaml
 
+NO_KEY = {"no_key": True}
+"""metadata of a field that no file has"""
 SHELL_KEYS = frozenset({"use_sim_time", "autostart", "fifo_priority", "constants_from"})
 """Keys of a parameter file that belong to the ROS node, not to its core."""
 
@@ -70,7 +85,10 @@ def param(
     read_only: bool = False,
     choices: Iterable[str] = (),
 ) -> Any:
-    """One field of a parameter set; `bounds` hold for every element of an array (a tuple)."""
+    """One field of a parameter set; `bounds` hold for every element of an array (a tuple).
+
+    default: MISSING where a file must have the key.
+    """
     metadata = {
         "note": note,
         "unit": unit,
@@ -99,20 +117,30 @@ def parameter_infos(cls: type) -> tuple[ParamInfo, ...]:
     return tuple(ParamInfo(name=f.name, default=f.default, **f.metadata) for f in fields(cls))
 
 
-def from_mapping(cls: type[P], mapping: Mapping[str, Any], where: str) -> P:
-    """Checked parameters from a plain mapping; `where` names its file or node in errors."""
-    known = {info.name for info in parameter_infos(cls)}
+def from_mapping(cls: type[P], mapping: Any, where: str) -> P:
+    """Checked values from plain ones; `where` names their file or node in errors."""
+    if not isinstance(mapping, Mapping):
+        raise ParameterError(f"{where}: expected keys with values, not {mapping!r}")
+    known = {f.name: f for f in fields(cls) if f.init and "no_key" not in f.metadata}
     for key in mapping:
         if key not in known and key not in SHELL_KEYS:
             raise ParameterError(f"{where}: unknown parameter '{key}'{nearest_hint(key, known)}")
+    missing = [f.name for f in known.values() if _is_required(f) and f.name not in mapping]
+    if missing:
+        raise ParameterError(f"{where}: missing {', '.join(missing)}")
+    values = {k: _checked(cls, f, mapping[k], where) for k, f in known.items() if k in mapping}
     try:
-        values = cls(**{key: value for key, value in mapping.items() if key in known})
-        validate(values, where)
+        made = cls(**values)
     except ParameterError as error:
         text = str(error)
         prefix = f"{cls.__name__}: "
         raise ParameterError(text.replace(prefix, f"{where}: ", 1)) from None
-    return values
+    _check_together(made, where)
+    return made
+
+
+def _is_required(f: Field) -> bool:
+    return f.default is MISSING and f.default_factory is MISSING
 
 
 def to_mapping(values: Any) -> dict[str, Any]:
@@ -159,47 +187,74 @@ def load_parameters(path: str | Path, node: str = "") -> dict[str, Any]:
 
 def validate(values: Any, where: str) -> None:
     """Check types, finiteness, ranges, choices and `check` of a parameter set; integers become
-    floats where the default is one."""
+    floats where the type is one."""
     for f in fields(values):
-        value = _coerced(getattr(values, f.name), f.default, f"{where}: {f.name}")
-        reason = _refusal(f.name, value, f.metadata)
-        if reason:
-            raise ParameterError(f"{where}: {reason}")
+        value = _checked(type(values), f, getattr(values, f.name), where)
         object.__setattr__(values, f.name, value)
+    _check_together(values, where)
+
+
+def _check_together(values: Any, where: str) -> None:
     check = getattr(values, "check", None)
     if check and (reason := check()):
         raise ParameterError(f"{where}: {reason}")
 
 
-def _coerced(value: Any, default: Any, where: str) -> Any:
-    if isinstance(default, tuple):
-        if isinstance(value, (str, bytes)) or not hasattr(value, "__iter__"):
-            raise ParameterError(f"{where} must be a list, not {value!r}")
-        kind = default[0] if default else 0.0
-        return tuple(_coerced(v, kind, where) for v in value)
-    if isinstance(default, bool):
-        if not isinstance(value, bool):
-            raise ParameterError(f"{where} must be true or false, not {value!r}")
-    elif isinstance(default, int):
-        if isinstance(value, bool) or not isinstance(value, int):
-            raise ParameterError(f"{where} must be a whole number, not {value!r}")
-    elif isinstance(default, float):
-        if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise ParameterError(f"{where} must be a number (as in 5.0e-4), not {value!r}")
-        return float(value)
-    elif not isinstance(value, str):
-        raise ParameterError(f"{where} must be text, not {value!r}")
+@cache
+def _kinds(cls: type) -> dict[str, Any]:
+    return get_type_hints(cls)
+
+
+def _checked(cls: type, f: Field, value: Any, where: str) -> Any:
+    """The value of a field in its type; ParameterError outside its range or choices."""
+    value = _read(_kinds(cls)[f.name], value, f"{where}: {f.name}")
+    if reason := _refusal(f.name, value, f.metadata):
+        raise ParameterError(f"{where}: {reason}")
     return value
+
+
+def _read(kind: Any, value: Any, where: str) -> Any:
+    if is_dataclass(kind):
+        return value if isinstance(value, kind) else from_mapping(kind, value, where)  # type: ignore[type-var]
+    inner = get_args(kind)
+    if get_origin(kind) is tuple:
+        if isinstance(value, (str, bytes, Mapping)) or not hasattr(value, "__iter__"):
+            raise ParameterError(f"{where} must be a list, not {value!r}")
+        values = tuple(value)
+        if inner[-1] is not ... and len(values) != len(inner):
+            raise ParameterError(f"{where} must have {len(inner)} values, not {value!r}")
+        kinds = repeat(inner[0]) if inner[-1] is ... else inner
+        return tuple(_read(k, v, where) for k, v in zip(kinds, values))  # noqa: B905
+    if get_origin(kind) is Mapping:
+        if not isinstance(value, Mapping):
+            raise ParameterError(f"{where}: expected names with values, not {value!r}")
+        return {str(k): _read(inner[1], v, f"{where}: {k}") for k, v in value.items()}
+    if kind not in _WORDS:
+        return value
+    truth = isinstance(value, bool)
+    if kind is float and isinstance(value, (int, float, str)) and not truth:
+        with suppress(ValueError):  # YAML reads 5e-4 as text
+            value = float(value)
+    if kind is str and isinstance(value, (int, float, date)) and not truth:
+        value = str(value)  # a name of digits
+    if not isinstance(value, kind) or (truth and kind is not bool):
+        raise ParameterError(f"{where} must be {_WORDS[kind]}, not {value!r}")
+    return value
+
+
+_WORDS = {bool: "true or false", int: "a whole number", float: "a number", str: "text"}
 
 
 def _refusal(name: str, value: Any, metadata: Mapping[str, Any]) -> str:
     if isinstance(value, tuple):
         return next((r for v in value if (r := _refusal(name, v, metadata))), "")
-    if isinstance(value, str):
-        choices = metadata.get("choices", ())
-        known = not choices or value in choices
-        return "" if known else f"{name} is '{value}'{nearest_hint(value, choices)}"
-    if isinstance(value, bool):
-        return ""
-    low, high = metadata.get("bounds") or (-math.inf, math.inf)
-    return Limit(low, high, metadata.get("unit", "").replace("-", "")).refusal(name, value)
+    choices = metadata.get("choices", ())
+    if choices and isinstance(value, (str, Mapping)):
+        for word in (value,) if isinstance(value, str) else value:
+            if word not in choices:
+                return f"{name} is '{word}'{nearest_hint(word, choices)}"
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        low, high = metadata.get("bounds") or (-math.inf, math.inf)
+        unit = metadata.get("unit", "").replace("-", "")
+        return Limit(low, high, unit).refusal(name, value)
+    return ""

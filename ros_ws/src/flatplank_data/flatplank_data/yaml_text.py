@@ -12,7 +12,7 @@ from typing import Any
 
 import yaml
 
-from flatplank_data.errors import YamlError
+from flatplank_data.errors import FlatplankError, YamlError
 
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _DEPTH = 100
@@ -41,6 +41,14 @@ def load_yaml(text: str | bytes, where: str | Path) -> Any:
         mark = getattr(error, "problem_mark", None)
         place = f"{where} line {mark.line + 1}" if mark else str(where)
         raise YamlError(what, place, remedy) from None
+
+
+def load_format(text: str | bytes, where: str | Path, kind: str) -> dict[str, Any]:
+    """The keys of a YAML file that begins with `format: kind`; FlatplankError for another one."""
+    content = load_yaml(text, where)
+    if not isinstance(content, dict) or content.get("format") != kind:
+        raise FlatplankError(f"format is not {kind}", str(where), f"begin with format: {kind}")
+    return {key: value for key, value in content.items() if key != "format"}
 
 
 def dump_yaml(content: Any, **options: Any) -> str:

@@ -19,15 +19,16 @@ geometry: {vertical_stiffness: 2.13e5}   # of the nonlinear model (Table 7.2)
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from flatplank_data.errors import FlatplankError
-from flatplank_data.names import similar_names
-from flatplank_data.yaml_text import load_yaml
+from flatplank_data.names import nearest_hint
+from flatplank_data.params import from_mapping
+from flatplank_data.yaml_text import load_format
 from flatplank_tire.tir import TirFile, read_tir
 
 from ..models.base import ContactGeometry
@@ -49,42 +50,14 @@ def read_fit_file(path: str | Path) -> FitFile:
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "is no text"
         raise FlatplankError(reason, str(path), "give a fit file") from None
-    return parse_fit(load_yaml(text, str(path)), str(path))
+    return parse_fit(text, str(path))
 
 
-def parse_fit(raw: Any, where: str = "fit file") -> FitFile:
-    """Check keys, names and numbers of a fit file's contents."""
-    if not isinstance(raw, Mapping) or raw.get("format") != FORMAT:
-        raise FlatplankError(f"format is not {FORMAT}", where, f"begin with format: {FORMAT}")
-    known = {f.name for f in fields(FitFile)} - {"reach"}  # a matter of the bench
-    values: dict[str, Any] = {}
-    for key, value in raw.items():
-        if key == "format":
-            continue
-        if key not in known:
-            raise FlatplankError(f"unknown key {key}", where, _nearest(str(key), known))
-        values[key] = _typed(key, value, where)
-    fit = FitFile(**values)
+def parse_fit(text: str, where: str = "fit file") -> FitFile:
+    """Check keys, names and numbers of a fit file's text."""
+    fit = from_mapping(FitFile, load_format(text, where, FORMAT), where)
     _check_names(fit, where)
     return fit
-
-
-def _typed(key: str, value: Any, where: str) -> Any:
-    try:
-        if key in ("campaigns", "stages", "free"):
-            return tuple(str(v) for v in value)
-        if key in ("bounds", "prior"):
-            return {str(k): (float(v[0]), float(v[1])) for k, v in value.items()}
-        if key in ("fixed", "weights", "geometry"):
-            return {str(k): float(v) for k, v in value.items()}
-        return bool(value) if key == "joint" else str(value)
-    except (TypeError, ValueError, AttributeError, IndexError, KeyError):
-        raise FlatplankError(f"{key}: {value!r} is not understood", where, _shape(key)) from None
-
-
-def _shape(key: str) -> str:
-    pairs = "write NAME: [number, number]"
-    return {"bounds": pairs, "prior": pairs}.get(key, "write a list of names or NAME: number")
 
 
 def _check_names(fit: FitFile, where: str) -> None:
@@ -99,7 +72,9 @@ def _check_names(fit: FitFile, where: str) -> None:
     for key, names in allowed.items():
         for name in getattr(fit, key):
             if name not in names:
-                raise FlatplankError(f"{key}: unknown name {name}", where, _nearest(name, names))
+                raise FlatplankError(
+                    f"{key}: unknown name '{name}'{nearest_hint(name, names)}", where
+                )
     for name, (low, high) in fit.bounds.items():
         if not low < high:
             raise FlatplankError(f"bounds of {name} are {low:g}, {high:g}", where, "low first")
@@ -108,10 +83,6 @@ def _check_names(fit: FitFile, where: str) -> None:
             raise FlatplankError(
                 f"prior of {name} has spread {std:g}", where, "give a positive one"
             )
-
-
-def _nearest(name: str, known: set[str]) -> str:
-    return f"did you mean {similar_names(name, known, 0.0)[0]}?"
 
 
 PER_CONDITION: dict[str, Callable[..., LinearCondition | CarcassFit]] = {

@@ -27,14 +27,14 @@ import dataclasses
 import math
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import MISSING, dataclass, field
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from flatplank_data.errors import FlatplankError
-from flatplank_data.names import similar_names
-from flatplank_data.yaml_text import dump_yaml, load_yaml
+from flatplank_data.params import NO_KEY, from_mapping, param
+from flatplank_data.yaml_text import dump_yaml, load_format
 from flatplank_tire.tir import TIRE_FILES, TirFile, check_tir, parse_tir, read_tir
 
 from .base import SPEED, ContactGeometry
@@ -42,14 +42,6 @@ from .base import SPEED, ContactGeometry
 FORMAT = "flatplank-tire/1"
 FILE = "tire.yaml"
 """name of the record in a campaign folder"""
-REQUIRED = ("name", "free_radius", "nominal_load", "nominal_pressure")
-RANGES = {
-    "free_radius": (0.1, 1.0, "m"),
-    "width": (0.02, 1.0, "m"),
-    "nominal_load": (50.0, 50e3, "N"),
-    "nominal_pressure": (0.2, 15.0, "bar"),
-    "rim_radius": (0.05, 0.8, "m"),
-}
 CONTACT = ("vertical_stiffness", "pressure_effect", "q_ra1", "q_ra2")
 KEYS = dict(zip(("VERTICAL_STIFFNESS", "PFZ1", "Q_RA1", "Q_RA2"), CONTACT, strict=True))
 """coefficient of a `.tir` -> key of the contact geometry"""
@@ -65,28 +57,22 @@ class TireRecord:
     """Properties of a mounted tire that are known before any fit. SI, pressure in bar."""
 
     name: str
-    free_radius: float
-    """R0 [m]"""
-    nominal_load: float
-    """[N]"""
-    nominal_pressure: float
-    """[bar]"""
+    free_radius: float = param(MISSING, "R0", unit="m", bounds=(0.1, 1.0))
+    nominal_load: float = param(MISSING, "load", unit="N", bounds=(50.0, 50e3))
+    nominal_pressure: float = param(MISSING, "pressure", unit="bar", bounds=(0.2, 15.0))
     description: str = ""
-    width: float = math.nan
-    """[m]"""
-    rim_radius: float = math.nan
-    """[m]"""
+    width: float = param(math.nan, "of the tire", unit="m", bounds=(0.02, 1.0))
+    rim_radius: float = param(math.nan, "of the rim", unit="m", bounds=(0.05, 0.8))
     rim: str = ""
     mounted: str = ""
     """date"""
     start_file: str = ""
     """`.tir` with the start values of a fit; empty: general start values, of no tire"""
-    contact: Mapping[str, float] = field(default_factory=dict)
-    """some of `CONTACT`"""
+    contact: Mapping[str, float] = field(default_factory=dict, metadata={"choices": CONTACT})
     placeholder: tuple[str, ...] = ()
     """fields that nobody measured"""
     source: str = ""
-    origin: str = ""
+    origin: str = field(default="", metadata=NO_KEY)
     """source of the record: a file, or how it was made"""
 
     def geometry(self) -> tuple[ContactGeometry, dict[str, str]]:
@@ -142,51 +128,9 @@ def read_record(path: str | os.PathLike[str]) -> TireRecord:
 
 def parse_record(text: str, where: str) -> TireRecord:
     """Check keys and numbers of a record's text."""
-    raw = load_yaml(text, where)
-    if not isinstance(raw, Mapping) or raw.get("format") != FORMAT:
-        raise FlatplankError(f"format is not {FORMAT}", where, f"begin with format: {FORMAT}")
-    known = {f.name for f in dataclasses.fields(TireRecord)} - {"origin"}
-    values = {str(k): v for k, v in raw.items() if k != "format"}
-    for key in values:
-        _known(key, known, where)
-    missing = [key for key in REQUIRED if key not in values]
-    if missing:
-        raise FlatplankError(f"missing {', '.join(missing)}", where, "add it to the tire record")
-    for key in RANGES:
-        if key in values:
-            values[key] = _within(key, values[key], where)
-    for key in ("name", "description", "rim", "mounted", "start_file", "source"):
-        if key in values:
-            values[key] = str(values[key])
-    contact = values.get("contact") or {}
-    if not isinstance(contact, Mapping):
-        raise FlatplankError("contact has no keys", where, f"some of {', '.join(CONTACT)}")
-    for key in contact:
-        _known(str(key), set(CONTACT), where)
-    try:
-        values["contact"] = {k: float(v) for k, v in contact.items()}
-    except (TypeError, ValueError):
-        raise FlatplankError("contact: not a number", where, "NAME: number, in SI") from None
-    values["placeholder"] = tuple(str(v) for v in values.get("placeholder") or ())
-    return TireRecord(**values, origin=where)
-
-
-def _within(key: str, value: Any, where: str) -> float:
-    low, high, unit = RANGES[key]
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        number = math.nan
-    if not low <= number <= high:
-        remedy = f"give {low:g} to {high:g} {unit}"
-        raise FlatplankError(f"{key}: {value!r} is not in {unit}", where, remedy)
-    return number
-
-
-def _known(key: str, known: set[str], where: str) -> None:
-    if key not in known:
-        near = similar_names(key, known, 0.0)[0]
-        raise FlatplankError(f"unknown key {key}", where, f"did you mean {near}?")
+    raw = load_format(text, where, FORMAT)
+    given = {key: value for key, value in raw.items() if value is not None}
+    return dataclasses.replace(from_mapping(TireRecord, given, where), origin=where)
 
 
 def shipped_record(name: str) -> TireRecord:

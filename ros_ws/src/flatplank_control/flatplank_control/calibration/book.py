@@ -15,7 +15,7 @@ import numpy as np
 from flatplank_data.files import write_atomic
 from flatplank_data.names import nearest_hint
 from flatplank_data.values import is_number
-from flatplank_data.yaml_text import dump_yaml, load_yaml
+from flatplank_data.yaml_text import dump_yaml, load_format
 
 FORMAT = "flatplank-calibration/1"
 FILE = "calibration.yaml"
@@ -194,10 +194,7 @@ def _plain(value: Any) -> Value:
 
 
 def _read(path: Path) -> dict[str, Entry]:
-    data = load_yaml(path.read_bytes(), path)
-    if not isinstance(data, dict) or data.get("format") != FORMAT:
-        raise ValueError(f"{path}: not a calibration file; expected 'format: {FORMAT}'")
-    entries = data.get("entries")
+    entries = load_format(path.read_bytes(), path, FORMAT).get("entries")
     if not isinstance(entries, dict):
         raise ValueError(f"{path}: no 'entries:' with instruments below it")
     return {name: _entry(name, values, path) for name, values in entries.items()}

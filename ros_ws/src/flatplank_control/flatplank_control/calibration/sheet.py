@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from flatplank_data.names import nearest_hint
 from flatplank_data.values import is_number
-from flatplank_data.yaml_text import load_yaml
+from flatplank_data.yaml_text import load_format
 
 FORMAT = "flatplank-preflight/1"
 
@@ -51,11 +51,8 @@ def empty_sheet(date: str) -> str:
 
 def starting_values(text: str, where: str) -> dict[str, dict[str, float]]:
     """effect -> parameter -> value [SI] from a filled sheet, without empty lines."""
-    data = load_yaml(text, where)
-    if not isinstance(data, Mapping) or data.get("format") != FORMAT:
-        raise ValueError(f"{where}: not a pre-flight sheet; expected 'format: {FORMAT}'")
     found: dict[str, dict[str, float]] = {}
-    readings = data.get("readings") or {}
+    readings = load_format(text, where, FORMAT).get("readings") or {}
     if not isinstance(readings, Mapping):
         raise ValueError(f"{where}: 'readings' must be lines of 'name: value'")
     for name, value in readings.items():

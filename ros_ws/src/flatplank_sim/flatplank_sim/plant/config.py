@@ -18,11 +18,10 @@ import numpy as np
 from flatplank_data.limits import LIMITS
 from flatplank_data.machine import FRICTION_SPEED, FRICTION_TORQUE
 from flatplank_data.names import nearest_hint
+from flatplank_data.params import ParameterError, from_mapping
 from flatplank_hw.bus.image import AXES
 from flatplank_sim.plant.defects.base import Defect, build_defects
 from flatplank_sim.plant.yamlconfig import (
-    PlantConfigError,
-    build_dataclass,
     merge,
     nested,
     read_overlay,
@@ -260,37 +259,25 @@ class PlantConfig:
         servos = data.pop("servos", None) or {}
         for name in servos:
             if name not in AXES:
-                raise PlantConfigError(
+                raise ParameterError(
                     f"{where}: servos: unknown axis '{name}'{nearest_hint(name, AXES)}"
                 )
-        built = {
-            k: build_dataclass(ServoConfig, v, f"{where}: servos: {k}") for k, v in servos.items()
-        }
-        data["servos"] = built
+        data["servos"] = servos
         data["defects"] = build_defects(defects, f"{where}: defects")
-        config = build_dataclass(PlantConfig, data, where)
-        config.check(where)
-        return config
+        return from_mapping(PlantConfig, data, where)
 
-    def check(self, where: str) -> None:
-        """Raise an error for values that do not fit together."""
+    def check(self) -> str | None:
+        """Reason why these values do not fit together, or None."""
         for axis in self.driven_axes:
             if axis not in AXES:
-                raise PlantConfigError(
-                    f"{where}: driven_axes: unknown '{axis}'{nearest_hint(axis, AXES)}"
-                )
+                return f"driven_axes: unknown '{axis}'{nearest_hint(axis, AXES)}"
             if axis not in self.servos:
-                raise PlantConfigError(f"{where}: driven_axes: '{axis}' has no entry under servos")
+                return f"driven_axes: '{axis}' has no entry under servos"
         if len(self.wheel_drive.friction_speed) != len(self.wheel_drive.friction_torque):
-            raise PlantConfigError(
-                f"{where}: wheel_drive: friction_speed and friction_torque differ in length"
-            )
+            return "wheel_drive: friction_speed and friction_torque differ in length"
         if self.solver.bristle_spacing <= 0.0 or self.tire.contact_half_length <= 0.0:
-            raise PlantConfigError(
-                f"{where}: bristle_spacing and contact_half_length must be above 0 m"
-            )
-        if self.command_delay_cycles < 0:
-            raise PlantConfigError(f"{where}: command_delay_cycles must not be negative")
+            return "bristle_spacing and contact_half_length must be above 0 m"
+        return "command_delay_cycles is negative" if self.command_delay_cycles < 0 else None
 
 
 def cleat_heights(c: PlantConfig, x: np.ndarray, height: float) -> np.ndarray:
@@ -310,7 +297,7 @@ def config_folder() -> Path:
     for place in places:
         if (place / f"{MACHINE}.yaml").is_file():
             return place
-    raise PlantConfigError(
+    raise ParameterError(
         f"{here}: no config/plant/{MACHINE}.yaml; build the workspace with colcon"
     )
 
@@ -319,7 +306,7 @@ def _packaged(name: str, kind: str = "file", folder: str = ".") -> dict[str, Any
     path = config_folder() / folder / f"{name}.yaml"
     if not path.is_file():
         known = [p.stem for p in (config_folder() / folder).glob("*.yaml")]
-        raise PlantConfigError(f"plant: unknown {kind} '{name}'{nearest_hint(name, known)}")
+        raise ParameterError(f"plant: unknown {kind} '{name}'{nearest_hint(name, known)}")
     return read_yaml(path)
 
 

@@ -1,28 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads frozen dataclasses from YAML; errors state where, and name the nearest known key."""
+"""Plain data of the plant's configuration: read from YAML, merged, and sealed."""
 
 from __future__ import annotations
 
 import base64
 import dataclasses
 import json
-import math
-import typing
 import zlib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
-from flatplank_data.errors import FlatplankError
-from flatplank_data.names import nearest_hint
-from flatplank_data.params import AnyDataclass
+from flatplank_data.params import ParameterError
 from flatplank_data.yaml_text import load_yaml
-
-T = TypeVar("T", bound=AnyDataclass)
-
-
-class PlantConfigError(FlatplankError):
-    """A configuration that cannot be used; one line states where, what, what to do."""
 
 
 def encode_as_word(content: Mapping[str, Any]) -> str:
@@ -43,11 +33,11 @@ def read_yaml(path: Path) -> dict[str, Any]:
     try:
         content = load_yaml(path.read_bytes(), path)
     except OSError as error:
-        raise PlantConfigError(f"{path}: cannot be read ({error.strerror})") from None
+        raise ParameterError(f"{path}: cannot be read ({error.strerror})") from None
     if content is None:
         return {}
     if not isinstance(content, dict):
-        raise PlantConfigError(f"{path}: expected keys with values")
+        raise ParameterError(f"{path}: expected keys with values")
     return content
 
 
@@ -59,7 +49,7 @@ def read_overlay(path: Path) -> dict[str, Any]:
     try:
         return decode_word(content["sealed"])
     except ValueError:
-        raise PlantConfigError(f"{path}: sealed: is damaged; make the challenge again") from None
+        raise ParameterError(f"{path}: sealed: is damaged; make the challenge again") from None
 
 
 def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
@@ -83,48 +73,6 @@ def nested(mapping: Mapping[str, Any]) -> dict[str, Any]:
             inner = {part: inner}
         result = merge(result, {str(key).split(".")[0]: inner})
     return result
-
-
-def build_dataclass(cls: type[T], data: Any, where: str) -> T:
-    """Make a dataclass from plain data; supports nested dataclasses, floats, tuples of floats."""
-    if not isinstance(data, Mapping):
-        raise PlantConfigError(f"{where}: expected keys with values, found {data!r}")
-    hints = typing.get_type_hints(cls)
-    known = {f.name: f for f in dataclasses.fields(cls) if f.init}
-    for key in data:
-        if key not in known:
-            raise PlantConfigError(f"{where}: unknown key '{key}'{nearest_hint(key, known)}")
-    values = {k: checked_value(hints[k], v, f"{where}: {k}") for k, v in data.items()}
-    for name, f in known.items():
-        required = f.default is dataclasses.MISSING and f.default_factory is dataclasses.MISSING
-        if required and name not in values:
-            raise PlantConfigError(f"{where}: '{name}' is missing")
-    return cls(**values)
-
-
-def checked_value(hint: Any, value: Any, where: str) -> Any:
-    """Check one value against the type of its field and convert it."""
-    if isinstance(hint, type) and dataclasses.is_dataclass(hint):
-        return build_dataclass(hint, value, where)
-    if typing.get_origin(hint) is tuple:
-        if not isinstance(value, list | tuple):
-            raise PlantConfigError(f"{where}: expected a list, found {value!r}")
-        return tuple(checked_value(typing.get_args(hint)[0], v, where) for v in value)
-    if hint is float:
-        # YAML reads 1e5 as text
-        if isinstance(value, str):
-            try:
-                value = float(value)
-            except ValueError:
-                raise PlantConfigError(f"{where}: expected a number, found {value!r}") from None
-        if isinstance(value, bool) or not isinstance(value, int | float) or math.isnan(value):
-            raise PlantConfigError(f"{where}: expected a number, found {value!r}")
-        return float(value)
-    if hint in (int, bool, str):
-        if type(value) is not hint:
-            raise PlantConfigError(f"{where}: expected {hint.__name__}, found {value!r}")
-        return value
-    return value
 
 
 def to_plain(value: Any) -> Any:

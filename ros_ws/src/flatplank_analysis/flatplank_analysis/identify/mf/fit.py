@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from flatplank_data.errors import FlatplankError
+from flatplank_data.params import NO_KEY
 from flatplank_tire.magic_formula import LATEST, Coefficients
 from flatplank_tire.tir import TirFile
 from flatplank_tire.tir_complete import complete_tir
@@ -50,7 +51,7 @@ class FitFile:
     joint: bool = True
     """Refit all coefficients of an output together at the end."""
     geometry: Mapping[str, float] = field(default_factory=dict)
-    reach: Reach = field(default_factory=lambda: REACH)
+    reach: Reach = field(default_factory=lambda: REACH, metadata=NO_KEY)
     """Settings that the bench can make."""
 
     def carcass_options(self) -> dict[str, Any]:

@@ -16,8 +16,8 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from flatplank_data.names import nearest_hint
+from flatplank_data.params import ParameterError, from_mapping, validate
 from flatplank_sim.plant.layout import MAP_START, MAP_STEP
-from flatplank_sim.plant.yamlconfig import PlantConfigError, build_dataclass
 
 _DEFECTS: dict[str, type[Defect]] = {}
 
@@ -86,18 +86,6 @@ class Defect:
                 record, _, name = into.rpartition(".")
                 getattr(site, record or "machine")[name] = getattr(self, f.name)
 
-    def check(self, where: str) -> None:
-        """Raise an error for a value outside its bounds."""
-        for f in fields(self):
-            low, high = f.metadata["bounds"]
-            value = getattr(self, f.name)
-            for v in value if isinstance(value, tuple) else (value,):
-                if isinstance(v, float | int) and not low <= v <= high:
-                    unit = f.metadata["unit"]
-                    raise PlantConfigError(
-                        f"{where}: {f.name} = {v} {unit} is outside {low} .. {high}"
-                    )
-
 
 @cache
 def defects() -> Mapping[str, type[Defect]]:
@@ -110,18 +98,16 @@ def defects() -> Mapping[str, type[Defect]]:
 def build_defects(data: Mapping[str, Any], where: str) -> dict[str, Defect]:
     """Defects from YAML: {name: {parameter: value}}; null switches a defect off."""
     if not isinstance(data, Mapping):
-        raise PlantConfigError(f"{where}: expected names of defects, found {data!r}")
+        raise ParameterError(f"{where}: expected names of defects, found {data!r}")
     known = defects()
     result: dict[str, Defect] = {}
     for name, values in data.items():
         if name not in known:
-            raise PlantConfigError(f"{where}: unknown defect '{name}'{nearest_hint(name, known)}")
+            raise ParameterError(f"{where}: unknown defect '{name}'{nearest_hint(name, known)}")
         if values is None:
             continue
         place = f"{where}: {name}"
-        defect = (
-            values if isinstance(values, Defect) else build_dataclass(known[name], values, place)
-        )
-        defect.check(place)
-        result[name] = defect
+        made = values if isinstance(values, Defect) else from_mapping(known[name], values, place)
+        validate(made, place)
+        result[name] = made
     return result

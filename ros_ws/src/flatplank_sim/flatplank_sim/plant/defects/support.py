@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatplank_sim.plant.defects.base import Defect, Site, defect_param
-from flatplank_sim.plant.yamlconfig import PlantConfigError
 
 
 @dataclass(frozen=True)
@@ -31,13 +30,13 @@ class SupportBearings(Defect):
     touches = frozenset({"fz", "fx"})
     spares = frozenset({"plank_counts", "wheel_counts", "steer_counts", "lvdt_volts", "fy"})
 
-    def check(self, where: str) -> None:
-        super().check(where)
-        if len(self.heights) not in (1, len(self.positions)):
-            raise PlantConfigError(
-                f"{where}: {len(self.heights)} heights for {len(self.positions)} positions;"
-                " give one height for all or one each"
-            )
+    def check(self) -> str | None:
+        if len(self.heights) in (1, len(self.positions)):
+            return None
+        return (
+            f"{len(self.heights)} heights for {len(self.positions)} positions; "
+            "give one height for all or one each"
+        )
 
     def install(self, site: Site) -> None:
         x = site.positions()
