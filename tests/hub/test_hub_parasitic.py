@@ -25,7 +25,7 @@ TRUE = (
 FIT = ParasiticFit("Toyo on adapter 3", "2023-05-04", TRUE)
 
 
-def signal(s: Sine, x):
+def sine_of(s: Sine, x):
     """The sine of one channel [V] at wheel angles [rad], with its constant part."""
     return s.amplitude_v * np.sin(s.frequency * x + s.phase_rad) + s.offset_v
 
@@ -35,7 +35,7 @@ def three_turns(noise: float, n: int = 6000):
     angle = 0.7 + np.linspace(0.0, 6.0 * math.pi, n)
     volts = rng.normal(0.0, noise, (n, 6))
     for column, s in zip(INDEX, TRUE, strict=True):
-        volts[:, column] += signal(s, angle)
+        volts[:, column] += sine_of(s, angle)
     # the speeding up and slowing down in the first and last turn must not enter the fit
     volts[:500] += 0.3
     volts[-500:] -= 0.3
@@ -47,7 +47,7 @@ def test_identification_recovers_the_sines():
     fit = identify_fit(angle, volts, "m", "2023-05-04")
     for found, true in zip(fit.sines, TRUE, strict=True):
         x = np.linspace(angle[0] + 2 * math.pi, angle[0] + 4 * math.pi, 200)
-        y = [signal(s, x) for s in (found, true)]
+        y = [sine_of(s, x) for s in (found, true)]
         assert np.max(np.abs(y[0] - y[1])) < 5e-4
         assert found.residual_rms_v == pytest.approx(0.002, rel=0.1)
 
@@ -98,7 +98,7 @@ def raw_volts(wheel_counts: int, load: float = 0.0):
     x = wheel_counts * 2 * math.pi / 20000
     volts = [0.0] * 6
     for column, s in zip(INDEX, TRUE, strict=True):
-        volts[column] = signal(s, x)
+        volts[column] = sine_of(s, x)
     volts[4] += load
     return tuple(volts)
 
@@ -162,7 +162,7 @@ def test_the_signal_is_the_sine_of_each_channel():
     sines = tuple(Sine(0.1 * k, 1.0 + 0.1 * k, 0.3 * k, 0.0, 0.0) for k in range(1, 6))
     signal = ParasiticFit("", "", sines).signal()
     for x in (-2.0, 0.0, 1.3, 7.0):
-        by_hand = [a * math.sin(b * x + c) for a, b, c, *_ in sines]
+        by_hand = [sine_of(s, x) for s in sines]
         assert signal(x) == pytest.approx(by_hand, abs=1e-12)
 
 

@@ -214,8 +214,8 @@ def _checked(cls: type, f: Field, value: Any, where: str) -> Any:
 
 
 def _read(kind: Any, value: Any, where: str) -> Any:
-    if is_dataclass(kind):
-        return value if isinstance(value, kind) else from_mapping(kind, value, where)  # type: ignore[type-var]
+    if isinstance(kind, type) and is_dataclass(kind):
+        return value if isinstance(value, kind) else from_mapping(kind, value, where)
     inner = get_args(kind)
     if get_origin(kind) is tuple:
         if isinstance(value, (str, bytes, Mapping)) or not hasattr(value, "__iter__"):
