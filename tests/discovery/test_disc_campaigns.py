@@ -58,6 +58,7 @@ def test_parasitic_force_is_named_with_its_size():
     assert result["effects"][0]["size"] == pytest.approx(40.0, rel=0.1)
 
 
+@pytest.mark.long
 def test_what_is_in_no_library_is_said_to_be_unknown_and_where_it_is():
     result = diagnosis_of(seed=25, pull=80.0)
     assert result["verdict"] in ("none of these", "partly"), result
@@ -74,7 +75,11 @@ def test_few_runs_are_not_decidable():
 
 @pytest.mark.parametrize(
     ("seed", "tire", "noise", "scatter"),
-    [(27, "bristles", 1.0, 0.0), (33, "bristles", 1.0, 0.02), (36, "relaxation", 0.1, 0.01)],
+    [
+        pytest.param(27, "bristles", 1.0, 0.0, marks=pytest.mark.long),
+        (33, "bristles", 1.0, 0.02),
+        (36, "relaxation", 0.1, 0.01),
+    ],
 )
 def test_runs_without_repeats_stand_on_a_lower_bound(seed, tire, noise, scatter):
     """Nothing is hidden; the lower bound knows slow noise by the runs at rest, and what a scatter

@@ -68,7 +68,7 @@ def test_the_best_source_is_taken_and_named_and_caps_the_verdict(name, made, mos
 
 
 @pytest.mark.parametrize(("name", "made"), [(k, v[0]) for k, v in RECORDS.items()])
-@pytest.mark.parametrize("seed", [3, 4])
+@pytest.mark.parametrize("seed", [pytest.param(3, marks=pytest.mark.long), 4])
 def test_nothing_is_named_where_nothing_is(name, made, seed):
     result = answer(made(seed=seed, k=0.0))
     assert not result.found, (name, result.reason)

@@ -141,6 +141,7 @@ def test_the_hidden_effect_is_found_by_mouse(analyst, challenge, data, pictures)
     assert "road_play" in page.read_text()
 
 
+@pytest.mark.long
 def test_a_campaign_with_something_hidden_is_simulated(visitor, data):
     who = visitor()
     who.tab("Discover")
