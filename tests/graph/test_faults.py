@@ -92,6 +92,21 @@ def test_a_killed_recorder_leaves_a_bag_that_is_mended_at_the_next_start(tmp_pat
         measures_again(bench)
 
 
+@pytest.mark.long
+def test_a_killed_runner_moves_nothing_more_and_the_next_measurement_works(tmp_path, monkeypatch):
+    with graph(tmp_path, monkeypatch, separate=("measurement_runner",)) as bench:
+
+        def kill(_feedback) -> None:
+            if "measurement_runner" in bench.processes.running:
+                bench.kill("measurement_runner")
+
+        with pytest.raises(BenchError, match="the runner has gone"):
+            bench.client.measure(SHORT, simulated=True, hear=kill)
+        bench.processes.start_process("measurement_runner")
+        bench.client.wait_connected(bench.processes)
+        measures_again(bench)
+
+
 @pytest.mark.parametrize("mode", ["slip", "free_rolling"])
 def test_the_emergency_stop_stops_plank_and_wheel(mode, tmp_path, monkeypatch):
     with graph(tmp_path, monkeypatch) as bench:
