@@ -8,8 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from flatplank_analysis.identify.mf.fit import fit_magic_formula
-from flatplank_analysis.identify.mf.points import SteadyPoints
 from flatplank_analysis.models.tire_state import tire_state
 from flatplank_data.errors import FlatplankError
 from flatplank_tire.magic_formula import NOT_OF, SECTION_OF
@@ -263,13 +261,6 @@ def test_without_fittyp_the_coefficients_tell_the_law() -> None:
     plain = TEXT.replace(line.replace("= 6  ", "= 61 "), "")
     assert parse_tir(plain).law == "6.1"
     assert parse_tir(plain.replace("'MF_05'", "'PAC2002'")).law == "PAC2002"
-
-
-def test_a_fit_starts_from_a_file_of_6_x() -> None:
-    points = SteadyPoints.__new__(SteadyPoints)
-    with pytest.raises(FlatplankError, match="is of Magic Formula 5.2, fits are of 6.1") as error:
-        fit_magic_formula(points, parse_tir(OLD_TEXT, "old.tir"))
-    assert "FITTYP 60 to 62" in str(error.value) and "old.tir" in str(error.value)
 
 
 def _as_simple_readers_do(text: str) -> dict[str, dict[str, float | str]]:

@@ -14,11 +14,16 @@ import pytest
 
 import flatplank_analysis as fp
 from flatplank_analysis.cli.main import main
+from flatplank_analysis.identify.mf.fit import FitFile, fit_magic_formula
 from flatplank_analysis.identify.mf.information import reach_of
+from flatplank_analysis.identify.mf.points import steady_points
+from flatplank_analysis.identify.mf.stages import general_start
+from flatplank_analysis.models.tire_record import TireRecord, start_tir
 from flatplank_analysis.slip_sweeps.fit import fit_sweeps, points_of
 from flatplank_analysis.slip_sweeps.study import study
+from flatplank_tire.errors import FlatplankError
 from flatplank_tire.magic_formula import DEFAULTS, steady_forces
-from flatplank_tire.tir import read_tir
+from flatplank_tire.tir import read_tir, shipped_tir, write_tir
 
 
 @pytest.fixture(scope="module")
@@ -114,3 +119,52 @@ def test_the_formula_behind_the_sweeps_is_found(tmp_path):
 def test_options_that_contradict_each_other(brush, words, said, capsys):
     assert main(["sweeps", str(brush), *words]) != 0
     assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("version", "fittyp", "law", "foreign"),
+    [("5.2", "6", "5.2", "PKY6"), ("6.1", "61", "6.1", "PHY3"), ("6.2", "62", "6.1", "PHY3")],
+)
+def test_a_fit_has_the_version_that_was_asked_for(version, fittyp, law, foreign, tmp_path):
+    columns = bench.recording(cambers=(0.0, 4.0), pressures=(83.0,))
+    one = study(bench.write_mat(tmp_path / "side.mat", columns))
+    found = fit_sweeps([one], version=version)
+    write_tir(found.file, tmp_path / "out.tir")
+    back = read_tir(tmp_path / "out.tir")
+    assert back.entries["FITTYP"].value == fittyp and back.law == law
+    assert foreign not in back.entries and foreign not in found.fit.estimates
+    assert {"PKY1", "PVY3"} <= set(found.fit.estimates)
+    assert back.values == found.file.values  # the file read is the file written
+    for failure in one.failures(back):
+        assert failure.share < 0.03
+
+
+def test_a_fit_of_5_2_finds_the_formula_of_5_2(tmp_path):
+    """Fy of the book's older equations, 4.E19 to 4.E30 with Sh = PHY3 gamma (Pacejka 2006)."""
+    true = {"PCY1": 1.3, "PDY1": 1.1, "PDY2": -0.15, "PEY1": -0.5, "PKY1": -18.0, "PKY2": 1.8,
+            "PHY3": 0.04, "PVY3": -0.3}  # fmt: skip
+    grid = np.meshgrid(np.radians(np.linspace(-12, 12, 25)), [2e3, 4e3, 6e3], [0.0, 0.07])
+    alpha, fz, gamma = (v.ravel() for v in grid)
+    load = fz / 4e3
+    d = (true["PDY1"] + true["PDY2"] * (load - 1.0)) * fz
+    k = true["PKY1"] * 4e3 * np.sin(2.0 * np.arctan(load / true["PKY2"]))
+    b, x = k / (true["PCY1"] * d), alpha + true["PHY3"] * gamma
+    inner = b * x - true["PEY1"] * (b * x - np.arctan(b * x))
+    fy = d * np.sin(true["PCY1"] * np.arctan(inner)) + true["PVY3"] * gamma * fz
+    nan = np.full(len(fy), np.nan)
+    points = steady_points(
+        {"fx": nan, "fy": fy, "mz": nan}, fz=fz, kappa=0.0 * fz, alpha=alpha, gamma=gamma,
+        pressure=np.full(len(fy), 2e5),
+    )  # fmt: skip
+    record = TireRecord("closed form", 0.3, 4000.0, 2.0)
+    start = start_tir(record, general_start()).of_version("5.2")
+    fit = fit_magic_formula(points, start, FitFile(stages=("pure_y", "camber")))
+    for name, value in true.items():
+        assert fit.tir.values[name] == pytest.approx(value, rel=0.01, abs=1e-3), name
+
+
+def test_a_start_of_another_version_is_refused(brush, tmp_path):
+    with pytest.raises(FlatplankError, match=r"is of Magic Formula 6.1, the fit of 5.2"):
+        fit_sweeps([study(brush)], shipped_tir(), version="5.2")
+    with pytest.raises(FlatplankError, match=r"known: 5.2, 6.1, 6.2"):
+        fit_sweeps([study(brush)], version="7")

@@ -36,6 +36,8 @@ from flatplank_tire.text import decode_text, lines_of
 
 LAWS = {5: OLD, 6: OLD, 21: OLD, 51: OLD, 52: OLD, 60: LATEST, 61: LATEST, 62: LATEST}
 """FITTYP -> law of the Magic Formula"""
+VERSIONS = {"5.2": 6, "6.1": 61, "6.2": 62}
+"""version of the equations -> FITTYP of a new file"""
 MOTORCYCLE = "PCY2"
 """coefficient that only the Magic Formula of motorcycles (MF-MCTyre, PAC_MC) has"""
 OF_SPEED = ("Q_V1", "Q_V2", "QSY3", "QSY4")
@@ -123,6 +125,11 @@ class TirFile:
             number = float(value) / factor(key, units)
             sections.setdefault(section, {})[key] = Entry(repr(number))
         return TirFile(sections, self.kept, self.path)
+
+    def of_version(self, version: str) -> TirFile:
+        """A copy that states a version of the equations, one of `VERSIONS`."""
+        model = {**self.sections.get("MODEL", {}), "FITTYP": Entry(str(VERSIONS[version]))}
+        return TirFile({**self.sections, "MODEL": model}, self.kept, self.path)
 
     def remarked(self, remarks: Mapping[str, str]) -> TirFile:
         """A copy with remarks beside coefficients, as comments of the written file."""

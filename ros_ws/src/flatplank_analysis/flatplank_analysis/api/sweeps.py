@@ -72,16 +72,20 @@ class Sweeps:
         return rows.sort_values("error_share", ascending=False, ignore_index=True)
 
     def fit(
-        self, start: str | os.PathLike[str] | None = None, radius: float | None = None
+        self,
+        start: str | os.PathLike[str] | None = None,
+        radius: float | None = None,
+        version: str | None = None,
     ) -> SweepFit:
-        """A tire file of the Magic Formula 6.1 fitted to these sweeps: a `SweepFit` with `file`,
+        """A tire file of the Magic Formula fitted to these sweeps: a `SweepFit` with `file`,
         `fit.estimates`, `held_out`. start: `.tir` with the values of what is not determined;
-        radius: of the free tire [m].
+        radius: of the free tire [m]; version: 5.2, 6.1 (the default) or 6.2.
 
         Raises:
             FlatplankError: neither Fx nor Fy is in the sweeps.
         """
-        return fit_sweeps([self.study], read_tir(os.fspath(start)) if start else None, radius)
+        tir = read_tir(os.fspath(start)) if start else None
+        return fit_sweeps([self.study], tir, radius, version=version)
 
     def diagnose(
         self, tir: str | os.PathLike[str], signs: str = READ, swept: str = "alpha"

@@ -30,7 +30,7 @@ from flatplank_analysis.slip_sweeps.tir_signs import CONVENTIONS, READ, likelier
 from flatplank_analysis.slip_sweeps.verdict import RISK, fails
 from flatplank_data.arguments import Parser, add_json
 from flatplank_data.errors import FlatplankError
-from flatplank_tire.tir import TirFile, read_tir, write_tir
+from flatplank_tire.tir import VERSIONS, TirFile, read_tir, write_tir
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -41,6 +41,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--tir-signs", choices=CONVENTIONS, default=READ,
                         help="signs under which the tire file was fitted")  # fmt: skip
     parser.add_argument("--fit", metavar="OUT.tir", help="fit a tire file to all sweeps")
+    parser.add_argument("--mf", choices=VERSIONS, help="version of the fitted equations; "
+                        "default: that of --start, or 6.1")  # fmt: skip
     parser.add_argument("--start", metavar="FILE.tir", help="values of what is not determined")
     parser.add_argument("--radius", type=float, help="of the free tire, for the fitted file [m]")
     parser.add_argument("--diagnose", choices=FORCE, metavar="SLIP",
@@ -59,7 +61,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     tir, fitted = read_tir(o.tir) if o.tir else None, None
     if o.fit:
         fitted = fit_sweeps(
-            studies, read_tir(o.start) if o.start else None, o.radius, common.show_progress
+            studies, read_tir(o.start) if o.start else None, o.radius, common.show_progress, o.mf
         )
         write_tir(fitted.file, o.fit)
         tir = read_tir(o.fit)
@@ -94,8 +96,9 @@ def _check(o: argparse.Namespace) -> None:
         raise FlatplankError("needs a tire file", "--diagnose", "give --tir FILE or --fit OUT.tir")
     if o.tir_signs != READ and not o.tir:
         raise FlatplankError("belongs to a tire file", "--tir-signs", "give --tir FILE")
-    if not o.fit and (o.start or o.radius):
-        raise FlatplankError("belong to a fit", "--start and --radius", "give --fit OUT.tir")
+    if not o.fit and (o.start or o.radius or o.mf):
+        where = "--start, --radius and --mf"
+        raise FlatplankError("belong to a fit", where, "give --fit OUT.tir")
     if o.radius is not None and not 0.0 < o.radius < 2.0:
         raise FlatplankError(f"{o.radius:g} m", "--radius", "give the free radius in m, as 0.26")
 
@@ -119,7 +122,7 @@ def _figures(first: str, count: int) -> list[Path]:
 
 
 def _tell_fit(fitted: SweepFit, path: str) -> None:
-    print(f"\n{path}: Magic Formula 6.1, fitted to {fitted.points} bins")
+    print(f"\n{path}: Magic Formula {fitted.file.law}, fitted to {fitted.points} bins")
     print_coefficients(fitted.fit)
     if fitted.held_out:
         print("\neach load predicted by a fit to the others:")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A tire file from sweeps: the Magic Formula 6.1, fitted to the mean curves of the conditions.
+"""A tire file from sweeps: the Magic Formula, fitted to the mean curves of the conditions.
 
 A point of the fit is one bin of a condition: the mean of force and channels while the slip rises,
 and of those while it falls, with equal weights, so that relaxation cancels. Bins count as
@@ -26,7 +26,7 @@ from flatplank_analysis.slip_sweeps.curves import Curve, bin_means
 from flatplank_analysis.slip_sweeps.study import Study
 from flatplank_data.errors import FlatplankError
 from flatplank_tire.magic_formula import steady_forces
-from flatplank_tire.tir import TirFile
+from flatplank_tire.tir import VERSIONS, TirFile
 
 STAGES = ("pure_x", "pure_y", "aligning", "combined", "pressure", "camber")
 """stages of which sweeps have the measurements; radius and stiffness are those of the start"""
@@ -82,21 +82,28 @@ def fit_sweeps(
     start: TirFile | None = None,
     radius: float | None = None,
     progress: Progress = lambda _done, _all, _what: None,
+    version: str | None = None,
 ) -> SweepFit:
     """Fit a tire file to sweeps, in stages, then all coefficients of a force together.
 
     start: values of what is not determined; None: general start values, of no tire. radius: of
-    the free tire [m].
+    the free tire [m]. version: of the equations, 5.2, 6.1 or 6.2; None: that of the start, or 6.1.
 
     Raises:
-        FlatplankError: neither Fx nor Fy is in the sweeps, or the start is of another law.
+        FlatplankError: neither Fx nor Fy is in the sweeps, there is no such version, or the start
+            is of another one.
     """
+    if version is not None and version not in VERSIONS:
+        raise FlatplankError(f"no version {version}", "--mf", f"known: {', '.join(VERSIONS)}")
     points = points_of(studies)
     remarks: dict[str, str] = {}
     if start is None:
         remarks = {} if radius else {"UNLOADED_RADIUS": RADIUS}
         remarks |= {} if np.isfinite(points.pressure).any() else {"NOMPRES": PRESSURE}
-        start = _start(studies, points, radius)
+        start = _start(studies, points, radius).of_version(version or "6.1")
+    elif version and start.of_version(version).law != start.law:
+        what = f"is of Magic Formula {start.law}, the fit of {version}"
+        raise FlatplankError(what, start.path or "start file", "leave --mf or --start out")
     elif radius:
         start = start.replaced({"UNLOADED_RADIUS": radius})
     points = _with_pressure(points, start)

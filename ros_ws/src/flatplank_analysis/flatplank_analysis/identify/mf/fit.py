@@ -11,7 +11,7 @@ import numpy as np
 
 from flatplank_data.errors import FlatplankError
 from flatplank_data.params import NO_KEY
-from flatplank_tire.magic_formula import LATEST, Coefficients
+from flatplank_tire.magic_formula import NOT_OF, Coefficients
 from flatplank_tire.tir import TirFile
 from flatplank_tire.tir_complete import complete_tir
 
@@ -116,16 +116,11 @@ def fit_magic_formula(
 ) -> MFFit:
     """Fit the stages in order, then all coefficients of each output together.
 
-    Coefficients that are not fitted keep their values in `tir`. Raises FlatplankError when stages
-    of Fx or Fy were asked for and none could be fitted: the forces would be those of `tir`.
+    The law is that of `tir`; coefficients that are not fitted keep their values there. Raises
+    FlatplankError when stages of Fx or Fy were asked for and none could be fitted: the forces
+    would be those of `tir`.
     """
     settings = settings or FitFile()
-    if tir.law != LATEST:
-        raise FlatplankError(
-            f"is of Magic Formula {tir.law}, fits are of {LATEST}",
-            tir.path or "start file",
-            "start from a file of FITTYP 60 to 62, or without one",
-        )
     if not np.isfinite(points.pressure).all():
         remedy = "write 'pressure:' [bar] in the run records"
         raise FlatplankError("inflation pressure not stated", "Magic Formula", remedy)
@@ -141,7 +136,8 @@ def fit_magic_formula(
         stage = STAGES[name]
         chosen = points.rows(stage.select(points, base))
         for output, names in stage.outputs.items():
-            free = _free(names.split(), output, settings, touched)
+            of_law = [n for n in names.split() if n not in NOT_OF[tir.law]]
+            free = _free(of_law, output, settings, touched)
             data = chosen.with_output(output)
             if len(data):
                 free, open_ones = _determined(stage, free, data)

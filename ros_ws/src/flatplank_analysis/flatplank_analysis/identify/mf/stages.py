@@ -170,7 +170,7 @@ STAGES: dict[str, Stage] = {
             "camber",
             {
                 "fx": "PDX3",
-                "fy": "PDY3 PEY4 PEY5 PKY3 PKY5 PKY6 PKY7 PVY3 PVY4",
+                "fy": "PDY3 PEY4 PEY5 PHY3 PKY3 PKY5 PKY6 PKY7 PVY3 PVY4",
                 "mz": "QBZ5 QDZ3 QDZ4 QDZ8 QDZ9 QHZ3",
             },
             needs=("gamma",),
