@@ -32,6 +32,14 @@ class Gusts(Drag):
 
 
 @dataclass(frozen=True)
+class OtherForm(Drag):
+    """A law of another form, which is no fault."""
+
+    identifier = "other_form"
+    generic = True
+
+
+@dataclass(frozen=True)
 class DragPerKilometre(Effect):
     """The same as `Drag`, in another unit."""
 
@@ -49,7 +57,7 @@ class Translated(Ball):
         self.factor = factor
 
     def predict(self, sets):
-        known = {DragPerKilometre: (Drag, 1e-3), Gusts: (Drag, 1.0)}
+        known = {DragPerKilometre: (Drag, 1e-3), Gusts: (Drag, 1.0), OtherForm: (Drag, 1.0)}
         own = [
             replace(
                 one,
@@ -172,6 +180,14 @@ def test_nothing_is_named_without_a_fall_of_the_error(monkeypatch, least):
         assert names_of(search) == ["shake"] and before > after[0] * (1.0 + EQUAL) and not told
     else:
         assert names_of(search) == [] and not after and told
+
+
+def test_a_law_of_another_form_is_no_effect_that_is_present():
+    search = searched(1, 0.02, effects=(OtherForm, Wind))
+    assert search.stated["effects"]["other_form"] > 0.99
+    assert search.stated["nothing"] > 0.95
+    assert search.stated["law_only"] == pytest.approx(search.stated["nothing"], abs=1e-3)
+    assert searched(1, 0.0, effects=(OtherForm, Wind)).stated["law_only"] < 0.5
 
 
 @dataclass(frozen=True)

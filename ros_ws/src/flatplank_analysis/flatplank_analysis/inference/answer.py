@@ -168,6 +168,7 @@ def to_dict(posterior: Posterior) -> dict[str, Any]:
     sets = posterior.sets
     return {
         "nothing": six_digits(posterior.nothing),
+        "law_only": six_digits(posterior.law_only),
         "effects": {k: six_digits(p) for k, p in list(posterior.marginal.items())[:SHOWN]},
         "sets": [
             {

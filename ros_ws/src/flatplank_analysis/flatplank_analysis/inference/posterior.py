@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -123,9 +123,24 @@ class Posterior:
 
     @cached_property
     def nothing(self) -> float:
-        """Probability that no effect of consequence is present."""
+        """Probability that no effect of consequence is present; a law of another form is none."""
+        return self._none_of(lambda term: not term.effect.generic)
+
+    @cached_property
+    def law_only(self) -> float:
+        """Probability that a law of another form is all that is present with consequence."""
+        return self.nothing - self._none_of(lambda term: True)
+
+    def _none_of(self, counts: Callable[[Term], bool]) -> float:
+        """Probability that none of the effects that count is present with consequence."""
         return sum(
-            p * (1.0 - _at_least(1, (self.matters(w, i) for i in range(len(w.names)))))
+            p
+            * (
+                1.0
+                - _at_least(
+                    1, (self.matters(w, i) for i, t in enumerate(w.fit.terms) if counts(t))
+                )
+            )
             for w, p in ((self.sets[k], p) for k, p in self.probability.items())
         )
 
