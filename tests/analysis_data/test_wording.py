@@ -30,6 +30,7 @@ def test_no_power_of_ten_where_a_plain_number_does(value, digits, text):
 
 def test_the_unit_stands_behind_and_no_unit_is_not_said():
     assert (quantity(79.96, "N"), quantity(0.1, "1")) == ("80 N", "0.1")
+    assert quantity(0.028, "m", axis=(0.028, 0.14)) == "0.028 m"
 
 
 def test_a_range_has_the_unit_of_its_axis():

@@ -137,12 +137,12 @@ def test_a_number_at_an_end_of_its_range_is_told(found):
     low, high = Wind.parameters()[0].lower, Wind.parameters()[0].upper
     near = Term(Wind, np.array([high - 2e-4 * (high - low)]))
     fit = state.fitter.fit(state.fit.base, [near], iterations=0)
-    said = "wind.a = 1.9992 (range -2 to 2)"
+    said = "wind.a = 1.9992 m/s3 (range -2 to 2 m/s3)"
     assert invariants.parameters_at_ends(state.fitter, fit) == {"wind.a": said}
     # in runs with a million times the noise
     faint = Fitter(state.fitter.model, 1e-6 * state.fitter.weight)
     (told,) = invariants.parameters_at_ends(faint, fit).values()
-    assert told == "wind.a = 1.9992 (range -2 to 2; these runs hardly show it)"
+    assert told == "wind.a = 1.9992 m/s3 (range -2 to 2 m/s3; these runs hardly show it)"
     # the limit is 0.3 of an error, at its largest root mean square over the runs
     column = fit.jacobian[fit.free.index((0, "a"))] * state.fitter.weight
     shown = np.sqrt(np.mean(column**2, axis=(1, 2))).max()

@@ -102,4 +102,4 @@ def test_a_number_of_the_base_at_an_end_of_its_range_is_told(upper, late, told):
     fitter = Fitter(ball, np.full((1, 1, 1), 50.0))
     fit = fitter.fit(np.array([14.9, late]), [Term(Drag, np.array([0.0]))], iterations=0)
     ends = invariants.parameters_at_ends(fitter, fit)
-    assert ends == ({"late": f"late = {late:.5g} (range -0.1 to {upper:g})"} if told else {})
+    assert ends == ({"late": f"late = {late:.5g} s (range -0.1 to {upper:g} s)"} if told else {})

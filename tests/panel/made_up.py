@@ -11,19 +11,26 @@ import pyarrow.parquet as pq
 import yaml
 
 
-def campaign(folder: Path, scatter: float = 0.0) -> Path:
-    """A small made-up campaign: relaxation of first order, three slips, three repeats whose
-    forces differ by the share `scatter`, and a pull at one place that no library has."""
+def campaign(
+    folder: Path,
+    scatter: float = 0.0,
+    pull: float = 120.0,
+    repeats: int = 3,
+    rate: float = 50.0,
+) -> Path:
+    """A small made-up campaign: relaxation of first order, three slips, repeats whose forces
+    differ by the share `scatter`, and a pull [N] at one place that no library has; `rate` of the
+    samples [Hz]."""
     folder.mkdir(parents=True)
     rng, runs = np.random.default_rng(3), []
-    t = np.arange(0.0, 4.1 / 0.03092, 0.02)
+    t = np.arange(0.0, 4.1 / 0.03092, 1.0 / rate)
     x = 0.03092 * t
     for kappa in (-0.05, 0.02, 0.05):
-        for start in (1, 2, 3):
+        for start in range(1, repeats + 1):
             fx = 40_000 * kappa * (1 - np.exp(-np.clip(x - 1.5, 0, None) / 0.4)) * (x > 1.5)
             rolled = x + kappa * np.clip(x - 1.5, 0, None)
             # a pull at one place of the plank, in no library
-            fx += 120.0 * np.clip(1 - abs(x - 2.4) / 0.3, 0, None)
+            fx += pull * np.clip(1 - abs(x - 2.4) / 0.3, 0, None)
             name = f"TOY_REL_LNG_{100 * kappa:g}perc_T_p25_Fz3700_{start}.parquet"
             columns = {
                 "time": t, "plank_position": x, "plank_velocity": np.full_like(t, 0.03092),

@@ -44,9 +44,10 @@ def displayed(unit: str, *values: float) -> tuple[float, str]:
     return (math.degrees(1.0), "deg") if unit == "rad" else (1.0, unit)
 
 
-def quantity(value: float, unit: str, digits: int = 3) -> str:
-    """A number [SI] in its display unit; without a unit when `unit` is "1"."""
-    factor, name = displayed(unit, value)
+def quantity(value: float, unit: str, digits: int = 3, axis: Sequence[float] = ()) -> str:
+    """A number [SI] in its display unit, or in that of the axis whose ends are given; without a
+    unit when `unit` is "1"."""
+    factor, name = displayed(unit, *(axis or (value,)))
     return plain(factor * value, digits) + ("" if name == "1" else f" {name}")
 
 

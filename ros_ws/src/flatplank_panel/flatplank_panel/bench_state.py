@@ -124,6 +124,8 @@ class BenchState:
         self.log: deque[tuple[str, str]] = deque(maxlen=50)
         """(time of day, text), the latest first"""
         self.rate_hz = 0.0
+        self.zero_taken = False
+        """a page of this panel has taken the zero of the bridges since the bus was started"""
         self.troubles: dict[str, str] = {}
         """node -> what is wrong and what to do, of nodes with a trouble"""
         self.times: ToldTimes | None = None
@@ -142,6 +144,7 @@ class BenchState:
         if samples.inputs.cycle < self._cycle or self._cycle < 0:
             self._t0_ns = samples.inputs.stamp_ns  # the bus was restarted
             self.ring.clear()
+            self.zero_taken = False
             self._rate_from = (now, samples.inputs.cycle)
         self._cycle, self._seen_at = samples.inputs.cycle, now
         since, cycle = self._rate_from

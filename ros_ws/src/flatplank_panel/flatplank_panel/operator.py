@@ -204,7 +204,9 @@ class Operator:
 
     # measurement hub
     async def tare(self, page: str) -> str:
-        return await self._send_claimed(page, "tare", "zero is being taken")
+        text = await self._send_claimed(page, "tare", "zero is being taken")
+        self.link.state.zero_taken = True
+        return text
 
     async def set_filter(self, page: str, on: bool) -> str:
         text = f"parasitic filter {'on' if on else 'off'}"

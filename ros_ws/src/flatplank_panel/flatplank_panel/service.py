@@ -76,13 +76,16 @@ class AnalysisService:
         channel: str,
         over: str,
         tell: Progress | None = None,
+        beside: str = "",
     ) -> dict[str, Any]:
+        """Curves of some runs; `beside`: another campaign to be drawn over them."""
         where = self.folder(folder)
         for file in files:
             check.inside(where, file, "file")
         return await self.browse_jobs.ask(
-            "curves", tell, folder=str(where), files=list(files), channel=channel, over=over
-        )
+            "curves", tell, folder=str(where), files=list(files), channel=channel, over=over,
+            beside=str(self.folder(beside)) if beside else "",
+        )  # fmt: skip
 
     async def unloaded_turns(self) -> list[str]:
         """Bags from which the parasitic signal can be identified."""

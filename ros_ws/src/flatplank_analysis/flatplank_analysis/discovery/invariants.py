@@ -24,7 +24,7 @@ from flatplank_analysis.discovery import where
 from flatplank_analysis.discovery.fit import Fit, Fitter, Task, Term, effect_contribution
 from flatplank_analysis.discovery.model import form_error_of
 from flatplank_analysis.discovery.state import State
-from flatplank_data.wording import brief
+from flatplank_data.wording import brief, quantity, span
 
 AT_FLOOR = 1.1
 """largest error, relative to floor and form band together, at which an effect counts as found"""
@@ -237,5 +237,7 @@ def parameters_at_ends(fitter: Fitter, fit: Fit) -> dict[str, str]:
         name = f"{owner}{p.name}"
         seen = float(np.sqrt(np.mean((column * fitter.weight) ** 2, axis=(1, 2)).max()))
         hardly = "" if seen > WORTH else "; these runs hardly show it"
-        out[name] = f"{name} = {value:.5g} (range {p.lower:.5g} to {p.upper:.5g}{hardly})"
+        ends = (p.lower, p.upper)
+        number = quantity(value, p.unit, 5, axis=ends)
+        out[name] = f"{name} = {number} (range {span(*ends, p.unit, 5)}{hardly})"
     return out

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
@@ -18,6 +19,7 @@ from flatplank_data.errors import FlatplankError
 from flatplank_data.progress import Progress, told
 from flatplank_data.readers import suffixes
 from flatplank_data.run_record import FILE_NAME
+from flatplank_panel.analysis import repeats
 from flatplank_panel.signals import CHANNELS, OVER
 
 Line = Mapping[str, Any]
@@ -89,15 +91,54 @@ def runs(progress: Progress, folder: str) -> dict[str, Any]:
 
 
 def curves(
-    progress: Progress, folder: str, files: Sequence[str], channel: str, over: str
+    progress: Progress,
+    folder: str,
+    files: Sequence[str],
+    channel: str,
+    over: str,
+    beside: str = "",
 ) -> dict[str, Any]:
     """Measured curves of some runs, thinned; the scatter between repeats of a condition; and the
-    verdicts, updated from the samples."""
+    verdicts, updated from the samples. With `beside`, another campaign: its curves in the same
+    conditions, and how far they are away."""
     if channel not in CHANNELS or over not in OVER:
         raise FlatplankError(f"no curve of {channel} over {over}", folder, "choose from the lists")
     wanted = set(files)
     whole = _campaign(progress, folder)
-    campaign = whole.where(lambda i: i.file in wanted)
+    drawn = _curves(progress, whole.where(lambda i: i.file in wanted), channel, over)
+    others = _others(progress, beside, drawn, channel, over) if beside else []
+    return {
+        "curves": drawn,
+        "others": others,
+        "scatter": repeats.scatter(drawn),
+        "differences": repeats.differences(drawn, others),
+        "verdicts": _verdicts(whole),
+        "problems": [str(p) for p in whole.problems],
+    }
+
+
+def _others(
+    progress: Progress, folder: str, drawn: Sequence[dict[str, Any]], channel: str, over: str
+) -> list[dict[str, Any]]:
+    """Curves of another campaign, as many of each condition as are drawn."""
+    left = Counter(curve["condition"] for curve in drawn)
+    campaign = _campaign(progress, folder)
+    wanted = set()
+    for info in (run.info for run in campaign.runs):
+        label = info.condition.label()
+        if left[label] > 0:
+            left[label] -= 1
+            wanted.add(info.file)
+    if not wanted:
+        raise FlatplankError(
+            "no run in a condition of the drawn runs", folder, "choose a campaign that shares some"
+        )
+    return _curves(progress, campaign.where(lambda i: i.file in wanted), channel, over)
+
+
+def _curves(
+    progress: Progress, campaign: Campaign, channel: str, over: str
+) -> list[dict[str, Any]]:
     out = []
     for run in told(campaign.runs, progress):
         table = campaign.try_table(run, [channel, over, "plank_position"])
@@ -115,30 +156,6 @@ def curves(
                 "points": np.stack([x[inner], smooth[inner]], axis=1),
             }
         )
-    return {
-        "curves": out,
-        "scatter": _scatter(out),
-        "verdicts": _verdicts(whole),
-        "problems": [str(p) for p in whole.problems],
-    }
-
-
-def _scatter(found: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """rms difference of every curve from the mean of its condition."""
-    groups: dict[str, list[np.ndarray]] = {}
-    for curve in found:
-        groups.setdefault(curve["condition"], []).append(curve["points"])
-    out = []
-    for label, members in groups.items():
-        if len(members) < 2:
-            continue
-        low = max(float(m[0, 0]) for m in members)
-        high = min(float(m[-1, 0]) for m in members)
-        grid = np.linspace(low, high, 300)
-        values = np.stack([np.interp(grid, m[:, 0], m[:, 1]) for m in members])
-        rest = values - values.mean(axis=0)
-        spread = float(np.sqrt(np.sum(rest**2) / ((len(members) - 1) * len(grid))))
-        out.append({"condition": label, "runs": len(members), "scatter": spread})
     return out
 
 

@@ -86,17 +86,15 @@ def overlay(curves: Sequence[Mapping[str, Any]], x: str, y: str) -> dict[str, An
     """Curves of runs: one colour per condition, repeats solid, dashed, dotted; with a single
     condition, one colour and name per run."""
     options = axes(x, y)
-    labels = list(dict.fromkeys(c["condition"] for c in curves))
-    shown = dict(zip(labels, short_labels(labels), strict=True))
+    labels = _labels(curves)
     repeats = dict.fromkeys(labels, 0)
     options["series"] = []
     for k, c in enumerate(curves):
         label = c["condition"]
         alone = len(labels) == 1
-        name, tone = (c["file"], k) if alone else (shown[label], labels.index(label))
+        name, color = (c["file"], COLORS[k % len(COLORS)]) if alone else labels[label]
         dash = DASHES[repeats[label] % len(DASHES)]
         repeats[label] += 1
-        color = COLORS[tone % len(COLORS)]
         options["series"].append(line(name, c["points"], color, type=dash))
     options["legend"] = {**LEGEND, "type": "scroll"}
     options["dataZoom"] = ZOOM
@@ -104,30 +102,70 @@ def overlay(curves: Sequence[Mapping[str, Any]], x: str, y: str) -> dict[str, An
     return options
 
 
+def two_campaigns(
+    found: Mapping[str, Any], names: tuple[str, str], x: str, y: str
+) -> dict[str, Any]:
+    """The curves of two campaigns, one colour per condition, the second campaign dashed; below
+    them the differences of their means."""
+    quantity, _, unit = y.partition(" [")
+    options = axes(x, y)
+    labels = _labels([*found["curves"], *found["others"]])
+    options["series"] = [
+        line(f"{labels[c['condition']][0]}, {name}", c["points"], labels[c["condition"]][1],
+             type=dash)
+        for name, dash, curves in zip(names, DASHES, (found["curves"], found["others"]),
+                                      strict=False)
+        for c in curves
+    ]  # fmt: skip
+    options["legend"] = {**LEGEND, "type": "scroll"}
+    rests = [
+        line(f"{labels[d['condition']][0]}, {names[1]} minus {names[0]}", d["points"],
+             labels[d["condition"]][1])
+        for d in found["differences"]
+    ]  # fmt: skip
+    options["legend"]["data"] = list(dict.fromkeys(s["name"] for s in options["series"]))
+    return _with_strip(options, f"Δ{quantity} [{unit}" if unit else f"Δ{quantity}", rests)
+
+
+def _labels(curves: Sequence[Mapping[str, Any]]) -> dict[str, tuple[str, str]]:
+    """Condition -> its short label and its colour."""
+    labels = list(dict.fromkeys(c["condition"] for c in curves))
+    return {
+        label: (short, COLORS[k % len(COLORS)])
+        for k, (label, short) in enumerate(zip(labels, short_labels(labels), strict=True))
+    }
+
+
+def _with_strip(
+    options: dict[str, Any], title: str, lines: Sequence[dict[str, Any]]
+) -> dict[str, Any]:
+    """A chart with a strip of other lines below it, over the same abscissa and zoomed with it."""
+    above, over, force = options["grid"], options["xAxis"], options["yAxis"]
+    options["grid"] = [{**above, "bottom": "44%"}, {**above, "top": "64%"}]
+    options["grid"][1]["bottom"] += ROOM
+    hidden = {"show": False}
+    options["xAxis"] = [{**over, "name": "", "axisLabel": hidden}, {**over, "gridIndex": 1}]
+    left = {"gridIndex": 1, "name": title, "splitNumber": 2}
+    options["yAxis"] = [force, {**force, **left}]
+    options["series"] += [{**rest, "xAxisIndex": 1, "yAxisIndex": 1} for rest in lines]
+    options["dataZoom"] = {**ZOOM, "xAxisIndex": [0, 1]}
+    return options
+
+
 def measured_and_model(curve: Mapping[str, Any]) -> dict[str, Any]:
     """Both curves, and below them their difference over the same abscissa."""
     options = axes(curve["over"], "Fx [N]")
-    above, over, force = options["grid"], options["xAxis"], options["yAxis"]
-    options["grid"] = [{**above, "bottom": "44%"}, {**above, "top": "64%"}]
-    hidden = {"show": False}
-    options["xAxis"] = [{**over, "name": "", "axisLabel": hidden}, {**over, "gridIndex": 1}]
-    left = {"gridIndex": 1, "name": "residual [N]", "splitNumber": 2}
-    options["yAxis"] = [force, {**force, **left}]
 
     def over_x(values: Sequence[float]) -> list[tuple[float, float]]:
         return list(zip(curve["x"], values, strict=True))
 
     residual = [m - p for m, p in zip(curve["measured"], curve["model"], strict=True)]
-    rest = line("residual", over_x(residual), SOFT)
     options["series"] = [
         line("measured", over_x(curve["measured"]), ACTUAL),
         line("model", over_x(curve["model"]), REFERENCE, type="dashed"),
-        {**rest, "xAxisIndex": 1, "yAxisIndex": 1},
     ]
     options["legend"] = {**LEGEND, "data": ["measured", "model"]}
-    options["dataZoom"] = {**ZOOM, "xAxisIndex": [0, 1]}
-    options["grid"][1]["bottom"] += ROOM
-    return options
+    return _with_strip(options, "residual [N]", [line("residual", over_x(residual), SOFT)])
 
 
 def against_floor(conditions: Sequence[Mapping[str, Any]]) -> dict[str, Any]:

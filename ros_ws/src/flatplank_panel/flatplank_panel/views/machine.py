@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import time
+from typing import Any
 
 from nicegui import ui
 
@@ -11,6 +12,7 @@ from flatplank_data.limits import LIMITS
 from flatplank_data.machine import FAST
 from flatplank_panel.host import KINDS, USUAL, interfaces, presets, simulated_tires
 from flatplank_panel.operator import HANDS
+from flatplank_panel.views import startup
 from flatplank_panel.views.page import Page
 
 START_VALUES = {"load_to": 3700.0, "pressure": 2.5}
@@ -32,6 +34,12 @@ TIMES = {
 
 def build(page: Page) -> None:
     op = page.operator
+    fields: dict[str, Any] = {}
+
+    def start() -> Any:
+        return op.start_bench(page.id, {k: f.value for k, f in fields.items()})
+
+    startup.build(page, start)
     with page.card("Bench"):
         with page.row():
             kind = page.select("Kind", KINDS, "sim")
@@ -43,16 +51,12 @@ def build(page: Page) -> None:
         with page.row().bind_visibility_from(kind, "value", value="lab"):
             interface = page.select("Network interface", interfaces(), None)
             bus_file = page.text("Bus file", "bench")
-        fields = {
+        fields |= {
             "kind": kind, "rate": rate, "tire": tire, "preset": preset, "seed": seed,
             "interface": interface, "bus_file": bus_file,
         }  # fmt: skip
         with page.row():
-            page.button(
-                "Start bench",
-                lambda: op.start_bench(page.id, {k: f.value for k, f in fields.items()}),
-                strong=True,
-            )
+            page.button("Start bench", start, strong=True)
             page.button("Stop bench", lambda: op.stop_bench(page.id))
     with page.card("Simulated machine: settings made by hand"):
         with page.row():

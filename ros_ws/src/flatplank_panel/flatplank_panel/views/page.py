@@ -47,6 +47,9 @@ class Page:
         self.in_charge = False
         self.shown = shown
 
+    def take_charge(self) -> None:
+        self.operator.take_charge(self.id, f"page {self.id[:4]}")
+
     def handler(self, work: Callable[[], Any]) -> Callable[[], Any]:
         """Event handler that does the work and shows the outcome."""
 

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page Runs: table of runs with verdicts and filters, curves, scatter of repeats."""
+"""The page Runs: list of runs with verdicts and filters, curves, scatter of repeats, another
+campaign over them."""
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Collection, Sequence
 from functools import partial
 from typing import Any
@@ -14,24 +13,12 @@ from nicegui import ui
 from flatplank_panel.signals import CHANNELS, OVER
 from flatplank_panel.views import charts
 from flatplank_panel.views.page import Page
+from flatplank_panel.views.run_list import RunList
 
-COLUMNS = {
-    "file": "Run", "condition": "Condition", "start": "Start", "order": "Order",
-    "status": "Ended", "lost": "Cycles lost", "verdict": "Verdict", "notes": "Notes",
-}  # fmt: skip
-SETTINGS = {
-    "kappa_percent": "Slip [%]", "fz": "Load [N]", "pressure": "Pressure [bar]",
-    "alpha": "Side slip [deg]", "gamma": "Camber [deg]",
-}  # fmt: skip
-"""columns of the saved list, beside those that are shown"""
-FIRST = 60
-"""number of runs drawn when none is chosen"""
-
-SELECT = {
-    "header-selection": 'aria-label="Select all runs"',
-    "body-selection": ':aria-label="`Select ${props.row.file}`"',
-}
-"""slot of the table -> label of its checkboxes for screen readers"""
+MOST = 60
+"""number of runs drawn at most"""
+NONE = ""
+"""no other campaign"""
 
 
 def build(page: Page) -> None:
@@ -41,7 +28,9 @@ def build(page: Page) -> None:
 class _Runs:
     def __init__(self, page: Page) -> None:
         self.page, self.service = page, page.service
-        self.rows: list[dict[str, Any]] = []
+        self.list = RunList(page, self.draw)
+        self.asked = 0
+        """number of the last drawing that was asked for; answers to earlier ones are dropped"""
 
     def build(self) -> None:
         page = self.page
@@ -49,38 +38,23 @@ class _Runs:
             with page.card("Runs"):
                 with page.row():
                     self.folder = page.select("Campaign", [], None)
-                    self.find = page.text("Filter")
-                    self.find.props('clearable aria-label="Filter runs"')
+                    self.list.build_filter()
                     page.refresh("Look for campaigns again", self.reload)
                     save = page.free_button("CSV", self.save)
                     save.props('aria-label="Save the list as a table"')
-                columns = [
-                    {"name": k, "label": t, "field": k, "align": "left", "sortable": True}
-                    for k, t in COLUMNS.items()
-                ]
-                self.table = ui.table(
-                    columns=columns, rows=[], row_key="file", selection="multiple", pagination=12
-                )
-                self.table.props('flat dense no-data-label="Choose a campaign."').classes(
-                    "fp-table w-full"
-                )
-                for slot, label in SELECT.items():
-                    self.table.add_slot(
-                        slot, f'<q-checkbox v-model="props.selected" dense {label} />'
-                    )
+                self.list.build()
                 self.problems = ui.label("").classes("fp-quiet")
             with page.card("Curves") as curves:
                 with page.row():
                     self.channel = page.select("Signal", CHANNELS, "fx")
                     self.over = page.select("Over", OVER, "plank_position")
-                self.chart = page.chart(380)
-                self.scatter = ui.label("").classes("fp-quiet")
+                    self.beside = page.select("Another campaign over it", {NONE: "none"}, NONE)
+                self.chart = page.chart(420)
+                self.words = ui.label("").classes("fp-quiet")
             curves.bind_visibility_from(self.chart, "visible")
         self.folder.on_value_change(page.handler(self.load))
-        self.find.on_value_change(page.handler(self.filter))
-        self.table.on_select(page.handler(self.draw))
-        self.channel.on_value_change(page.handler(self.draw))
-        self.over.on_value_change(page.handler(self.draw))
+        for field in (self.channel, self.over, self.beside):
+            field.on_value_change(page.handler(self.draw))
         ui.timer(0.05, page.handler(partial(page.list_campaigns, self.folder)), once=True)
 
     async def reload(self) -> None:
@@ -88,43 +62,30 @@ class _Runs:
         before = self.folder.value
         await self.page.list_campaigns(self.folder)
         if self.folder.value == before:
-            await self.load({row["file"] for row in self.table.selected})
+            await self.load({row["file"] for row in self.list.table.selected})
 
     async def load(self, chosen: Collection[str] = ()) -> None:
         """Load the rows of the campaign; the `chosen` ones stay selected."""
-        self.rows, self.table.rows, self.table.selected = [], [], []
+        self.list.clear()
         self.page.draw(self.chart, {})
         folder = self.folder.value
         if not folder:
             return
+        others = {k: v for k, v in self.folder.options.items() if k != folder}
+        kept = self.beside.value if self.beside.value in others else NONE
+        self.beside.set_options({NONE: "none", **others}, value=kept)
         try:
-            found = await self.service.runs(folder, self.tell_rows)
+            found = await self.service.runs(folder, self.list.tell)
         except ValueError as error:
-            self.tell_rows(str(error))
+            self.list.tell(str(error))
             raise
         if self.folder.value != folder:
             return
-        self.tell_rows("No run has all these words.")
-        self.rows = found["rows"]
-        self.table.selected = [row for row in self.rows if row["file"] in chosen]
         self.show_problems(found["problems"])
-        await self.filter()
+        await self.list.fill(found["rows"], chosen)
 
     def save(self) -> None:
-        """The list as it is filtered, as a file of the browser."""
-        if not self.table.rows:
-            raise ValueError("the list has no runs; choose a campaign first")
-        file = io.StringIO()
-        writer = csv.writer(file)
-        writer.writerow((COLUMNS | SETTINGS).values())
-        writer.writerows([row[key] for key in COLUMNS | SETTINGS] for row in self.table.rows)
-        name = f"{self.folder.value.replace('/', '_')}_runs.csv"
-        ui.download.content(file.getvalue(), name, "text/csv")
-
-    def tell_rows(self, text: str, _share: float = 1.0) -> None:
-        """What stands in the table while it has no row."""
-        self.table.props["no-data-label"] = text
-        self.table.update()
+        self.list.save(str(self.folder.value or "").replace("/", "_"))
 
     def tell_curves(self, text: str, _share: float) -> None:
         self.problems.set_text(text)
@@ -133,41 +94,47 @@ class _Runs:
         more = f" and {len(problems) - 1} more" if len(problems) > 1 else ""
         self.problems.set_text(f"Remarks: {problems[0]}{more}" if problems else "")
 
-    def update_verdicts(self, verdicts: dict[str, str]) -> None:
-        """Update the table with verdicts from the samples."""
-        for row in self.rows:
-            row["verdict"] = verdicts.get(row["file"], row["verdict"])
-        self.table.update()
-
-    async def filter(self) -> None:
-        words = str(self.find.value or "").lower().split()
-        self.table.rows = [
-            r for r in self.rows if all(w in " ".join(map(str, r.values())).lower() for w in words)
-        ]
-        await self.draw()
-
     async def draw(self) -> None:
-        rows = self.table.selected or self.table.rows[:FIRST]
+        self.asked += 1
+        rows, asked = self.list.chosen, self.asked
         folder, drawn = self.folder.value, (self.channel.value, self.over.value)
+        beside = self.beside.value
         if not rows or not folder:
             self.page.draw(self.chart, {})
             return
-        files = [r["file"] for r in rows]
+        files = [r["file"] for r in rows[:MOST]]
         try:
-            found = await self.service.curves(folder, files, *drawn, self.tell_curves)
+            found = await self.service.curves(folder, files, *drawn, self.tell_curves, beside)
         except ValueError as error:
             self.problems.set_text(str(error))
             raise
-        if self.folder.value != folder:
+        if self.asked != asked:
             return
         self.show_problems(found["problems"])
-        self.update_verdicts(found["verdicts"])
-        channel, over = CHANNELS[drawn[0]], OVER[drawn[1]]
-        self.page.draw(self.chart, charts.overlay(found["curves"], over, channel))
+        self.list.update_verdicts(found["verdicts"])
+        axes = OVER[drawn[1]], CHANNELS[drawn[0]]
+        options = (
+            charts.two_campaigns(found, (folder, beside), *axes)
+            if beside
+            else charts.overlay(found["curves"], *axes)
+        )
+        self.page.draw(self.chart, options)
         self.page.keep(self.chart, folder)
-        unit, scatter = channel.partition("[")[2].rstrip("]"), found["scatter"]
-        names = charts.short_labels([s["condition"] for s in scatter])
-        parts = [
-            f"{name}: {s['scatter']:.3g} {unit}" for name, s in zip(names, scatter, strict=True)
-        ]
-        self.scatter.set_text("Scatter between repeats, " + "; ".join(parts) if parts else "")
+        self.words.set_text(_words(found, axes[1], len(rows), f"{beside} minus {folder}"))
+
+
+def _words(found: dict[str, Any], channel: str, runs: int, pair: str) -> str:
+    """What the curves say: how many there are, scatter of repeats, difference of campaigns."""
+    unit = channel.partition("[")[2].rstrip("]")
+    first = f"The first {MOST} of {runs} runs are drawn. " if runs > MOST else ""
+    return (
+        first
+        + _numbers("Scatter between repeats", found["scatter"], "scatter", unit)
+        + _numbers(f"{pair}, rms", found["differences"], "rms", unit)
+    )
+
+
+def _numbers(title: str, rows: Sequence[dict[str, Any]], number: str, unit: str) -> str:
+    names = charts.short_labels([row["condition"] for row in rows]) if rows else []
+    parts = [f"{name}: {row[number]:.3g} {unit}" for name, row in zip(names, rows, strict=True)]
+    return f"{title}, {'; '.join(parts)}. " if parts else ""

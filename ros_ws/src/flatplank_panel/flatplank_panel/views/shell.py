@@ -88,7 +88,7 @@ def _charge(page: Page) -> None:
         if page.in_charge:
             await operator.release_page(page.id)
         else:
-            operator.take_charge(page.id, f"page {page.id[:4]}")
+            page.take_charge()
         refresh()
 
     button = ui.button(on_click=page.handler(toggle)).props(
