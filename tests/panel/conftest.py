@@ -137,7 +137,7 @@ class Clicker:
 
     def said(self, text: str) -> None:
         """The log or a message says so."""
-        wait_for(self.page.get_by_text(text).first.is_visible, 15.0, f"the page says {text}")
+        wait_for(self.page.get_by_text(text).first.is_visible, 60.0, f"the page says {text}")
 
     def take(self) -> None:
         self.click("Take charge")
