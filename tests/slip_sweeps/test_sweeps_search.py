@@ -73,12 +73,12 @@ def test_effects_show_only_where_the_sweeps_have_what_they_need(model, tmp_path)
 def test_an_effect_does_nothing_at_its_null_and_says_what_it_is(effect, model) -> None:
     base = np.ones(2)
     plain = model.predict([ParameterSet(base)])
-    null = ParameterSet(base, ((effect, effect.null_values()),))
+    null = ParameterSet(base, ((effect, effect.vector({})),))
     np.testing.assert_array_equal(model.predict([null]), plain)
     assert effect.needs and effect.title and effect.what and effect.check and effect.removes
     assert "Source:" in (effect.__doc__ or "")
     if effect.can_show(model.runs):
-        moved = effect.null_values() + [p.screen for p in effect.parameters()]
+        moved = effect.vector({}) + [p.screen for p in effect.parameters()]
         assert np.ptp(model.predict([ParameterSet(base, ((effect, moved),))]) - plain) > 0.1
 
 

@@ -126,7 +126,7 @@ def columns_of(header: Sequence[str], given: Mapping[str, str], where: str) -> d
     """
     asked = {}
     for channel, column in given.items():
-        name = channel_named(channel)
+        name = channel if channel in BY_NAME else channel_named(channel)
         if name is None:
             known = ", ".join(BY_NAME)
             raise FlatplankError(f"no channel '{channel}'", "--columns", f"known: {known}")
