@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sweeps of other benches: where a `.tir` fails, what it lacks, a new one.
+"""Sweeps of other benches: where a `.tir` fails; a new one.
 
 Text, TYDEX and .mat files, cut into conditions with B, C, D, E.
 """
