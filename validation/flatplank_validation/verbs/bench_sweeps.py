@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether the search on sweeps names what was hidden in forty generated series, else nothing.
+"""Effects hidden in forty generated series of sweeps.
 
 The series are of a discrete brush that shares no code with the models; the base is a tire file
 that was fitted to the same brush with nothing hidden.
