@@ -20,6 +20,7 @@ from matplotlib.figure import Figure
 import flatplank_analysis as fp
 from flatplank_analysis.cli import change, compare, diagnose
 from flatplank_analysis.discovery.report.text import text_of
+from flatplank_tire import shipped_tir, write_tir
 
 PAGE = Path(__file__).resolve().parents[2] / "docs/guide/python.md"
 SMALL = (-0.05, -0.01, 0.01, 0.05)
@@ -213,12 +214,14 @@ def test_the_page_runs(tmp_path, monkeypatch):
     save(campaign(Truth(seed=43, slips=SMALL, repeats=2, play=4e-4)), folder)
     monkeypatch.chdir(tmp_path)
     blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
-    assert len(blocks) == 5
+    assert len(blocks) == 6
+    write_tir(shipped_tir(), "tire.tir")
     names: dict[str, object] = {}
     for block in blocks:
         exec(compile(block, str(PAGE), "exec"), names)
     assert names["model"].effects == ["road_play"]
     assert list(names["answer"].effects["name"]) == ["drag"]
+    assert abs(names["fy"]) > 1000.0
     told = names["diagnosis"].effects.iloc[0]
     assert "road_play" in [told["name"], *told["class"]]
 

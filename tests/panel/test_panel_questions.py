@@ -101,7 +101,8 @@ def test_what_is_asked_about_the_folders(service, tmp_path, monkeypatch):
     root, x = str(tmp_path), str(tmp_path.resolve() / "x")
     assert service.browse_jobs.asked == [
         ("campaigns", {"root": root}), ("runs", {"folder": x}),
-        ("curves", {"folder": x, "files": ["a.csv", "b.csv"], "channel": "fx", "over": "time"}),
+        ("curves", {"folder": x, "files": ["a.csv", "b.csv"], "channel": "fx", "over": "time",
+                    "beside": ""}),
         ("turns", {"root": root}),
         ("identify", {"root": root, "bag": "x/turn", "mounting": "hub_2", "date": "2026-11-29",
                       "target": str(tmp_path.resolve() / file)}),

@@ -27,13 +27,13 @@ CALCULATIONS = (
     ("tests/campaign", "tests/control", "tests/plant"),
     ("tests/analysis_data", "tests/formats", "tests/slip_sweeps", "tests/tire"),
 )
-"""folders of tests that only compute; they run at low priority"""
+"""folders of tests that only compute; none of them keeps time"""
 SEARCHES = 4
 """parts of the first of CALCULATIONS, which alone would last longer than all the others"""
 WHOLE = ("-q", "-v", "--long", "--durations")
 """options with which the whole suite still runs in parts"""
 LESS_URGENT = 10
-"""niceness of the tests in CALCULATIONS"""
+"""niceness of the tests beside those with nodes, which keep time"""
 TIMES = Path(".cache/test-times.tsv")
 """processor time [s] and name of each test of the last whole run and those after it; written by
 tests/conftest.py"""
@@ -51,7 +51,7 @@ def main(argv: list[str]) -> int:
         beside = [*PYTEST, *argv, "-p", "no:cacheprovider"]
         TIMES.unlink(missing_ok=True)
         niced = ["nice", "-n", str(LESS_URGENT), *beside]
-        return side_by_side(here, [*beside, *BROWSER], *([*niced, *part] for part in parts()))
+        return side_by_side(here, [*niced, *BROWSER], *([*niced, *part] for part in parts()))
     sys.stdout.flush()
     os.execv(sys.executable, [*PYTEST, *argv])
 
