@@ -74,16 +74,15 @@ def test_all_parts_are_shown_and_any_can_fail(codes, expected):
     assert lines[-1] == ("all parts passed" if expected == 0 else "a part failed, see above")
 
 
-def test_two_parts_beside_the_first_and_the_next_when_one_has_ended(tmp_path):
-    """The first waits for all; the fourth begins only after one of the two before it."""
-    place = f"import pathlib, time; here = pathlib.Path({str(tmp_path)!r});"
+def test_one_part_beside_the_first_and_two_after_it(tmp_path):
+    """Two that meet after the first has ended; the first waits for one of them alone."""
+    place = f"here = pathlib.Path({str(tmp_path)!r}); import time;"
     until = (
         "exec('while not (here / NAME).exists(): time.sleep(0.01)'.replace('NAME', repr({!r})))"
     )
-    one = f"{place} {until.format('four')}"
-    two = f"{place} {until.format('three')}; assert not (here / 'four').exists()"
-    two += "; (here / 'two').touch()"
-    three = f"{place} (here / 'three').touch(); {until.format('four')}"
-    four = f"{place} assert (here / 'two').exists(); (here / 'four').touch()"
-    done = run(one, two, three, four)
+    one = f"import pathlib; {place} {until.format('two')}; assert not (here / 'three').exists()"
+    one += "; (here / 'ended').touch()"
+    two = f"import pathlib; {place} (here / 'two').touch(); {until.format('three')}"
+    three = f"import pathlib; {place} assert (here / 'ended').exists(); (here / 'three').touch()"
+    done = run(one, two, three)
     assert done.returncode == 0, done.stdout + done.stderr

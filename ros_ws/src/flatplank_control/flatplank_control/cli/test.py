@@ -18,8 +18,6 @@ from typing import IO
 
 from flatplank_control.cli.doctor import project_root
 
-BROWSER = ("tests/panel",)
-"""folders of tests with a browser, which mostly wait, as those with nodes do"""
 CALCULATIONS = (
     ("tests/discovery",),
     ("tests/investigate", "tests/analysis_models"),
@@ -33,7 +31,7 @@ SEARCHES = 4
 WHOLE = ("-q", "-v", "--long", "--durations")
 """options with which the whole suite still runs in parts"""
 LESS_URGENT = 10
-"""niceness of the tests beside those with nodes, which keep time"""
+"""niceness of the tests beside those with nodes and pages, which keep time"""
 TIMES = Path(".cache/test-times.tsv")
 """processor time [s] and name of each test of the last whole run and those after it; written by
 tests/conftest.py"""
@@ -46,12 +44,11 @@ def main(argv: list[str]) -> int:
     """Run pytest in the checkout; the exit code is that of pytest."""
     os.chdir(project_root())
     if all(word.split("=")[0] in WHOLE for word in argv):
-        away = [BROWSER, *CALCULATIONS]
-        here = [*PYTEST, *argv, *(f"--ignore={name}" for names in away for name in names)]
+        here = [*PYTEST, *argv, *(f"--ignore={name}" for part in CALCULATIONS for name in part)]
         beside = [*PYTEST, *argv, "-p", "no:cacheprovider"]
         TIMES.unlink(missing_ok=True)
         niced = ["nice", "-n", str(LESS_URGENT), *beside]
-        return side_by_side(here, [*niced, *BROWSER], *([*niced, *part] for part in parts()))
+        return side_by_side(here, *([*niced, *part] for part in parts()))
     sys.stdout.flush()
     os.execv(sys.executable, [*PYTEST, *argv])
 
@@ -90,13 +87,14 @@ class Part:
 
 
 def side_by_side(here: Sequence[str], *beside: Sequence[str]) -> int:
-    """Run a command, and beside it others, as many at once as there are cores: the first one
-    mostly waits. Their output follows its own. Returns the exit code of the first that failed."""
+    """Run a command, and others beside it: one at a time while it runs, because it keeps time,
+    then one per core. Their output follows its own. Returns the exit code of the first that
+    failed."""
     waiting, parts = list(beside), list[Part]()
     with ExitStack() as opened:
 
-        def begin() -> None:
-            while waiting and sum(p.running for p in parts) < CORES:
+        def begin(most: int) -> None:
+            while waiting and sum(p.running for p in parts) < most:
                 output = opened.enter_context(tempfile.TemporaryFile())
                 parts.append(Part(waiting.pop(0), output))
                 opened.callback(parts[-1].end)
@@ -105,12 +103,12 @@ def side_by_side(here: Sequence[str], *beside: Sequence[str]) -> int:
         opened.callback(first.wait)
         try:
             while first.poll() is None:
-                begin()
+                begin(CORES - 1)
                 time.sleep(POLL_S)
             print("\nWhat ran beside:", flush=True)
             shown = 0
             while shown < len(beside):
-                begin()
+                begin(CORES)
                 ended = not parts[shown].running
                 parts[shown].show()
                 shown += ended

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Lines of code by folder, without blank lines, docstrings, comments and imports.
 
-python validation/benchmarks/lines.py [FOLDER ...]
+python validation/benchmarks/code_lines.py [FOLDER ...]
 """
 
 from __future__ import annotations
