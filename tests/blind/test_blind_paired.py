@@ -11,7 +11,13 @@ from scipy.stats import binom
 
 from flatplank_validation.blind import journal
 from flatplank_validation.blind.cases import Case
-from flatplank_validation.evaluation.paired import claims, mcnemar, paired, reliability
+from flatplank_validation.evaluation.paired import (
+    claims,
+    mcnemar,
+    of_the_same,
+    paired,
+    reliability,
+)
 
 MORE = {"sized": True, "unit": "1", "detectable": 0.5, "consequence": 0.01, "class": []}
 
@@ -48,6 +54,7 @@ def test_campaigns_of_one_name_in_which_another_size_is_hidden_are_not_compared(
     theirs[1]["kit"] = "another"
     theirs[2]["answer"]["effects"][0]["size"] = 1.1
     assert "2 campaigns" in paired(ours, theirs)
+    assert list(of_the_same(ours, theirs)) == ["k0", "k1"]
 
 
 def test_the_campaigns_of_a_published_journal_are_made_again(tmp_path):

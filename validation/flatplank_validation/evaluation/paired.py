@@ -45,6 +45,16 @@ def paired(entries: Entries, others: Iterable[Mapping[str, Any]]) -> str:
     return "\n\n".join(parts)
 
 
+def of_the_same(entries: Entries, others: Entries) -> dict[str, Mapping[str, Any]]:
+    """Diagnosed entries, by key, in which the same is hidden as in others of the same name."""
+    known = {(e["seed"], e["key"]): e for e in others}
+    return {
+        e["key"]: e
+        for e in entries
+        if e["diagnosis"] and (other := known.get((e["seed"], e["key"]))) and _same(e, other)
+    }
+
+
 def _same(entry: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
     """True where the same is hidden: a kit may make other campaigns of the same name."""
     sizes = [[h["size"] for h in e["answer"]["effects"]] for e in (entry, other)]

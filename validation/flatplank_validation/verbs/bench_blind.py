@@ -20,7 +20,7 @@ from flatplank_validation.blind.detectable import cache
 from flatplank_validation.blind.lists import five_slips, full
 from flatplank_validation.blind.page import page, summary
 from flatplank_validation.blind.plain_size import with_plain_sizes
-from flatplank_validation.evaluation.paired import paired
+from flatplank_validation.evaluation.paired import of_the_same, paired
 
 SEED = 20262
 """seed of the table in the docs; held out while the search was developed"""
@@ -54,7 +54,10 @@ def parser() -> argparse.ArgumentParser:
     )
     p.add_argument("--no-run", action="store_true", help="only from what the journal has")
     p.add_argument(
-        "--any-code", action="store_true", help="with --no-run: results of older code, too"
+        "--any-code",
+        action="store_true",
+        help="with --no-run: results of older code, too; with --of also of an older kit, where it "
+        "hides the same",
     )
     add_json(p)
     return p
@@ -96,7 +99,10 @@ def main(argv: list[str]) -> int:
         )
         return 2
     if o.no_run:
-        known = journal.of_this_code(journal.read(path), o.seed, o.any_code)
+        found = journal.read(path)
+        known = journal.of_this_code(found, o.seed, o.any_code)
+        if of and o.any_code:
+            known |= {k: dict(e) for k, e in of_the_same(found, of).items()}
         entries = [known[c.key] for c in cases if c.key in known]
     else:
         entries = journal.run(cases, o.seed, path, o.jobs, show(time.monotonic()))
