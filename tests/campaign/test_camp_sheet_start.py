@@ -8,7 +8,7 @@ import yaml
 
 from flatplank_analysis.cli.diagnose import starting_values
 from flatplank_analysis.discovery.fit import Term
-from flatplank_analysis.discovery.state import measured_term
+from flatplank_analysis.discovery.state import term_with
 from flatplank_analysis.effects.registry import find
 from flatplank_control.calibration.sheet import LINES
 from flatplank_control.cli.calibrate import main
@@ -24,7 +24,7 @@ def test_the_sheet_reaches_the_search(tmp_path, capsys):
     values = starting_values(str(start))
     assert values == {"road_play": {"gap": pytest.approx(1.15e-3)}}
     effect = find("road_play")
-    term = measured_term(Term(effect, effect.vector({}), effect.held()), values["road_play"])
+    term = term_with(Term(effect, effect.vector({}), effect.held()), values["road_play"])
     assert term.named()["gap"] == pytest.approx(1.15e-3)
 
 

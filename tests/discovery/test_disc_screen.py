@@ -21,9 +21,9 @@ from flatplank_analysis.discovery.starts import line_search
 from flatplank_analysis.discovery.state import (
     channel_weights,
     make_state,
-    measured_term,
     start_base,
     term_of,
+    term_with,
 )
 
 
@@ -47,9 +47,9 @@ def test_a_term_starts_at_its_screened_size_within_its_range():
     assert term_of(item.candidate, np.array([2.0])).values == pytest.approx([0.04])
     assert term_of(item.candidate, np.array([-9.0])).values == pytest.approx([-0.05])
     term = term_of(item.candidate, np.array([2.0]))
-    assert measured_term(term, {"a": 0.01}).values == pytest.approx([0.01])
-    assert measured_term(term, {"a": 0.9}).values == pytest.approx([0.05])
-    assert measured_term(term, {}).values == pytest.approx([0.04])
+    assert term_with(term, {"a": 0.01}).values == pytest.approx([0.01])
+    assert term_with(term, {"a": 0.9}).values == pytest.approx([0.05])
+    assert term_with(term, {}).values == pytest.approx([0.04])
 
 
 def test_the_best_of_several_sizes_with_the_base_moved_along():

@@ -25,12 +25,7 @@ Entries = Sequence[Mapping[str, Any]]
 
 def paired(entries: Entries, others: Iterable[Mapping[str, Any]]) -> str:
     """Page: paired scores by row, and the reliability of both searches on the same campaigns."""
-    known = {(e["seed"], e["key"]): e for e in others}
-    pairs = [
-        (e, other)
-        for e in entries
-        if e["diagnosis"] and (other := known.get((e["seed"], e["key"]))) and _same(e, other)
-    ]
+    pairs = _pairs(entries, others)
     if not pairs:
         return "the two journals have no campaign in common"
     ours, theirs = [e for e, _ in pairs], [o for _, o in pairs]
@@ -47,12 +42,17 @@ def paired(entries: Entries, others: Iterable[Mapping[str, Any]]) -> str:
 
 def of_the_same(entries: Entries, others: Entries) -> dict[str, Mapping[str, Any]]:
     """Diagnosed entries, by key, in which the same is hidden as in others of the same name."""
+    return {e["key"]: e for e, _ in _pairs(entries, others)}
+
+
+def _pairs(entries: Entries, others: Iterable[Mapping[str, Any]]) -> list[tuple[Any, Any]]:
+    """Diagnosed entries, each with the other one of the same campaign."""
     known = {(e["seed"], e["key"]): e for e in others}
-    return {
-        e["key"]: e
+    return [
+        (e, other)
         for e in entries
         if e["diagnosis"] and (other := known.get((e["seed"], e["key"]))) and _same(e, other)
-    }
+    ]
 
 
 def _same(entry: Mapping[str, Any], other: Mapping[str, Any]) -> bool:

@@ -33,7 +33,7 @@ def main(argv: Sequence[str]) -> int:
     parser.add_argument("--limit", type=int, help="only so many campaigns with one hidden effect")
     add_json(parser)
     o = parser.parse_args(argv)
-    entries = _read(o.journal)
+    entries = journal.diagnosed(o.journal)
     rows = []
     chosen = [e for e in entries if _asked(e)][: o.limit]
     if not chosen:
@@ -52,13 +52,9 @@ def main(argv: Sequence[str]) -> int:
     return 0
 
 
-def _read(path: Path) -> list[dict[str, Any]]:
-    return journal.published(path)[1] if path.suffix == ".gz" else journal.read(path)
-
-
 def _asked(entry: Mapping[str, Any]) -> bool:
-    """True for a campaign with one hidden effect that was diagnosed."""
-    return bool(entry["diagnosis"]) and len(entry["answer"]["effects"]) == 1
+    """True for a campaign with one hidden effect."""
+    return len(entry["answer"]["effects"]) == 1
 
 
 def ratios(entry: Mapping[str, Any]) -> dict[str, Any]:

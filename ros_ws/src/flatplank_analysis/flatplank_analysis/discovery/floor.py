@@ -217,7 +217,8 @@ def floor_of(
     pure, own = scatter_of_repeats(cleaned, runs.groups)
     bound = np.square(np.broadcast_to(least, counts.shape))
     pure = max(pure, float(np.average(bound, weights=counts)))
-    own = np.fmax(own, np.where(bound > 0.0, bound, np.where(np.isnan(own), pure, 0.0)))
+    alone = np.where(bound > 0.0, bound, pure)
+    own = np.where(np.isnan(own), alone, np.maximum(own, bound))
     raw = scatter_of_repeats(Cleaned(runs.contrast(residual)), runs.groups)[0]
     steps = runs.input_noise[channel] ** 2 if runs.input_noise else 0.0
     square = np.mean(runs.mean(residual) ** 2, axis=1)

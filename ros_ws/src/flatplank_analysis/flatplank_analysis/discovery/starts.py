@@ -11,7 +11,7 @@ from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.gram import solve
 from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_analysis.discovery.screen import ScreenResult
-from flatplank_analysis.discovery.state import State, measured_term, term_of
+from flatplank_analysis.discovery.state import State, term_of, term_with
 
 
 def start_of(
@@ -38,7 +38,7 @@ def line_search(
     width = item.sizes if np.any(item.sizes) else np.ones_like(item.sizes)
     terms = [term_of(item.candidate, width * s) for s in (0.5, 1.0, 1.5, 2.2, 3.3, 5.0)]
     terms += [term_of(item.candidate, np.ones_like(width) * s) for s in (1.0, 3.0)]
-    terms = [measured_term(term, measured) for term in terms]
+    terms = [term_with(term, measured) for term in terms]
     own = fit.parameter_set()
     sets = [ParameterSet(own.base, (*own.effects, (effect, t.values))) for t in terms]
     change = state.model.predict(sets) - fit.predicted

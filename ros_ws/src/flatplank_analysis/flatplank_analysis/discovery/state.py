@@ -257,10 +257,10 @@ def start_base(model: Model, given: Mapping[str, float] | None = None) -> np.nda
     return np.array([float(given.get(p.name, p.null)) for p in model.parameters])
 
 
-def measured_term(term: Term, measured: Mapping[str, float]) -> Term:
-    """The term with measured values [SI], within its bounds."""
+def term_with(term: Term, named: Mapping[str, float]) -> Term:
+    """The term with other values [SI] by name, within its bounds."""
     values = {
-        p.name: float(np.clip(measured.get(p.name, value), p.lower, p.upper))
+        p.name: float(np.clip(named.get(p.name, value), p.lower, p.upper))
         for p, value in zip(term.effect.parameters(), term.values, strict=True)
     }
     return Term(term.effect, term.effect.vector(values), term.fixed)

@@ -5,17 +5,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import Fit, Term
 from flatplank_analysis.discovery.invariants import is_active
-from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_analysis.discovery.screen import ScreenResult, best_per_effect
 from flatplank_analysis.discovery.starts import start_of
-from flatplank_analysis.discovery.state import State
+from flatplank_analysis.discovery.state import State, term_with
 from flatplank_analysis.inference.evidence import SMALLEST
 from flatplank_analysis.inference.posterior import MEMBER, Key, Posterior, log_evidence
 from flatplank_analysis.inference.priors import of_set, of_value
@@ -96,33 +95,35 @@ class Explorer:
     def swap(self, weighed: Weighed) -> bool:
         """Weigh sets with a look-alike, at the same parameters, in the place of an effect; False
         when all were weighed. From its null the look-alike might end in another minimum."""
-        fit, new = weighed.fit, False
+        fit, tried = weighed.fit, len(self.swapped)
         for index in range(self.held, len(fit.terms)):
             rest = self.scales.fitter.without_term(fit, index)
-            for term in self._alike(fit, index):
+            for term in self._look_alikes(fit.terms[index], rest):
                 done = weighed.key, f"{index} {term.effect.identifier}"
                 if done not in self.swapped:
                     self.swapped.add(done)
-                    self._weigh(rest, term)
-                    new = True
-        return new
+                    if self._is_alike(fit, rest, term):
+                        self._weigh(rest, term)
+        return len(self.swapped) > tried
 
-    def _alike(self, fit: Fit, index: int) -> Iterator[Term]:
-        """Effects with the main parameter of effect `index` that do nearly the same."""
-        state, own, main = self.scales.state, fit.terms[index], _main(fit.terms[index].effect)
-        beside = [t.effect for i, t in enumerate(fit.terms) if i != index]
-        rest = [(t.effect, t.values) for i, t in enumerate(fit.terms) if i != index]
-        without = self.scales.fitter.without_term(fit, index).predicted
+    def _look_alikes(self, own: Term, rest: Fit) -> Iterator[Term]:
+        """Effects with the main parameter of a term, at its parameters, that may be added to the
+        rest."""
+        beside = [t.effect for t in rest.terms]
         for effect in self.scales.effects:
             full = beside.count(effect) >= effect.instances
-            if effect is own.effect or _main(effect) != main or full:
-                continue
-            values = _same_values(effect, own)
-            changed = state.model.predict([ParameterSet(fit.base, (*rest, (effect, values)))])[0]
-            pair = np.stack([fit.predicted - without, changed - without])
-            one, other = self.scales.metric.plain(pair).reshape(2, -1)
-            if float(one @ other) > ALIKE * float(np.linalg.norm(one) * np.linalg.norm(other)):
-                yield Term(effect, values, effect.held())
+            if effect is not own.effect and _main(effect) == _main(own.effect) and not full:
+                plain = Term(effect, effect.vector({}), effect.held())
+                yield term_with(plain, own.named())
+
+    def _is_alike(self, fit: Fit, rest: Fit, term: Term) -> bool:
+        """True when a term changes the rest nearly as what the fit has beyond the rest does."""
+        known = rest.parameter_set()
+        other = replace(known, effects=(*known.effects, (term.effect, term.values)))
+        changed = self.scales.state.model.predict([other])[0]
+        pair = np.stack([fit.predicted, changed]) - rest.predicted
+        one, two = self.scales.metric.plain(pair).reshape(2, -1)
+        return float(one @ two) > ALIKE * float(np.linalg.norm(one) * np.linalg.norm(two))
 
     def extend(self, fit: Fit) -> None:
         """Weigh the sets with one more effect."""
@@ -210,11 +211,3 @@ def _main(effect: type[Effect]) -> tuple[str, str]:
     """Name and unit of the main parameter of an effect."""
     main = effect.main_parameter()
     return main.name, main.unit
-
-
-def _same_values(effect: type[Effect], other: Term) -> np.ndarray:
-    """Parameters of an effect with the values of another one's of the same name."""
-    named = other.named()
-    known = {p.name: p for p in effect.parameters() if p.name in named}
-    near = {n: min(max(named[n], p.lower), p.upper) for n, p in known.items()}
-    return effect.vector(near)

@@ -133,16 +133,12 @@ class Posterior:
 
     def _none_of(self, counts: Callable[[Term], bool]) -> float:
         """Probability that none of the effects that count is present with consequence."""
-        return sum(
-            p
-            * (
-                1.0
-                - _at_least(
-                    1, (self.matters(w, i) for i, t in enumerate(w.fit.terms) if counts(t))
-                )
-            )
-            for w, p in ((self.sets[k], p) for k, p in self.probability.items())
-        )
+        total = 0.0
+        for key, p in self.probability.items():
+            weighed = self.sets[key]
+            places = [i for i, term in enumerate(weighed.fit.terms) if counts(term)]
+            total += p * (1.0 - _at_least(1, (self.matters(weighed, i) for i in places)))
+        return total
 
     def without(self, weighed: Weighed, index: int) -> Weighed | None:
         """The set that lacks one effect of a set; None where it was not weighed."""

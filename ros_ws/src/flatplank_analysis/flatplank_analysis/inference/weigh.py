@@ -25,7 +25,7 @@ from flatplank_analysis.discovery.fit import (
 )
 from flatplank_analysis.discovery.gram import Gram
 from flatplank_analysis.discovery.screen import Screen, screen
-from flatplank_analysis.discovery.state import State, make_candidates
+from flatplank_analysis.discovery.state import State, make_candidates, term_with
 from flatplank_analysis.inference import priors
 from flatplank_analysis.inference.errors import (
     FORMS,
@@ -78,13 +78,9 @@ class Weighed:
         """An effect at its most probable size; the fit weighs less of what may be wrong."""
         term = self.fit.terms[index]
         size, named = term.size, term.named()
-        if size:
-            share = self.sizes[index][0] / size
-            for p in term.effect.linear():
-                named[p.name] = min(
-                    max(p.null + share * (named[p.name] - p.null), p.lower), p.upper
-                )
-        return replace(term, values=term.effect.vector(named))
+        share = self.sizes[index][0] / size if size else 1.0
+        scaled = {p.name: p.null + share * (named[p.name] - p.null) for p in term.effect.linear()}
+        return term_with(term, scaled)
 
     @cached_property
     def key(self) -> tuple[str, ...]:
