@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import flatplank_analysis as fp
-from flatplank_analysis.cli.sweeps import main
 from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_analysis.slip_sweeps.effects import effects, that_can_show
 from flatplank_analysis.slip_sweeps.model import sweep_model
@@ -43,11 +42,26 @@ def test_friction_over_temperature_is_named_and_nothing_else(hot) -> None:
     assert [e["name"] for e in told["effects"]] == ["grip_temperature"]
     assert told["effects"][0]["size"] == pytest.approx(-0.003, rel=0.15)
     assert told["rmse_after"] < 0.4 * told["rmse_before"]
+    assert found.verdict == "found"
+    assert "camber" in found.next_run["what"] and found.to_do["do"][0].startswith("measure")
 
 
 def test_a_tire_as_the_file_says_has_nothing_named(tmp_path) -> None:
     found = fp.sweeps(written(tmp_path / "null.csv", Brush(), seed=4)).diagnose(BASE)
     assert found.to_dict()["effects"] == []
+    assert found.verdict == "at floor"
+
+
+def test_the_same_law_at_all_pressures_lets_friction_over_pressure_be_named(tmp_path) -> None:
+    path = written(tmp_path / "p.csv", Brush(over_pressure=0.3), seed=5)
+    found = fp.sweeps(path).diagnose(BASE)
+    assert [e["name"] for e in found.to_dict()["effects"]] == ["grip_pressure"]
+    assert found.verdict == "found"
+
+
+def test_a_stiffness_over_load_that_no_tire_file_has_is_a_law_and_no_fault(tmp_path) -> None:
+    path = written(tmp_path / "l.csv", Brush(longer=0.3), seed=6)
+    assert fp.sweeps(path).diagnose(BASE).verdict == "tire law only"
 
 
 def test_a_run_is_a_visit_and_a_node_a_bin_up_then_down(model) -> None:
@@ -71,7 +85,7 @@ def test_effects_show_only_where_the_sweeps_have_what_they_need(model, tmp_path)
 
 @pytest.mark.parametrize("effect", effects(), ids=lambda e: e.identifier)
 def test_an_effect_does_nothing_at_its_null_and_says_what_it_is(effect, model) -> None:
-    base = np.ones(2)
+    base = np.array([p.null for p in model.parameters])
     plain = model.predict([ParameterSet(base)])
     null = ParameterSet(base, ((effect, effect.vector({})),))
     np.testing.assert_array_equal(model.predict([null]), plain)
@@ -83,20 +97,18 @@ def test_an_effect_does_nothing_at_its_null_and_says_what_it_is(effect, model) -
 
 
 def test_closed_forms_of_the_effects(model) -> None:
-    """A gain of 10 % of the load cell is a load that is smaller by 1/1.1; and so on."""
+    """A ply steer is added to the slip angle, a conicity is a share of the load; and so on."""
     by_name = {e.identifier: e for e in effects()}
 
     def state(name: str, value: float):
         one = by_name[name](value)
         s = model.state()
-        s.grip = s.stiffness = 1.0
         s.force = np.zeros(s.fz.shape)
         one.tire(s)
         one.bench(s)
         return s
 
     plain = model.state()
-    np.testing.assert_allclose(state("load_gain", 0.1).fz, plain.fz / 1.1)
     np.testing.assert_allclose(state("ply_steer", 0.01).alpha, plain.alpha + 0.01)
     np.testing.assert_allclose(state("conicity", 0.01).force, 0.01 * plain.fz)
     middle = np.median(plain.temperature)
@@ -110,18 +122,3 @@ def test_closed_forms_of_the_effects(model) -> None:
 def test_a_slip_that_was_not_swept_is_told(hot) -> None:
     with pytest.raises(FlatplankError, match="no sweep of the"):
         fp.sweeps(hot).diagnose(BASE, swept="kappa")
-
-
-def test_the_verb_names_it(hot, capsys) -> None:
-    assert main([str(hot), "--tir", str(BASE), "--diagnose", "alpha"]) == 0
-    assert "grip_temperature" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [(["--diagnose", "alpha"], "needs a tire file"),
-     (["--diagnose", "kappa", "--tir", str(BASE)], "no sweep of the")],
-)  # fmt: skip
-def test_options_that_need_others_say_so(options, words, hot) -> None:
-    with pytest.raises(FlatplankError, match=words):
-        main([str(hot), *options])

@@ -34,6 +34,10 @@ class Brush:
     """tread temperature at the best friction [deg C]"""
     half_length: float = 0.055
     """of the contact at the nominal load [m]"""
+    longer: float = 0.5
+    """exponent of its length over the load [-]"""
+    fuller: float = 1.0
+    """exponent of the parabola of the pressure over the length: less is flatter [-]"""
     bristle: float = 1.6e7
     """side stiffness of the bristles per length [N/m2]"""
     nominal: float = 3000.0
@@ -104,7 +108,8 @@ def _triangle(plan: Plan) -> np.ndarray:
 def _roll(brush: Brush, alpha, fz, pressure, speed: float) -> tuple[np.ndarray, np.ndarray]:
     """Side force [N] and tread temperature [deg C], sample by sample."""
     place = (np.arange(BRISTLES) + 0.5) / BRISTLES
-    shape = 6.0 * place * (1.0 - place)  # pressure over the length, mean 1
+    shape = (place * (1.0 - place)) ** brush.fuller
+    shape /= shape.mean()  # pressure over the length, mean 1
     air, capacity, cooling = 25.0, 900.0, 60.0  # deg C, J/K, W/K
     warm, way = air, 0.0
     fy, temperature = np.empty(len(alpha)), np.empty(len(alpha))
@@ -113,7 +118,7 @@ def _roll(brush: Brush, alpha, fz, pressure, speed: float) -> tuple[np.ndarray, 
         mu *= 1.0 - brush.over_temperature * (warm - air)
         mu *= 1.0 + brush.over_pressure * (bar / 200.0 - 1.0)
         mu *= 1.0 - brush.over_distance * 1e-3 * way
-        length = 2.0 * brush.half_length * np.sqrt(load / brush.nominal)
+        length = 2.0 * brush.half_length * (load / brush.nominal) ** brush.longer
         stuck = brush.bristle * np.tan(angle) * place * length * (length / BRISTLES)
         most = mu * load * shape / BRISTLES
         fy[k] = -np.clip(stuck, -most, most).sum()

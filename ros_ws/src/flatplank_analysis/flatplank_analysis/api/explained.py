@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
 
 import pandas as pd
 
@@ -20,20 +22,29 @@ from flatplank_analysis.inference.search import run_search
 from flatplank_data.errors import FlatplankError
 from flatplank_data.names import nearest_hint
 
+NextRun = Callable[[verdict.Diagnosis], dict[str, Any]]
+"""diagnosis -> its `next_run`"""
 
-def explain(model: Model, effects: Sequence[type[Effect]]) -> Explained:
+
+def explain(
+    model: Model, effects: Sequence[type[Effect]], next_run: NextRun = lambda _: {}
+) -> Explained:
     """Search for the effects that your own model lacks, with the floor and the verdict.
 
-    model: a `Motion` with its records, or anything that predicts (docs/explanation/engine.md).
+    model: a `Motion` with its records, or anything that predicts (docs/explanation/engine.md);
+    next_run: what to measure next, by the diagnosis.
     """
-    return _explained(model, list(effects), ())
+    return _explained(model, list(effects), (), next_run)
 
 
 class Explained(Diagnosed):
     """A diagnosis of any machine; `add` puts an effect into its model."""
 
-    def __init__(self, result: verdict.Diagnosis, model: Model, terms: Sequence[Term]) -> None:
+    def __init__(
+        self, result: verdict.Diagnosis, model: Model, terms: Sequence[Term], next_run: NextRun
+    ) -> None:
         super().__init__(result, type(model).__name__, ())
+        self._next_run = next_run
         self.model, self.added = model, tuple(terms)
         """the model without effects, and the effects that were added"""
 
@@ -60,14 +71,18 @@ class Explained(Diagnosed):
         if not (found or seen):
             what = f"'{name}' cannot show in these runs, or is in the model already"
             raise FlatplankError(what, "add", "measure runs that have what it needs")
-        return _explained(self.model, search.effects, (*self.added, (*found, *seen)[0]))
+        return _explained(self.model, search.effects, (*self.added, (*found, *seen)[0]),
+                          self._next_run)  # fmt: skip
 
 
-def _explained(model: Model, effects: Sequence[type[Effect]], terms: Sequence[Term]) -> Explained:
+def _explained(
+    model: Model, effects: Sequence[type[Effect]], terms: Sequence[Term], next_run: NextRun
+) -> Explained:
     options = Options(progress=loop.progress, terms=tuple(terms))
     result = verdict.diagnose(run_search(model, list(effects), options))
     loop.progress_done()
-    return Explained(result, model, terms)
+    result = replace(result, campaign=False, next_run=next_run(result))
+    return Explained(result, model, terms, next_run)
 
 
 def _rows(model: Model, fit: Fit) -> list[dict[str, object]]:

@@ -15,6 +15,7 @@ from flatplank_analysis.api.runs import page
 from flatplank_analysis.slip_sweeps.channels import BY_NAME
 from flatplank_analysis.slip_sweeps.effects import that_can_show
 from flatplank_analysis.slip_sweeps.fit import SweepFit, fit_sweeps
+from flatplank_analysis.slip_sweeps.missing import missing_sweep
 from flatplank_analysis.slip_sweeps.model import sweep_model
 from flatplank_analysis.slip_sweeps.study import Study, study
 from flatplank_analysis.slip_sweeps.tir_signs import READ
@@ -99,7 +100,7 @@ class Sweeps:
             FlatplankError: no sweep of this slip, or nothing that gives a floor.
         """
         model = sweep_model([self.study], read_tir(os.fspath(tir)), signs, swept)
-        return explain(model, that_can_show(model.runs))
+        return explain(model, that_can_show(model.runs), missing_sweep)
 
     def plot(self, tir: str | os.PathLike[str] | None = None, signs: str = READ) -> Figure:
         """Force over slip, a panel per condition; signs: as in `compare`."""

@@ -16,8 +16,8 @@ from flatplank_data.wording import one_of, sized
 
 Change = Callable[[Session, ModelFile, str], tuple[ModelFile, Any, dict[str, Any]]]
 """session, model, effect -> changed model, its fit, numbers by name"""
-Words = Callable[[str, dict[str, Any]], str]
-"""effect, numbers -> text for the user"""
+Words = Callable[[str, str, dict[str, Any]], str]
+"""effect, force, numbers -> text for the user"""
 
 
 def add(argv: Sequence[str] | None = None) -> int:
@@ -26,12 +26,12 @@ def add(argv: Sequence[str] | None = None) -> int:
     What these runs cannot tell from the effect is recorded with it.
     """
 
-    def words(effect: str, n: dict[str, Any]) -> str:
+    def words(effect: str, force: str, n: dict[str, Any]) -> str:
         name = one_of([effect, *(m["name"] for m in n.get("class", ()))])
         as_it = f", as {effect}" if "class" in n else ""
         return (
             f"{name}: {sized(n['size'], n['interval'], n['unit'])}{as_it}\n"
-            f"error of Fx {n['rmse_before']:.1f} -> {n['rmse']:.1f} N, "
+            f"error of {force} {n['rmse_before']:.1f} -> {n['rmse']:.1f} N, "
             f"held out {n['held_out']:.1f} N, floor {n['floor']:.1f} N"
         )
 
@@ -41,8 +41,8 @@ def add(argv: Sequence[str] | None = None) -> int:
 def remove(argv: Sequence[str] | None = None) -> int:
     """Take an effect out of the model file and refit everything."""
 
-    def words(effect: str, n: dict[str, Any]) -> str:
-        return f"{effect} removed: error of Fx {n['rmse']:.1f} N, floor {n['floor']:.1f} N"
+    def words(effect: str, force: str, n: dict[str, Any]) -> str:
+        return f"{effect} removed: error of {force} {n['rmse']:.1f} N, floor {n['floor']:.1f} N"
 
     return _refit("remove", remove.__doc__, argv, Session.remove, words)
 
@@ -54,7 +54,7 @@ def _refit(
 
     `flatplank VERB EFFECT [DIR] [--model FILE] [--json]`; `text` is the help text.
     """
-    arguments = loop.loop_parser(verb, text, effect=True).parse_args(argv)
+    arguments = loop.loop_parser(verb, text, effect=True, sweeps=True).parse_args(argv)
 
     def work() -> int:
         session, model, path = loop.open_for_change(arguments)
@@ -65,8 +65,8 @@ def _refit(
         if arguments.json:
             common.print_json({"model": str(path), "effect": arguments.effect, **numbers})
         else:
-            print(f"{words(arguments.effect, numbers)}; written to {path}")
-            for line in alternatives.words(numbers.get("class", ())):
+            print(f"{words(arguments.effect, session.force, numbers)}; written to {path}")
+            for line in alternatives.words(numbers.get("class", ()), session.force):
                 print(line)
             for doubt in numbers.get("doubts", ()):
                 print(f"doubt: {doubt}")
@@ -97,6 +97,6 @@ def undo(argv: Sequence[str] | None = None) -> int:
              "effects": names, **{k: now.get(k) for k in ("rmse", "held_out", "floor")}}
         )  # fmt: skip
         return 0
-    error = f": error of Fx {now['rmse']:.1f} N" if now.get("rmse") is not None else ""
+    error = f": error {now['rmse']:.1f} N" if now.get("rmse") is not None else ""
     print(f"{taken['action']} {taken['effect']} undone{error}; written to {path}")
     return 0

@@ -14,7 +14,7 @@ from flatplank_analysis.contact_patch import comparison
 
 def main(argv: Sequence[str] | None = None) -> int:
     """`flatplank compare DIR [--model FILE] [--json]`; without FILE DIR/model.yaml, if any."""
-    arguments = loop.loop_parser("compare", __doc__).parse_args(argv)
+    arguments = loop.loop_parser("compare", __doc__, sweeps=True).parse_args(argv)
     return common.run_or_report_nothing_usable("compare", lambda: _run(arguments))
 
 

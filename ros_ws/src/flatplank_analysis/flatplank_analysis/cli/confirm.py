@@ -22,7 +22,7 @@ from flatplank_data.wording import sized, span
 
 def main(argv: Sequence[str] | None = None) -> int:
     """`flatplank confirm NAME_OR_FILE DIR --with NEW_RUNS... [--model FILE] [--json]`."""
-    parser = loop.loop_parser("confirm", __doc__, effect=True)
+    parser = loop.loop_parser("confirm", __doc__, effect=True, sweeps=True)
     parser.add_argument(
         "--with", dest="new", metavar="NEW_RUNS", nargs="+", required=True,
         help="folders of runs that took no part in the search",
@@ -40,19 +40,20 @@ def _run(arguments: argparse.Namespace) -> int:
     session, model = loop.open_to_look(arguments, own=True)
     if name not in session.effects:
         raise FlatplankError(f"no effect '{name}'", "confirm", "name the file of the proposal")
-    interval_of(session.effects[name])
+    if session.effects[name].file:
+        interval_of(session.effects[name])
     mapping = common.read_mapping(arguments.mapping)
     sets = new_sessions(session, arguments.new, mapping)
     for _, new in sets:
         common.print_problems(new.campaign.problems)
     loop.progress("fit of the first campaign", 0.3)
-    step = fit_with_effect(session, model, name)
-    result = confirm(session, step, name, sets)
+    fitted = fit_with_effect(session, model, name)
+    result = confirm(session, fitted, name, sets)
     loop.progress_done()
     if arguments.json:
         common.print_json(result.to_dict())
     else:
-        print("\n".join(text_of(result)))
+        print("\n".join(text_of(result, session.force)))
     return 0
 
 
@@ -65,15 +66,15 @@ def _effect(given: str, folder: str) -> tuple[str, list[str]]:
     return given, [str(file) for file in there if file.is_file()][:1]
 
 
-def text_of(result: Confirmation) -> list[str]:
-    """The result as text."""
+def text_of(result: Confirmation, force: str) -> list[str]:
+    """The result as text; force: whose error is told."""
     proposed = span(*result.interval, result.unit)
     lines = [f"verdict: {result.verdict} ({result.name}, {proposed} proposed)"]
     for c in result.checked:
         remarks = "; ".join(c.reasons) or "agrees"
         size = sized(c.size, (c.size - c.half, c.size + c.half), result.unit)
         lines.append(
-            f"{c.folder}, {c.runs} runs: {size}, error of Fx {c.error_before:.1f} -> "
+            f"{c.folder}, {c.runs} runs: {size}, error of {force} {c.error_before:.1f} -> "
             f"{c.error:.1f} N, at most {c.limit:.1f} N: {remarks}"
         )
     return lines

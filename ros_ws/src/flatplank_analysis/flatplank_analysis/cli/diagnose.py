@@ -24,7 +24,7 @@ from flatplank_data.yaml_text import parse_yaml
 
 def main(argv: Sequence[str] | None = None) -> int:
     """`flatplank diagnose DIR [--model FILE] [--effects FILE] [--report DIR] [--json]`."""
-    parser = loop.loop_parser("diagnose", __doc__)
+    parser = loop.loop_parser("diagnose", __doc__, sweeps=True)
     parser.add_argument("--report", metavar="DIR", help="write a page with figures there")
     parser.add_argument("--out", metavar="FILE", help="write the JSON to a file as well")
     parser.add_argument(

@@ -9,21 +9,31 @@ from pathlib import Path
 
 from flatplank_analysis.cli import common
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.discovery.modelfile import ModelFile, load_model
+from flatplank_analysis.discovery.modelfile import TIR, ModelFile, load_model
+from flatplank_analysis.slip_sweeps.conditions import FORCE
+from flatplank_analysis.slip_sweeps.session import SweepSession
 from flatplank_data.arguments import Parser, add_json
 from flatplank_data.errors import FlatplankError
 
 MODEL = "model.yaml"
 
 
-def loop_parser(verb: str, text: str | None, effect: bool = False) -> argparse.ArgumentParser:
-    """A parser with the arguments of a verb on a model; `effect`: the first one is an effect."""
+def loop_parser(
+    verb: str, text: str | None, effect: bool = False, sweeps: bool = False
+) -> argparse.ArgumentParser:
+    """A parser with the arguments of a verb on a model; `effect`: the first one is an effect;
+    `sweeps`: a file with sweeps may stand for the campaign."""
     parser = Parser(prog=f"flatplank {verb}", description=text)
+    what = "campaign folder, or a file with sweeps" if sweeps else "campaign folder"
     if effect:
         parser.add_argument("effect", metavar="EFFECT", help="identifier, see `flatplank effects`")
-        parser.add_argument("folder", metavar="DIR", nargs="?", help="campaign folder")
+        parser.add_argument("folder", metavar="DIR", nargs="?", help=what)
     else:
-        parser.add_argument("folder", metavar="DIR", help="campaign folder")
+        parser.add_argument("folder", metavar="DIR", help=what)
+    if sweeps:
+        what = "of sweeps: the tire file; default: that of the model file"
+        parser.add_argument("--tir", metavar="FILE", help=what)
+        parser.add_argument("--swept", choices=FORCE, help="of sweeps: the slip")
     parser.add_argument("--model", metavar="FILE", help="model file (YAML)")
     common.effect_arguments(parser)
     add_json(parser)
@@ -37,8 +47,15 @@ def model_path(arguments: argparse.Namespace) -> Path:
         return Path(arguments.model)
     if arguments.folder is None or "://" in arguments.folder:
         return Path(MODEL)
-    folder = Path(arguments.folder)
-    return folder / MODEL if os.access(folder, os.W_OK) else Path(MODEL)
+    path = _beside(arguments.folder)
+    return path if os.access(path.parent, os.W_OK) else Path(path.name)
+
+
+def _beside(folder: str) -> Path:
+    """Path of the model file of a campaign folder, or of a file with sweeps: the model file has
+    the name of that one."""
+    path = Path(folder)
+    return path.with_suffix(f".{MODEL}") if path.is_file() else path / MODEL
 
 
 def open_for_change(arguments: argparse.Namespace) -> tuple[Session, ModelFile, Path]:
@@ -58,19 +75,38 @@ def open_to_look(
     """Session and the given model file, if any; `own`: otherwise that of the campaign folder."""
     named = arguments.model
     if own and not named and "://" not in arguments.folder:
-        there = Path(arguments.folder) / MODEL
+        there = _beside(arguments.folder)
         named = str(there) if there.is_file() else None
     model = load_model(named) if named else None
     return session_of(arguments, arguments.folder, model), model
 
 
 def session_of(arguments: argparse.Namespace, folder: str, model: ModelFile | None) -> Session:
-    """The campaign with the effects of the command line and of the model file."""
+    """The campaign, or the sweeps, with the effects of the command line and of the model file."""
+    if hasattr(arguments, "tir") and Path(folder).is_file():
+        return _session_of_sweeps(arguments, folder, model)
     own = [e.file for e in model.effects if e.file] if model else []
     mapping = common.read_mapping(arguments.mapping)
     session = Session.open(folder, [*common.effect_files(arguments), *own], mapping)
     common.print_problems(session.campaign.problems)
     return session
+
+
+def _session_of_sweeps(
+    arguments: argparse.Namespace, file: str, model: ModelFile | None
+) -> SweepSession:
+    """The sweeps of a file, with the tire file that is named or that of the model file."""
+    if common.effect_files(arguments):
+        what, remedy = "belong to campaigns", "effects of sweeps are files of slip_sweeps/effects"
+        raise FlatplankError(what, "--effects and --trust", remedy)
+    tir = arguments.tir or (model.base if model and model.base.endswith(TIR) else "")
+    if not tir:
+        raise FlatplankError(
+            "no tire file to compare with", file,
+            f"give --tir FILE; `flatplank sweeps {file} --fit FILE.tir` makes one",
+        )  # fmt: skip
+    mapping = common.read_mapping(arguments.mapping)
+    return SweepSession.of_file(file, tir, arguments.swept, mapping)
 
 
 def require_file(path: Path) -> None:

@@ -12,18 +12,12 @@ from pathlib import Path
 
 import numpy as np
 
-from flatplank_analysis.cli import common, loop
+from flatplank_analysis.cli import common
 from flatplank_analysis.cli.fit import print_coefficients
-from flatplank_analysis.discovery import verdict
-from flatplank_analysis.discovery.opening import Options
-from flatplank_analysis.discovery.report.text import text_of
-from flatplank_analysis.inference.search import run_search
 from flatplank_analysis.slip_sweeps.axes import SYSTEMS
 from flatplank_analysis.slip_sweeps.conditions import FORCE, HELD
-from flatplank_analysis.slip_sweeps.effects import that_can_show
 from flatplank_analysis.slip_sweeps.fit import SweepFit, fit_sweeps
 from flatplank_analysis.slip_sweeps.formula import NAMES, Formula
-from flatplank_analysis.slip_sweeps.model import sweep_model
 from flatplank_analysis.slip_sweeps.raw import RAW
 from flatplank_analysis.slip_sweeps.study import Study, by_level, lacking, study
 from flatplank_analysis.slip_sweeps.tir_signs import CONVENTIONS, READ, likelier, side_of
@@ -45,9 +39,6 @@ def main(argv: Sequence[str] | None = None) -> int:
                         "default: that of --start, or 6.1")  # fmt: skip
     parser.add_argument("--start", metavar="FILE.tir", help="values of what is not determined")
     parser.add_argument("--radius", type=float, help="of the free tire, for the fitted file [m]")
-    parser.add_argument("--diagnose", choices=FORCE, metavar="SLIP",
-                        help="search for what the tire file lacks in the sweeps of this slip: "
-                        "alpha or kappa")  # fmt: skip
     parser.add_argument("--axes", choices=SYSTEMS, help="of the file; default: by its signs")
     parser.add_argument("--turn", metavar="CHANNEL", nargs="+", default=(),
                         help="channels that the file counts the other way, as alpha")  # fmt: skip
@@ -70,8 +61,6 @@ def main(argv: Sequence[str] | None = None) -> int:
 
         for found, path in zip(studies, _figures(o.figure, len(studies)), strict=True):
             path.write_bytes(png(found.plot(tir, o.tir_signs)))
-    if tir and o.diagnose:
-        return _diagnose(studies, tir, o)
     if o.json:
         told = [found.to_json(tir, o.tir_signs) for found in studies]
         rest = {"fit": {"file": o.fit, **fitted.to_json()}} if fitted else {}
@@ -92,8 +81,6 @@ def _check(o: argparse.Namespace) -> None:
     if o.tir and o.fit:
         what, remedy = "compares with one file", "leave --tir out, or compare first"
         raise FlatplankError(what, "--fit and --tir", remedy)
-    if o.diagnose and not (o.tir or o.fit):
-        raise FlatplankError("needs a tire file", "--diagnose", "give --tir FILE or --fit OUT.tir")
     if o.tir_signs != READ and not o.tir:
         raise FlatplankError("belongs to a tire file", "--tir-signs", "give --tir FILE")
     if not o.fit and (o.start or o.radius or o.mf):
@@ -101,18 +88,6 @@ def _check(o: argparse.Namespace) -> None:
         raise FlatplankError("belong to a fit", where, "give --fit OUT.tir")
     if o.radius is not None and not 0.0 < o.radius < 2.0:
         raise FlatplankError(f"{o.radius:g} m", "--radius", "give the free radius in m, as 0.26")
-
-
-def _diagnose(studies: Sequence[Study], tir: TirFile, o: argparse.Namespace) -> int:
-    model = sweep_model(studies, tir, o.tir_signs, o.diagnose)
-    options = Options(progress=loop.progress)
-    found = verdict.diagnose(run_search(model, that_can_show(model.runs), options))
-    loop.progress_done()
-    if o.json:
-        common.print_json(found.to_dict())
-    else:
-        print(text_of(found, ", ".join(o.file)))
-    return 0
 
 
 def _figures(first: str, count: int) -> list[Path]:

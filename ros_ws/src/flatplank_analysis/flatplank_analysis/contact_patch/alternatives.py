@@ -45,10 +45,10 @@ def _changes(after: Step, instead: Step) -> Iterator[dict[str, Any]]:
         }  # fmt: skip
 
 
-def words(members: Sequence[Mapping[str, Any]]) -> list[str]:
-    """What would change with each member, a line each."""
+def words(members: Sequence[Mapping[str, Any]], force: str = "Fx") -> list[str]:
+    """What would change with each member, a line each; force: whose error is told."""
     return [
-        f"or {m['name']}: {quantity(m['size'], m['unit'])}, error of Fx {m['rmse']:.1f} N, "
+        f"or {m['name']}: {quantity(m['size'], m['unit'])}, error of {force} {m['rmse']:.1f} N, "
         f"held out {m['held_out']:.1f} N; {_changed(m['changes'])}"
         for m in members
     ]
@@ -58,8 +58,13 @@ def _changed(changes: Sequence[Mapping[str, Any]]) -> str:
     if not changes:
         return "no number of the tire would leave its interval"
     parts = (
-        f"{BASE[c['parameter']].title} {quantity(c['instead'], c['unit'])} "
+        f"{_title(c['parameter'])} {quantity(c['instead'], c['unit'])} "
         f"instead of {quantity(c['value'], c['unit'])}"
         for c in changes
     )
     return ", ".join(parts)
+
+
+def _title(parameter: str) -> str:
+    """In words; of a tire file its name."""
+    return BASE[parameter].title if parameter in BASE else parameter

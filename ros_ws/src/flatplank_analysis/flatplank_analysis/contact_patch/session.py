@@ -92,8 +92,16 @@ class Session:
                 raise FlatplankError(what, where, f"known: {', '.join(known)}")
         return effect
 
-    @staticmethod
-    def start(model: ModelFile) -> dict[str, float]:
+    def beside(self, folder: str, mapping: Any = None) -> Session:
+        """The session of other runs, with the same effects."""
+        return Session.open(folder, self.files, mapping)
+
+    @property
+    def force(self) -> str:
+        """Name of the first channel: 'Fx'."""
+        return self.model.runs.channels[0].capitalize()
+
+    def start(self, model: ModelFile) -> dict[str, float]:
         """Base parameters of a model file, also those that this campaign cannot determine."""
         where = model.path or "model file"
         if model.base != BASE:

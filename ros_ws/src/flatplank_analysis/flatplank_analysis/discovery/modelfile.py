@@ -24,6 +24,8 @@ from flatplank_data.wording import one_of
 from flatplank_data.yaml_text import dump_yaml, parse_yaml
 
 FORMAT = "flatplank-discovery-model/1"
+TIR = ".tir"
+"""how a base that is a tire file ends"""
 
 
 @dataclass(frozen=True)
@@ -169,6 +171,8 @@ def _with_paths(raw: Mapping[str, Any], change: Callable[[str], str]) -> dict[st
     out = dict(raw)
     if isinstance(out.get("campaign"), str):
         out["campaign"] = change(out["campaign"])
+    if str(out.get("base")).endswith(TIR):
+        out["base"] = change(str(out["base"]))
     if isinstance(out.get("effects"), list):
         out["effects"] = [
             {**e, "file": change(str(e["file"]))}

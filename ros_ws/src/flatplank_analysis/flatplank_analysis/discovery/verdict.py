@@ -66,6 +66,8 @@ class Diagnosis:
     notes: tuple[str, ...] = field(default_factory=tuple)
     conditions: Sequence[dict[str, Any]] = ()
     """error and floor of every condition at the end, see `Floor.rows`"""
+    campaign: bool = True
+    """True for runs of a campaign folder, which the verbs `repair` and `propose` take"""
 
     def causes(self) -> list[view.Cause]:
         """What is named, one item per cause."""
@@ -73,7 +75,8 @@ class Diagnosis:
 
     def tasks(self, folder: str = "DIR") -> list[view.Task]:
         """What to do next, the first thing first; `folder`: of the campaign."""
-        return view.tasks(self.verdict, self.causes(), self.next_run, folder)
+        causes = self.causes()
+        return view.tasks(self.verdict, causes, self.next_run, folder if self.campaign else "")
 
     def drawable(self, campaign: str) -> Search:
         """The search; FlatplankError where the campaign allowed none."""

@@ -92,7 +92,8 @@ class Task:
 def tasks(
     verdict: str, causes: Sequence[Cause], plan: Mapping[str, Any], folder: str
 ) -> list[Task]:
-    """What to do next, the first thing first; `plan`: the next run, `folder`: of the campaign."""
+    """What to do next, the first thing first; `plan`: the next run, `folder`: of the campaign, ""
+    for runs that are none."""
     named = [c for c in causes if not c.generic]
     return [
         *_runs(plan),
@@ -106,6 +107,8 @@ def _runs(plan: Mapping[str, Any]) -> Iterator[Task]:
     if plan.get("settings"):
         apart = " from ".join(", ".join(names) for names in plan["separates"])
         yield Task(f"measure {plan['what']}: tells {apart}; then diagnose again")
+    elif plan.get("shows"):
+        yield Task(f"measure {plan['what']}: shows {' and '.join(plan['shows'])}")
 
 
 def _checks(named: Sequence[Cause], planned: bool) -> Iterator[Task]:
@@ -124,12 +127,12 @@ def _remedies(named: Sequence[Cause], folder: str) -> Iterator[Task]:
     removes = tuple((m.name, m.removes) for c in named for m in c.members if m.removes)
     if removes:
         names = " ".join(c.members[0].name for c in named)
-        again = f"measure the same again: flatplank repair {folder} AFTER {names}"
-        yield Task(f"remove the cause, and {again}", removes)
+        verb = f": flatplank repair {folder} AFTER {names}" if folder else ""
+        yield Task(f"remove the cause, and measure the same again{verb}", removes)
 
 
 def _of_the_rest(verdict: str, folder: str) -> Iterator[Task]:
-    if verdict in (NONE, PARTLY):
+    if verdict in (NONE, PARTLY) and folder:
         yield Task(f"describe what is left as an effect file: flatplank propose {folder}")
 
 

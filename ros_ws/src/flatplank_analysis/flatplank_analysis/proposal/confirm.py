@@ -3,12 +3,12 @@
 
 Tire, machine, noise and scatter are taken from the first campaign, with their uncertainty. The
 new runs are fitted with the size of the effect, and with common changes of gain, slip offset and
-zero of Fx.
+zero of Fx; those of sweeps without them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -85,9 +85,14 @@ class Confirmation:
         }  # fmt: skip
 
 
-def interval_of(effect: type[Effect]) -> tuple[float, float]:
-    """The interval of the size, from the file of a proposal."""
+def interval_of(
+    effect: type[Effect], added: Mapping[str, Any] | None = None
+) -> tuple[float, float]:
+    """The interval of the size, from the file of a proposal; of an effect of the library from the
+    numbers with which it was added."""
     found = getattr(effect, "interval", None)
+    if found is None and not effect.file and added:
+        found = tuple(added.get("interval", ()))
     if not isinstance(found, tuple) or len(found) != 2:
         raise FlatplankError(
             "has no interval to compare with", f"effect {effect.identifier}",
@@ -96,11 +101,16 @@ def interval_of(effect: type[Effect]) -> tuple[float, float]:
     return float(found[0]), float(found[1])
 
 
-def fit_with_effect(session: Session, model: ModelFile | None, name: str) -> Step:
-    """Fit the first campaign with the effect in its model."""
+def fit_with_effect(
+    session: Session, model: ModelFile | None, name: str
+) -> tuple[Step, tuple[float, float]]:
+    """Fit of the first campaign with the effect in its model, and the interval of its size."""
+    effect = session.effects[name]
     if model is not None and any(e.name == name for e in model.effects):
-        return session.fit(model)
-    return session.add(model or ModelFile(), name)[1]
+        added = [line for line in model.history if line.get("effect") == name]
+        return session.fit(model), interval_of(effect, added[-1] if added else None)
+    _, step, numbers = session.add(model or ModelFile(), name)
+    return step, interval_of(effect, numbers)
 
 
 def new_sessions(
@@ -108,7 +118,7 @@ def new_sessions(
 ) -> list[tuple[str, Session]]:
     """Sessions of the folders with new runs; FlatplankError when a run took part in the search,
     under whatever name and in whatever format."""
-    opened = [(folder, Session.open(folder, session.files, mapping)) for folder in folders]
+    opened = [(folder, session.beside(folder, mapping)) for folder in folders]
     for folder, new in opened:
         if shared := shared_runs(new.campaign.runs, session.campaign.runs):
             file, same = shared[0]
@@ -119,11 +129,13 @@ def new_sessions(
 
 
 def confirm(
-    session: Session, step: Step, name: str, sets: Sequence[tuple[str, Session]]
-) -> Confirmation:
-    """Test an effect of a fitted model on sets of new runs, see `new_sessions`."""
+    session: Session, fitted: tuple[Step, tuple[float, float]], name: str,
+    sets: Sequence[tuple[str, Session]],
+) -> Confirmation:  # fmt: skip
+    """Test an effect of a fitted model, see `fit_with_effect`, on sets of new runs, see
+    `new_sessions`."""
     effect = session.effects[name]
-    interval = interval_of(effect)
+    step, interval = fitted
     checked = tuple(
         _checked(session.model, step, effect, interval, folder, new.model) for folder, new in sets
     )
@@ -166,7 +178,8 @@ def _sized(
     off = invariants.at_null(term).values
     parameters = {p.name: p for p in old.parameters}
     names, known = _known(state)
-    loose = ({"fx_zero": 1.0}, *old.scatter_directions(fit.base))
+    zero = [{"fx_zero": 1.0}] if "fx_zero" in parameters else []
+    loose = (*zero, *old.scatter_directions(fit.base))
     moves = [*loose, *({n: scale_of(parameters[n])} for n in names)]
     at_name = {name: i for i, name in enumerate(parameters)}
     sets = [ParameterSet(fit.base, (*others, (term.effect, v))) for v in (off, term.values)]

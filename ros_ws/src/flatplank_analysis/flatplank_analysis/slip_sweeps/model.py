@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """A tire file as the base of the search on sweeps.
 
-The base scales the file's friction and slip stiffness; everything else of the file is held. An
-effect changes what the file is given, its scale factors, or what the bench shows.
+The base fits the file's friction, slip stiffness and form of the curve again, and how they follow
+the load where there are several; everything else of the file is held. An effect changes what the
+file is given, its scale factors, or what the bench shows.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from types import SimpleNamespace
 from typing import Any
 
@@ -16,33 +17,49 @@ import numpy as np
 from flatplank_analysis.discovery.model import FormError, ParameterSet
 from flatplank_analysis.discovery.parameters import Parameter
 from flatplank_analysis.discovery.runs import RunSet
-from flatplank_analysis.slip_sweeps.runs import AXES, runs_of
+from flatplank_analysis.slip_sweeps.runs import AXES, CHANNEL, runs_of
 from flatplank_analysis.slip_sweeps.study import Study
 from flatplank_analysis.slip_sweeps.tir_signs import READ, TirSigns, convention
 from flatplank_tire.magic_formula import operating_point, steady
 from flatplank_tire.tir import TirFile
 
-SCALES = {"fy": ("LMUY", "LKY"), "fx": ("LMUX", "LKX")}
-"""force -> scale factors of its friction and slip stiffness"""
+FORM = (
+    Parameter("shape", null=1.0, lower=0.6, upper=1.4, screen=0.02, prior=0.1),
+    Parameter("curvature", null=0.0, lower=-2.0, upper=2.0, screen=0.1, prior=0.5),
+)
+"""factor on C, and change of E: what these sweeps do not determine stays near the file"""
+OVER_LOAD = (
+    Parameter("grip_load", null=0.0, lower=-0.5, upper=0.5, screen=0.02, prior=0.1),
+    Parameter("stiffness_load", null=0.0, lower=-1.5, upper=1.5, screen=0.02, prior=0.3),
+    Parameter("curvature_load", null=0.0, lower=-2.0, upper=2.0, screen=0.1, prior=0.5),
+)
+"""change for each nominal load beyond the nominal one: of the factors, and of E"""
+BEYOND = 1.25
+"""largest error of the base relative to what free B, C, D, E leave of each condition, with room:
+`bench-sweeps --forms` prints it for ten tires of other forms, nothing hidden"""
 
 
 class SweepModel:
     """The force of a tire file in the bins of sweeps."""
 
-    def __init__(self, runs: RunSet, tir: TirFile, signs: TirSigns, law: float) -> None:
-        """signs: under which the file was fitted; law: error of the Magic Formula itself, as a
+    def __init__(self, runs: RunSet, tir: TirFile, signs: TirSigns, form: float) -> None:
+        """signs: under which the file was fitted; form: error of the Magic Formula itself, as a
         share of the largest force."""
         self.runs, self.tir, self.signs = runs, tir, signs
         self.channel = runs.channels[0]
-        self.form = FormError(mean=law)
-        self.parameters = tuple(
-            Parameter(name, null=1.0, lower=0.3, upper=2.0, screen=0.02)
-            for name in SCALES[self.channel]
-        )
+        self.form = FormError(mean=form)
+        self.laws = runs.facts["law"].tolist()
+        self.middle = {name: float(np.median(values)) for name, values in _channels(runs)}
+        """of every coordinate of the sweeps [SI]"""
+        self.parameters = _base("fz" in runs.coordinates)
 
     def scatter_directions(self, base: np.ndarray) -> tuple[dict[str, float], ...]:
         """Nothing of a tire file scatters from visit to visit."""
         return ()
+
+    def take_references(self, other: SweepModel) -> None:
+        """Take the middle of other sweeps as the reference of effects."""
+        self.middle |= {k: v for k, v in other.middle.items() if k in self.middle}
 
     def predict(self, sets: Sequence[ParameterSet]) -> np.ndarray:
         """Force (sets, 1, runs, nodes) [N]."""
@@ -50,13 +67,11 @@ class SweepModel:
 
     def _one(self, one: ParameterSet) -> np.ndarray:
         s = self.state()
-        s.grip, s.stiffness = (float(v) for v in one.base)
         effects = [_with(effect, values) for effect, values in one.effects]
         for effect in effects:
             effect.tire(s)
-        c = self.tir.coefficients
-        scale = zip(SCALES[self.channel], (s.grip, s.stiffness), strict=True)
-        c = c.replaced({name: getattr(c, name) * by for name, by in scale})
+        base = {p.name: v for p, v in zip(self.parameters, one.base, strict=True)}
+        c = self.tir.coefficients.replaced(self._coefficients(base, s))
         alpha, gamma = self.signs.alpha * s.alpha, self.signs.gamma * s.gamma
         point = operating_point(c, s.fz, s.kappa, alpha, gamma, s.pressure, s.speed)
         force = getattr(steady(c, point), self.channel) * getattr(self.signs, self.channel, 1)
@@ -65,35 +80,82 @@ class SweepModel:
             effect.bench(s)
         return s.force
 
+    def _coefficients(self, base: dict[str, float], s: Any) -> dict[str, Any]:
+        """Coefficients of the file that base and effects change; a scale factor may differ from
+        sample to sample."""
+        c, axis, more = self.tir.coefficients, self.channel[1].upper(), s.fz / s.nominal.FNOMIN - 1
+        bend = 1.0 + base.get("grip_load", 0.0) * more
+        stiffer = 1.0 + base.get("stiffness_load", 0.0) * more
+        factors = {
+            f"LMU{axis}": base["grip"] * bend * s.grip,
+            f"LK{axis}": base["stiffness"] * stiffer * s.stiffness,
+            f"LC{axis}": base["shape"],
+        }
+        out = {name: getattr(c, name) * factor for name, factor in factors.items()}
+        curvature = base["curvature"] + base.get("curvature_load", 0.0) * more
+        return out | {f"PE{axis}1": getattr(c, f"PE{axis}1") + curvature}
+
     def state(self) -> Any:
-        """What the file is given, by name, and every coordinate of the sweeps."""
-        of = {k.removeprefix("of "): v for k, v in self.runs.facts.items()}
+        """What the file is given, by name, every coordinate of the sweeps, and the factors of
+        friction and stiffness, both 1."""
+        of = dict(_channels(self.runs))
         c = self.tir.coefficients
         usual = {"pressure": c.NOMPRES, "speed": 1.0}
         for name in AXES:
             if name not in of:
                 of[name] = np.full(of["fz"].shape, usual.get(name, 0.0))
         of["speed"] = np.maximum(np.abs(of["speed"]), 0.01)
-        return SimpleNamespace(**of, nominal=c)
+
+        def above(name: str) -> np.ndarray:
+            return of[name] - self.middle[name]
+
+        return SimpleNamespace(**of, above=above, grip=1.0, stiffness=1.0, nominal=c)
+
+
+def _channels(runs: RunSet) -> Iterator[tuple[str, np.ndarray]]:
+    """Every channel of the sweeps in their bins (runs, nodes)."""
+    for name, values in runs.facts.items():
+        if name.startswith(CHANNEL):
+            yield name.removeprefix(CHANNEL), values
+
+
+def _base(among_loads: bool) -> tuple[Parameter, ...]:
+    """What the base fits: factors on friction and slip stiffness, form of the curve (C and E), and
+    with several loads how these follow the load."""
+    free = [
+        Parameter(name, null=1.0, lower=0.3, upper=2.0, screen=0.02)
+        for name in ("grip", "stiffness")
+    ]
+    return (*free, *FORM, *(OVER_LOAD if among_loads else ()))
 
 
 def sweep_model(
     studies: Sequence[Study], tir: TirFile, signs: str = READ, swept: str = "alpha"
 ) -> SweepModel:
-    """The model of all sweeps of a slip. The error of the Magic Formula itself is what B, C, D, E
-    of each condition by itself leave (median of the conditions).
+    """The model of all sweeps of a slip.
 
     Raises:
         FlatplankError: the slip was not swept, or there is no such convention of signs.
     """
     runs = runs_of(studies, swept)
-    left = [
-        formula.rms for one in studies
-        for condition, formula in zip(one.conditions, one.formulas, strict=True)
+    form = BEYOND * _form_error(studies, swept) / float(runs.largest[0])
+    return SweepModel(runs, tir, convention(signs), form)
+
+
+def _form_error(studies: Sequence[Study], swept: str) -> float:
+    """Error of the Magic Formula itself [N]: the share of the largest force that free B, C, D, E
+    leave of a condition (median), of the largest forces of all."""
+    known = [
+        (formula.rms, float(np.nanmax(np.abs(curve.force)))) for one in studies
+        for condition, curve, formula in zip(
+            one.conditions, one.curves, one.formulas, strict=True
+        )
         if condition.swept == swept and formula
     ]  # fmt: skip
-    law = float(np.median(left)) / float(runs.largest[0]) if left else 0.0
-    return SweepModel(runs, tir, convention(signs), law)
+    if not known:
+        return 0.0
+    left, largest = np.array(known).T
+    return float(np.median(left / largest) * np.sqrt(np.mean(largest**2)))
 
 
 def _with(effect: Any, values: np.ndarray) -> Any:

@@ -28,12 +28,19 @@ from flatplank_data.errors import FlatplankError
 
 AXES = ("fz", "kappa", "alpha", "gamma", "pressure", "speed")
 """channels on which a tire file depends"""
+CHANNEL = "of "
+"""what the name of a channel begins with among the facts of the runs"""
 SHOWN = {"time": "s", "distance": "m", "temperature": "K", "rate": "rad/s"} | {
     name: BY_NAME[name].unit for name in AXES
 }
 """coordinate -> unit"""
+SAME_LAW = ("pressure", "speed")
+"""levels that do not change the form of the law: with the others alike its error is the same"""
 LEAST_RANGE = {"temperature": 2.0}
 """range below which a coordinate is constant [K]: the accuracy of an infrared sensor"""
+
+_Visit = tuple[str, np.ndarray, Mapping[str, np.ndarray], tuple]
+"""condition, samples, columns of the file, and what says by which law the force comes"""
 
 
 def runs_of(studies: Sequence[Study], swept: str) -> RunSet:
@@ -43,7 +50,12 @@ def runs_of(studies: Sequence[Study], swept: str) -> RunSet:
         FlatplankError: the slip was not swept.
     """
     found = [
-        (f"{one.path}: {c.label}" if len(studies) > 1 else c.label, visit, columns)
+        (
+            f"{one.path}: {c.label}" if len(studies) > 1 else c.label,
+            visit,
+            columns,
+            (one.path, *(v for name, v in c.held.items() if name not in SAME_LAW)),
+        )
         for one in studies
         for columns in [{**one.columns, **_derived(one.columns, swept)}]
         for c in one.conditions
@@ -55,7 +67,8 @@ def runs_of(studies: Sequence[Study], swept: str) -> RunSet:
         raise FlatplankError(what, studies[0].path, "give a recording with one")
     force = FORCE[swept]
     ways = _ways(found, swept)
-    binned = [_binned(columns, rows, swept, ways) for _, rows, columns in found]
+    binned = [_binned(columns, rows, swept, ways) for _, rows, columns, *_ in found]
+    laws = list(dict.fromkeys(law for *_, law in found))
     labels = list(dict.fromkeys(label for label, *_ in found))
     condition = np.array([labels.index(label) for label, *_ in found])
     known = [n for n in (*SHOWN, force) if all(n in one for one in binned)]
@@ -71,12 +84,13 @@ def runs_of(studies: Sequence[Study], swept: str) -> RunSet:
         measured=of[force][None],
         # the bins as if they were of equal length: the noise has a memory over bins
         time=np.tile(np.arange(nodes, dtype=float), (len(found), 1)),
-        order=np.array([float(rows[0]) for _, rows, _ in found]),
+        order=np.array([float(rows[0]) for _, rows, *_ in found]),
         coordinates={
             name: Coordinate(of[name], SHOWN[name]) for name in SHOWN
             if name in of and _varies(name, of[name])
         },
-        facts={f"of {name}": of[name] for name in SHOWN if name in of},
+        facts={f"{CHANNEL}{name}": of[name] for name in SHOWN if name in of}
+        | {"law": np.array([laws.index(law) for *_, law in found])},
         inputs={swept: of[swept]},
     )  # fmt: skip
 
@@ -112,9 +126,9 @@ def _visits(condition: SweepCondition) -> Iterator[np.ndarray]:
     yield from np.split(rows, gaps)
 
 
-def _ways(found: Sequence[tuple[str, np.ndarray, Mapping[str, np.ndarray]]], swept: str):
+def _ways(found: Sequence[_Visit], swept: str):
     """Directions of the slip that all visits have: (True, False), (True,) or (False,)."""
-    both = [_filled(columns[swept][rows]) for _, rows, columns in found]
+    both = [_filled(columns[swept][rows]) for _, rows, columns, *_ in found]
     ways = tuple(w for w in (True, False) if all(one[w] > COMMON for one in both))
     return ways or (None,)
 

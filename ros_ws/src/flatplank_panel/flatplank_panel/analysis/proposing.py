@@ -117,5 +117,5 @@ def confirm(progress: Progress, folder: str, model: str, name: str, new: str) ->
         raise FlatplankError(f"no effect '{name}' in the model", folder, "add it first")
     sets = confirming.new_sessions(at.session, [new])
     progress("fit of the first campaign", 0.3)
-    step = confirming.fit_with_effect(at.session, at.model, name)
-    return confirming.confirm(at.session, step, name, sets).to_dict()
+    fitted = confirming.fit_with_effect(at.session, at.model, name)
+    return confirming.confirm(at.session, fitted, name, sets).to_dict()

@@ -215,13 +215,25 @@ LEVEL: dict[str, tuple[str, Callable[[float], str]]] = {
 """Name of a level, and its value in words."""
 
 
+SWEPT = 3.0
+"""span of values without a gap, in grains, above which they were swept"""
+
+
 def levels_of(points: SteadyPoints, axis: str) -> np.ndarray:
-    """Distinct settings of one axis in the data, increasing."""
-    values = np.sort(getattr(points, axis))
+    """Distinct settings of one axis in the data, increasing; where the axis was swept without a
+    gap, one for each grain."""
+    values, least = np.sort(getattr(points, axis)), grain(points, axis)
     if not len(values):
         return values
-    breaks = np.flatnonzero(np.diff(values) > grain(points, axis)) + 1
-    return np.array([group.mean() for group in np.split(values, breaks)])
+    groups = np.split(values, np.flatnonzero(np.diff(values) > least) + 1)
+    parts = [g for group in groups for g in np.array_split(group, _swept_levels(group, least))]
+    return np.array([part.mean() for part in parts])
+
+
+def _swept_levels(group: np.ndarray, least: float) -> int:
+    """Number of levels in values without a gap: the scatter of a setting is one level."""
+    span = float(np.ptp(group))
+    return min(int(span / least), len(group)) if span > SWEPT * least else 1
 
 
 def grain(points: SteadyPoints, axis: str) -> float:

@@ -5,8 +5,6 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
-import numpy as np
-
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.runs import RunSet
 
@@ -17,6 +15,8 @@ class SweepEffect(Effect):
     The state `s` has what the file is given (`fz`, `kappa`, `alpha`, `gamma`, `pressure`,
     `speed`), the factors `grip` and `stiffness`, where the sweeps have them `time`, `distance`,
     `temperature` and `rate`, and in `bench` the `force` [N]. Shapes (runs, nodes), SI, ISO W.
+    `s.above(name)` has the values of one of them from the middle of the sweeps on, so that the
+    base keeps that middle.
     """
 
     needs: ClassVar[tuple[str, ...]] = ()
@@ -32,8 +32,3 @@ class SweepEffect(Effect):
     def can_show(cls, runs: RunSet) -> bool:
         """Whether these sweeps have what the effect needs."""
         return all(name in runs.coordinates for name in cls.needs)
-
-
-def above(values: np.ndarray) -> np.ndarray:
-    """Values from their median on: the base then keeps the middle of the sweeps."""
-    return values - np.median(values)

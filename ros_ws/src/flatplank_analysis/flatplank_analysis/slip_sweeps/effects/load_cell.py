@@ -7,28 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from flatplank_analysis.discovery.parameters import param
-from flatplank_analysis.slip_sweeps.effects.base import SweepEffect, above
-
-
-@dataclass(frozen=True)
-class LoadGain(SweepEffect):
-    """Shown load over true load, less one.
-
-    Source: definition of a gain.
-    """
-
-    identifier = "load_gain"
-    title = "load cell of Fz shows a share too much"
-    kind = "sensor"
-    coordinate = "fz"
-    needs = ("fz",)
-    what = "the tire carries another load than the file of the bench says"
-    check = "hang a known weight, or compare with a scale"
-    removes = "calibrate the load cell of Fz"
-    gain: float = param(0.0, unit="1", bounds=(-0.3, 0.3), screen=0.01, matters=0.003)
-
-    def tire(self, s: Any) -> None:
-        s.fz = s.fz / (1.0 + self.gain)
+from flatplank_analysis.slip_sweeps.effects.base import SweepEffect
 
 
 @dataclass(frozen=True)
@@ -49,7 +28,7 @@ class ZeroDrift(SweepEffect):
     rate: float = param(0.0, unit="N/s", bounds=(-5.0, 5.0), screen=0.02, matters=0.005)
 
     def bench(self, s: Any) -> None:
-        s.force = s.force + self.rate * above(s.time)
+        s.force = s.force + self.rate * s.above("time")
 
 
 @dataclass(frozen=True)

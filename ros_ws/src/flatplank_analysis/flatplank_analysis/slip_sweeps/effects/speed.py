@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from flatplank_analysis.discovery.parameters import param
-from flatplank_analysis.slip_sweeps.effects.base import SweepEffect, above
+from flatplank_analysis.slip_sweeps.effects.base import SweepEffect
 
 
 @dataclass(frozen=True)
@@ -30,4 +30,4 @@ class GripOverSpeed(SweepEffect):
     slope: float = param(0.0, unit="s/m", bounds=(-0.1, 0.1), screen=0.002, matters=0.0005)
 
     def tire(self, s: Any) -> None:
-        s.grip = s.grip * np.exp(self.slope * above(s.speed))
+        s.grip = s.grip * np.exp(self.slope * s.above("speed"))

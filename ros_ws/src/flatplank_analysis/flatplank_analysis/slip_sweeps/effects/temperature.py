@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from flatplank_analysis.discovery.parameters import param
-from flatplank_analysis.slip_sweeps.effects.base import SweepEffect, above
+from flatplank_analysis.slip_sweeps.effects.base import SweepEffect
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class GripOverTemperature(SweepEffect):
     slope: float = param(0.0, unit="1/K", bounds=(-0.05, 0.05), screen=0.001, matters=0.0003)
 
     def tire(self, s: Any) -> None:
-        s.grip = s.grip * np.exp(self.slope * above(s.temperature))
+        s.grip = s.grip * np.exp(self.slope * s.above("temperature"))
 
 
 @dataclass(frozen=True)
@@ -52,4 +52,4 @@ class StiffnessOverTemperature(SweepEffect):
     slope: float = param(0.0, unit="1/K", bounds=(-0.05, 0.05), screen=0.001, matters=0.0003)
 
     def tire(self, s: Any) -> None:
-        s.stiffness = s.stiffness * np.exp(self.slope * above(s.temperature))
+        s.stiffness = s.stiffness * np.exp(self.slope * s.above("temperature"))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from flatplank_analysis.discovery.parameters import param
-from flatplank_analysis.slip_sweeps.effects.base import SweepEffect, above
+from flatplank_analysis.slip_sweeps.effects.base import SweepEffect
 
 
 @dataclass(frozen=True)
@@ -30,4 +30,4 @@ class Wear(SweepEffect):
     slope: float = param(0.0, unit="1/km", bounds=(-0.2, 0.2), screen=0.005, matters=0.001)
 
     def tire(self, s: Any) -> None:
-        s.grip = s.grip * np.exp(1e-3 * self.slope * above(s.distance))
+        s.grip = s.grip * np.exp(1e-3 * self.slope * s.above("distance"))

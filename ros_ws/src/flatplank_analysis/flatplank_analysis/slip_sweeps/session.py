@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Work on sweeps as the verbs do it on a campaign: compare, diagnose, add and remove effects."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+from flatplank_analysis.contact_patch.session import Session
+from flatplank_analysis.discovery import verdict
+from flatplank_analysis.discovery.effect import Effect
+from flatplank_analysis.discovery.modelfile import ModelFile
+from flatplank_analysis.discovery.opening import Options, opened
+from flatplank_analysis.discovery.verdict import Diagnosis
+from flatplank_analysis.inference.search import run_search
+from flatplank_analysis.slip_sweeps.conditions import FORCE
+from flatplank_analysis.slip_sweeps.effects import that_can_show
+from flatplank_analysis.slip_sweeps.missing import missing_sweep
+from flatplank_analysis.slip_sweeps.model import sweep_model
+from flatplank_analysis.slip_sweeps.study import Study, study
+from flatplank_analysis.slip_sweeps.tir_signs import READ
+from flatplank_data.campaign import Campaign
+from flatplank_data.errors import FlatplankError
+from flatplank_data.names import nearest_hint
+from flatplank_data.progress import Progress
+from flatplank_tire.tir import read_tir
+
+SETTINGS = ("columns", "axes", "turn", "signs")
+"""keys of a mapping file for sweeps: as the options of `flatplank sweeps`"""
+
+
+@dataclass
+class SweepSession(Session):
+    """Sweeps of one slip with a tire file as their base, and the effects that they can show."""
+
+    tir: str = ""
+    """path of the tire file"""
+    reading: Mapping[str, Any] | None = None
+    """settings by which the files were read, see `SETTINGS`"""
+
+    @classmethod
+    def of_file(
+        cls,
+        file: str,
+        tir: str,
+        swept: str | None = None,
+        reading: Mapping[str, Any] | None = None,
+    ) -> SweepSession:
+        """The session of a file with sweeps; reading: see `SETTINGS`, the others as in
+        `of_study`.
+
+        Raises:
+            FlatplankError: a file cannot be used, or there is no sweep of the slip.
+        """
+        given = dict(reading or {})
+        if unknown := [name for name in given if name not in SETTINGS]:
+            hint = nearest_hint(unknown[0], SETTINGS)
+            what = f"unknown key '{unknown[0]}'{hint}"
+            raise FlatplankError(what, "mapping of sweeps", f"known: {', '.join(SETTINGS)}")
+        read = study(file, given.get("axes"), given.get("turn", ()), given.get("columns"))
+        made = cls.of_study(read, tir, swept, given.get("signs", READ))
+        return replace(made, reading=given)
+
+    @classmethod
+    def of_study(
+        cls, study: Study, tir: str, swept: str | None = None, signs: str = READ
+    ) -> SweepSession:
+        """The session of sweeps that are read.
+
+        tir: path of the tire file; swept: alpha or kappa, by default the slip that was swept, of
+        both alpha; signs: of the tire file.
+        """
+        slips = {c.swept for c in study.conditions}
+        swept = swept or next(slip for slip in FORCE if slip in slips)
+        model: Any = opened(sweep_model([study], read_tir(tir), signs, swept))
+        data: Any = SimpleNamespace(runs=model.runs)
+        effects = {e.identifier: e for e in that_can_show(model.runs)}
+        return cls(Campaign(study.path, []), data, model, effects, tir=tir)
+
+    def beside(self, folder: str, mapping: Any = None) -> SweepSession:
+        """The session of other sweeps, with the same tire file."""
+        if Path(folder).read_bytes() == Path(self.campaign.path).read_bytes():
+            raise FlatplankError("is the file of the search", folder, "measure new sweeps")
+        slip = next(s for s, force in FORCE.items() if force == self.model.runs.channels[0])
+        return SweepSession.of_file(folder, self.tir, slip, mapping or self.reading)
+
+    def start(self, model: ModelFile) -> dict[str, float]:
+        """Base parameters of a model file."""
+        where = model.path or "model file"
+        if model.path and not _same_file(model.base, self.tir):
+            what = f"its base is {model.base}, not {self.tir}"
+            raise FlatplankError(what, where, f"give --tir {model.base}, or another --model")
+        known = [p.name for p in self.model.parameters]
+        if unknown := [name for name in model.parameters if name not in known]:
+            what = f"the base has no parameter '{unknown[0]}'"
+            raise FlatplankError(what, where, f"known: {', '.join(known)}")
+        return dict(model.parameters)
+
+    def effect_of(self, name: str, numbers: Any, where: str, file: str = "") -> type[Effect]:
+        """An effect by name; FlatplankError when these sweeps cannot show it."""
+        if name not in self.effects:
+            what = f"no effect '{name}' that these sweeps can show"
+            what += nearest_hint(name, self.effects)
+            raise FlatplankError(what, where, f"known: {', '.join(self.effects)}")
+        return super().effect_of(name, numbers, where, file)
+
+    def file_of(self, model: ModelFile, fit: Any) -> ModelFile:
+        """The model file with the parameters and effects of a fit, and the tire file as base."""
+        return replace(super().file_of(model, fit), base=self.tir)
+
+    def diagnose(
+        self,
+        model: ModelFile | None = None,
+        progress: Progress | None = None,
+        measured: Mapping[str, Mapping[str, float]] | None = None,
+    ) -> Diagnosis:
+        """Search for missing effects; measured: effect -> parameter -> start value [SI]."""
+        began = time.perf_counter()
+        options = Options(progress=progress, measured=measured or {})
+        if model is not None:
+            options.start, options.terms = self.start(model), self.terms(model)
+        result = verdict.diagnose(run_search(self.model, list(self.effects.values()), options))
+        result = replace(result, next_run=missing_sweep(result), campaign=False)
+        return replace(result, seconds=time.perf_counter() - began)
+
+
+def _same_file(one: str, other: str) -> bool:
+    return os.path.exists(one) and os.path.exists(other) and os.path.samefile(one, other)

@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The loop on sweeps: the verbs take a file as they take a campaign."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from flatplank_analysis.cli import change, compare, confirm, diagnose
+from flatplank_data.errors import FlatplankError
+from flatplank_validation.sweep_sets.brush import BASE, Brush, Plan, sweeps, text_of
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory) -> Path:
+    """A tire file, two series of a tire whose friction falls with temperature, and a cool one."""
+    folder = tmp_path_factory.mktemp("bench")
+    shutil.copy(BASE, folder / "tire.tir")
+    for name, fall, seed in (("hot", 0.003, 1), ("again", 0.003, 2), ("cool", 0.0, 3)):
+        text = text_of(sweeps(Brush(over_temperature=fall), Plan(), seed))
+        (folder / f"{name}.csv").write_text(text, encoding="utf-8")
+    return folder
+
+
+def asked(verb, capsys, *arguments: object) -> dict:
+    capsys.readouterr()
+    assert verb([*map(str, arguments), "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_the_loop(bench, capsys) -> None:
+    file, tir = bench / "hot.csv", ("--tir", bench / "tire.tir")
+    before = asked(compare.main, capsys, file, *tir)
+    assert before["floor_from"] == "repeats of a condition"
+    found = asked(diagnose.main, capsys, file, *tir)
+    assert found["verdict"] == "found" and found["next_run"]["shows"]
+    added = asked(change.add, capsys, "grip_temperature", file, *tir)
+    assert added["rmse"] < 0.4 * added["rmse_before"]
+    # the model file beside the sweeps knows its tire file
+    assert asked(compare.main, capsys, file)["rmse"] == pytest.approx(added["rmse"], rel=0.02)
+    again = asked(confirm.main, capsys, "grip_temperature", file, "--with", bench / "again.csv")
+    assert again["verdict"] == "confirmed", again
+    cool = asked(confirm.main, capsys, "grip_temperature", file, "--with", bench / "cool.csv")
+    assert cool["verdict"] == "not confirmed"
+    with pytest.raises(FlatplankError, match="file of the search"):
+        confirm.main(["grip_temperature", str(file), "--with", str(file)])
+    asked(change.undo, capsys, file)
+    assert asked(compare.main, capsys, file)["effects"] == []
+
+
+def test_what_lacks_is_said_in_a_line(bench, tmp_path, capsys) -> None:
+    file = shutil.copy(bench / "cool.csv", tmp_path)
+    with pytest.raises(FlatplankError, match="no tire file"):
+        compare.main([str(file)])
+    with pytest.raises(FlatplankError, match="no sweep of the"):
+        diagnose.main([str(file), "--tir", str(BASE), "--swept", "kappa"])
+    with pytest.raises(FlatplankError, match="these sweeps can show.*known"):
+        change.add(["road_play", str(file), "--tir", str(BASE)])
+    mapping = tmp_path / "map.yaml"
+    mapping.write_text("axis: iso")
+    with pytest.raises(FlatplankError, match="unknown key 'axis'.*axes"):
+        compare.main([str(file), "--tir", str(BASE), "--mapping", str(mapping)])
