@@ -79,7 +79,7 @@ class SweepSession(Session):
         swept = swept or next(slip for slip in FORCE if slip in slips)
         model: Any = opened(sweep_model([study], read_tir(tir), signs, swept))
         data: Any = SimpleNamespace(runs=model.runs)
-        effects = {e.identifier: e for e in that_can_show(model.runs)}
+        effects: dict[str, type[Effect]] = {e.identifier: e for e in that_can_show(model.runs)}
         return cls(Campaign(study.path, []), data, model, effects, tir=tir)
 
     def beside(self, folder: str, mapping: Any = None) -> SweepSession:
