@@ -13,7 +13,8 @@ from pathlib import Path
 import pytest
 
 from flatplank_control.investigate.opening import FORMAT, NAME, DiskLog
-from flatplank_control.runner.campaign.journal import Journal, read_lines, write_line, write_note
+from flatplank_control.runner.campaign.journal import Journal, write_line, write_note
+from flatplank_data.journals import read_lines
 
 WHOLE = [{"event": "plan", "name": "p", "digest": "d"}, {"event": "skip", "run": "a", "why": "b"}]
 TAILS = [b'{"event": "end", "ru', b"\x00" * 40, '{"event": "note", "text": "\u00e4'.encode()[:-1]]

@@ -11,7 +11,6 @@ from camp_plans import HEAD
 from flatplank_control.nodes import campaign_runner
 from flatplank_control.nodes.campaign_runner import CampaignRunner
 from flatplank_control.runner.campaign import (
-    SUFFIX,
     Conductor,
     Journal,
     Outcome,
@@ -20,6 +19,7 @@ from flatplank_control.runner.campaign import (
 )
 from flatplank_control.runner.campaign.quality import Finding
 from flatplank_control.runner.steps import Manual, PlanFailed
+from flatplank_data.journals import SUFFIX
 from flatplank_data.run_record import record_from_dict
 
 GOOD = Verdict((Finding("settling", 1.0, 2.0),))

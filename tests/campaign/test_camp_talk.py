@@ -16,8 +16,9 @@ from flatplank_control.cli.operator import (
     print_result_of_plan,
 )
 from flatplank_control.cli.run import schedule_bad_runs_again
-from flatplank_control.runner.campaign import SUFFIX, Conductor, Journal, Outcome, Verdict
+from flatplank_control.runner.campaign import Conductor, Journal, Outcome, Verdict
 from flatplank_control.runner.campaign.quality import Finding
+from flatplank_data.journals import SUFFIX
 
 GOOD = Verdict((Finding("settling", 1.0, 2.0),))
 BAD = Verdict((Finding("settling", 3.0, 2.0),))

@@ -18,9 +18,10 @@ from flatplank_analysis.investigation.settings import Setting
 from flatplank_control.bench.results import write_kept_runs
 from flatplank_control.investigate.bench import CampaignBench
 from flatplank_control.investigate.opening import DiskLog
-from flatplank_control.runner.campaign import SUFFIX, Conductor, Journal, Outcome, Verdict
+from flatplank_control.runner.campaign import Conductor, Journal, Outcome, Verdict
 from flatplank_control.runner.campaign.quality import Finding
 from flatplank_control.runner.campaign.tires import known_tires
+from flatplank_data.journals import SUFFIX
 
 ENOUGH = 12
 """runs"""

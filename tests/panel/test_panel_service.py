@@ -14,8 +14,9 @@ from own_loop import finished
 from flatplank_control.calibration.parasitic import UnloadedTurns, identify_turn
 from flatplank_control.runner.campaign import Conductor, Journal, Outcome, Verdict, plan_from_text
 from flatplank_control.runner.campaign.quality import Finding
+from flatplank_data.folders import stamp_of
+from flatplank_data.journals import verdicts_of
 from flatplank_panel.analysis import browse_jobs, fit_jobs
-from flatplank_panel.analysis.browse_jobs import stamp_of, verdicts_of
 from flatplank_panel.service import AnalysisService, PageAnalysis
 
 

@@ -23,12 +23,13 @@ from flatplank_control.bench.results import write_campaign
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.calibration.parasitic import UnloadedTurns, identify_turn
 from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA
-from flatplank_control.runner.campaign import SUFFIX, Conductor, Journal, load_plan
+from flatplank_control.runner.campaign import Conductor, Journal, load_plan
 from flatplank_control.runner.campaign.conductor import Job, Outcome
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of
 from flatplank_data.campaign import CAMPAIGN_FILE, Campaign
 from flatplank_data.exporters import export_campaign
+from flatplank_data.journals import SUFFIX
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 from flatplank_hw.hub.parasitic import ParasiticFit, load_fit

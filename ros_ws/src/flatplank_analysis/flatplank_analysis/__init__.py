@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Analysis of flat plank measurements: bags -> tables -> models -> comparison -> report.
 
-For notebooks and scripts: `load`, `fit`, `diagnose`, `write_report`, `sweeps`, and `Motion` with
-`explain` for machines that are not tires (docs/guide/python.md).
+For notebooks and scripts: `load`, `fit`, `diagnose`, `write_report`, `catalogue`, `sweeps`, and
+`Motion` with `explain` for machines that are not tires (docs/guide/python.md).
 They are imported on first use, because ROS nodes import this package, too, and use none of them.
 """
 
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from flatplank_analysis.api.model import Comparison, Model, fit
     from flatplank_analysis.api.runs import Run, load, write_report
     from flatplank_analysis.api.sweeps import Sweeps, sweeps
+    from flatplank_analysis.catalogues.catalogue import Catalogue, catalogue
     from flatplank_analysis.discovery.effect import Effect
     from flatplank_analysis.discovery.model import ParameterSet
     from flatplank_analysis.discovery.parameters import Parameter, param
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from flatplank_data.errors import FlatplankError
 
 __all__ = [
+    "Catalogue",
     "Comparison",
     "Coordinate",
     "Diagnosed",
@@ -43,6 +45,7 @@ __all__ = [
     "Run",
     "RunSet",
     "Sweeps",
+    "catalogue",
     "column",
     "diagnose",
     "explain",
@@ -62,6 +65,7 @@ _HOMES = {
     "flatplank_analysis.api.diagnosis": ("Diagnosed", "diagnose", "script"),
     "flatplank_analysis.api.explained": ("Explained", "explain"),
     "flatplank_analysis.api.sweeps": ("Sweeps", "sweeps"),
+    "flatplank_analysis.catalogues.catalogue": ("Catalogue", "catalogue"),
     "flatplank_analysis.machines.files": ("column", "read_table"),
     "flatplank_analysis.machines.motion": ("Missing", "Motion"),
     "flatplank_analysis.machines.records": ("Record", "half_swings", "table_of"),

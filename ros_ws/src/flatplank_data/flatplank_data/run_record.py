@@ -131,6 +131,14 @@ class RunRecord:
         return " ".join(words)
 
     @property
+    def bench(self) -> str:
+        """The key `bench` of the record where it has one; else the preset of a simulated bench."""
+        said = self.extra.get("bench")
+        if said or not self.plant:
+            return str(said or "")
+        return f"simulated {self.plant.get('preset') or ''}".strip()
+
+    @property
     def start_angle(self) -> float:
         """Wheel angle at the start [rad]."""
         given = self.start_angle_deg

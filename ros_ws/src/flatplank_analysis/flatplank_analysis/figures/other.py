@@ -13,6 +13,7 @@ import numpy as np
 from flatplank_analysis.figures import pieces
 from flatplank_analysis.figures.spec import INK, PALETTE, Figure, Panel, Series
 from flatplank_analysis.report.results import CampaignResult
+from flatplank_analysis.report.sessions import ControlChart
 
 SPAN = (0.8, 1.1)
 """Range of the curves: shares of the lowest and of the highest frequency of a run."""
@@ -153,22 +154,38 @@ def over_travel(result: CampaignResult) -> Iterator[Figure]:
 
 
 def control_charts(result: CampaignResult) -> Iterator[Figure]:
-    """One figure per quantity: mean of every session, mean of all sessions, control limits."""
-    for chart in result.extras.get("sessions", []):
-        x = np.arange(1.0, len(chart.means) + 1.0)
-        level = np.full_like(x, chart.centre)
-        lines = [
-            Series("session", x, chart.means, "joined", PALETTE[0]),
-            Series("mean", x, level, "model", INK),
-        ]
-        if math.isfinite(chart.reach):
-            for sign in (1.0, -1.0):
-                limit = level + sign * chart.reach
-                lines.append(Series("limit", x, limit, "curve", PALETTE[3], legend=sign > 0))
-        remarks = "; ".join(chart.remarks) or "all sessions lie within the limits"
+    """One figure per quantity, a panel per bench: mean of every session, mean of all sessions,
+    control limits."""
+    charts = result.extras.get("sessions", [])
+    for name in dict.fromkeys(chart.name for chart in charts):
+        own = [chart for chart in charts if chart.name == name]
+        first = own[0]
+        told = [_about(chart) for chart in own]
         yield Figure(
-            f"reference_{chart.name}",
-            f"Reference tire: {chart.title}",
-            f"Sessions in their order, {chart.labels[0]} to {chart.labels[-1]}: {remarks}.",
-            (Panel("session", f"{chart.name} [{chart.unit}]", lines),),
+            f"reference_{name}",
+            f"Reference tire: {first.title}",
+            f"Sessions in their order, {' '.join(told)}",
+            [_control_panel(chart) for chart in own],
+            stacked=True,
         )
+
+
+def _about(chart: ControlChart) -> str:
+    """What the caption says of one bench."""
+    bench = f"{chart.bench}: " if chart.bench else ""
+    remarks = "; ".join(chart.remarks) or "all sessions lie within the limits"
+    return f"{bench}{chart.labels[0]} to {chart.labels[-1]}: {remarks}."
+
+
+def _control_panel(chart: ControlChart) -> Panel:
+    x = np.arange(1.0, len(chart.means) + 1.0)
+    level = np.full_like(x, chart.centre)
+    lines = [
+        Series("session", x, chart.means, "joined", PALETTE[0]),
+        Series("mean", x, level, "model", INK),
+    ]
+    if math.isfinite(chart.reach):
+        for sign in (1.0, -1.0):
+            limit = level + sign * chart.reach
+            lines.append(Series("limit", x, limit, "curve", PALETTE[3], legend=sign > 0))
+    return Panel("session", f"{chart.name} [{chart.unit}]", lines, title=chart.bench)

@@ -47,11 +47,12 @@ class Session:
     name: str
     date: str
     values: Mapping[str, Sequence[float]]
+    bench: str = ""
 
 
 @dataclass(frozen=True)
 class ControlChart:
-    """One quantity over the sessions; arrays of shape (sessions,)."""
+    """One quantity over the sessions of one bench; arrays of shape (sessions,)."""
 
     name: str
     title: str
@@ -67,6 +68,7 @@ class ControlChart:
     reproducibility: float
     """standard deviation between sessions beyond what repeats explain"""
     remarks: Sequence[str]
+    bench: str = ""
 
 
 def _radii(result: CampaignResult) -> list[float]:
@@ -105,31 +107,35 @@ QUANTITIES: dict[str, Quantity] = {
 
 
 def session_of(campaign: Campaign, result: CampaignResult) -> Session:
-    """Values of the reference tire in one session."""
+    """Values of the reference tire in one session, on the bench of its first run."""
     dates = [str(i.date or i.started)[:10] for i in campaign.infos]
     known = sorted(d for d in dates if d)
     values = {
         name: [q.factor * v for v in q.read(result) if math.isfinite(v)]
         for name, q in QUANTITIES.items()
     }
-    return Session(Path(campaign.path).name, known[0] if known else "", values)
+    bench = campaign.infos[0].bench
+    return Session(Path(campaign.path).name, known[0] if known else "", values, bench)
 
 
 def charts_of(sessions: Sequence[Session]) -> list[ControlChart]:
-    """A chart per quantity that at least two sessions have, sessions in the order of their dates.
+    """A chart per quantity and bench with at least two sessions, in the order of their dates.
 
     Without a date in every session the order is that in which they were given.
     """
     if all(s.date for s in sessions):
         sessions = sorted(sessions, key=lambda s: s.date)
+    benches = sorted({s.bench for s in sessions})
     out = []
     for name, quantity in QUANTITIES.items():
-        there = [s for s in sessions if len(s.values.get(name, ()))]
-        if len(there) > 1:
-            out.append(_chart(name, quantity, there))
+        having = [s for s in sessions if len(s.values.get(name, ()))]
+        for bench in benches:
+            there = [s for s in having if s.bench == bench]
+            if len(there) > 1:
+                out.append(_chart(name, quantity, there))
     if not out:
         raise FlatplankError(
-            "no quantity was measured in two sessions",
+            "no quantity was measured in two sessions of one bench",
             ", ".join(s.name for s in sessions),
             "measure the plan reference_tire at the beginning of each session",
         )
@@ -153,7 +159,7 @@ def _chart(name: str, quantity: Quantity, sessions: Sequence[Session]) -> Contro
     within, between = variance_parts(values)
     return ControlChart(
         name, quantity.title, quantity.unit, labels, means, np.array([v.size for v in values]),
-        centre, reach, within, between, tuple(remarks),
+        centre, reach, within, between, tuple(remarks), sessions[0].bench,
     )  # fmt: skip
 
 

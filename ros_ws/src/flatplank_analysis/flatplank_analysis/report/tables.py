@@ -219,14 +219,14 @@ def _settling_remark(run: Mapping[str, Any]) -> str:
 def reference_table(result: CampaignResult) -> Table:
     """Control charts as numbers."""
     header = (
-        "quantity", "unit", "sessions", "runs", "mean", "± limit", "repeatability",
+        "quantity", "bench", "unit", "sessions", "runs", "mean", "± limit", "repeatability",
         "reproducibility", "remark",
     )  # fmt: skip
     rows: list[list[Cell]] = []
     for c in result.extras.get("sessions", []):
         counts = [str(len(c.means)), str(int(c.runs.sum()))]
         numbers = [c.centre, c.reach, c.repeatability, c.reproducibility]
-        rows.append([c.title, c.unit, *counts, *numbers, "; ".join(c.remarks)])
+        rows.append([c.title, c.bench, c.unit, *counts, *numbers, "; ".join(c.remarks)])
     note = (
         "Standard deviations within a session (repeatability) and between sessions beyond that "
         "(reproducibility); limits of an individuals chart, 3 x mean moving range / 1.128."

@@ -26,9 +26,10 @@ from flatplank_control.investigate.opening import (
     open_loop,
     save_notebook,
 )
-from flatplank_control.runner.campaign import SUFFIX, CampaignPlan
+from flatplank_control.runner.campaign import CampaignPlan
 from flatplank_data.arguments import Parser, add_json, add_namespace
 from flatplank_data.errors import FlatplankError
+from flatplank_data.journals import SUFFIX
 
 STOPPED = 130
 

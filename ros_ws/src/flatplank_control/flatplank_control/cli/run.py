@@ -20,7 +20,6 @@ from flatplank_control.cli.operator import (
     result_of_plan,
 )
 from flatplank_control.runner.campaign import (
-    SUFFIX,
     CampaignPlan,
     Conductor,
     Job,
@@ -34,6 +33,7 @@ from flatplank_control.runner.campaign import (
 )
 from flatplank_control.runner.dry_run import DryRun, dry_run
 from flatplank_data.arguments import Parser, add_json, add_namespace, for_programs
+from flatplank_data.journals import SUFFIX
 
 STOPPED = 130
 KEYS = {

@@ -12,12 +12,13 @@ from flatplank_analysis.investigation.loop import BatchResult
 from flatplank_analysis.investigation.planner import Price
 from flatplank_analysis.investigation.settings import Candidate, Setting, seed_of
 from flatplank_control.bench.results import write_campaign
-from flatplank_control.runner.campaign import SUFFIX, Journal, plan_from_text
+from flatplank_control.runner.campaign import Journal, plan_from_text
 from flatplank_control.runner.campaign.plan import FORMAT, CampaignPlan
 from flatplank_control.runner.campaign.tires import TireEntry
 from flatplank_control.runner.dry_run import dry_run
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError, NothingUsableError
+from flatplank_data.journals import SUFFIX
 from flatplank_data.yaml_text import dump_yaml
 
 SET_UP = {"fz": 0.0, "pressure": 5.0, "alpha_deg": 2.0}

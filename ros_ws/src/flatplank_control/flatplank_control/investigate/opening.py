@@ -21,13 +21,14 @@ from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.bench.simulator import simulator
 from flatplank_control.calibration.book import book_for
 from flatplank_control.investigate.bench import REPORT, CampaignBench, Execute
-from flatplank_control.runner.campaign import SUFFIX, CampaignPlan, Conductor, Journal
-from flatplank_control.runner.campaign.journal import read_lines, write_line
+from flatplank_control.runner.campaign import CampaignPlan, Conductor, Journal
+from flatplank_control.runner.campaign.journal import write_line
 from flatplank_control.runner.campaign.tires import TireEntry, known_tires
 from flatplank_control.runner.steps import PlanFailed
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError
 from flatplank_data.files import write_atomic
+from flatplank_data.journals import SUFFIX, read_lines
 from flatplank_data.names import nearest_hint
 
 NAME = "investigation.jsonl"

@@ -10,7 +10,6 @@ from pathlib import Path
 from flatplank_control.bench.results import outcome_of, write_kept_runs
 from flatplank_control.nodes.ros_bench import RosBench
 from flatplank_control.runner.campaign import (
-    SUFFIX,
     Conductor,
     Job,
     Journal,
@@ -22,6 +21,7 @@ from flatplank_control.runner.campaign.supervised import Standstill, TurnWatch, 
 from flatplank_control.runner.dry_run import dry_run
 from flatplank_control.runner.plans import axes_of
 from flatplank_control.runner.steps import Manual, PlanFailed
+from flatplank_data.journals import SUFFIX
 
 WISHES = ("skip", "repeat", "discard")
 """requests of the operator about the present run, beside `enough`"""

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -12,19 +12,14 @@ from typing import Any
 import numpy as np
 
 from flatplank_control.calibration.parasitic import identify_turn, turn_of_bag
-from flatplank_control.recording.bag_writer import METADATA, bag_file_name
-from flatplank_control.runner.campaign import SUFFIX, read_lines
-from flatplank_data.campaign import CAMPAIGN_FILE, Campaign
+from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError
+from flatplank_data.folders import Stamp, campaign_folders, stamp_of, verdicts
 from flatplank_data.progress import Progress, told
-from flatplank_data.readers import suffixes
 from flatplank_data.run_record import FILE_NAME
 from flatplank_panel.analysis import repeats
 from flatplank_panel.signals import CHANNELS, OVER
 
-Line = Mapping[str, Any]
-Stamp = tuple[tuple[str, int, int], ...]
-"""name, time [ns] and size of each file"""
 DEPTH = 3
 """levels below the data folder that are searched for campaigns"""
 POINTS = 400
@@ -34,19 +29,7 @@ UNLOADED_TURN = "\nmeasurement: unloaded_turn\n"
 
 def campaigns(_progress: Progress, root: str) -> list[dict[str, Any]]:
     """Folders below `root` that hold runs."""
-    base, found = Path(root), []
-    for folder in (base, *sorted(p for p in base.rglob("*") if p.is_dir())):
-        parts = folder.relative_to(base).parts
-        if len(parts) > DEPTH or any(p.startswith(".") for p in parts):
-            continue
-        of_a_bag = (METADATA, bag_file_name(folder.name))
-        if any((folder / name).exists() for name in of_a_bag):
-            continue
-        bags = sum(1 for _ in folder.glob(f"*/{METADATA}"))
-        tables = sum(1 for p in folder.iterdir() if p.name.lower().endswith(tuple(suffixes())))
-        if (folder / CAMPAIGN_FILE).exists() or bags or tables:
-            found.append({"folder": str(folder.relative_to(base)) or ".", "runs": bags or tables})
-    return found
+    return [{"folder": folder, "runs": runs} for folder, runs in campaign_folders(root, DEPTH)]
 
 
 @lru_cache(maxsize=4)
@@ -62,27 +45,17 @@ def _campaign(progress: Progress, folder: str) -> Campaign:
     return read[0]
 
 
-def _verdicts(campaign: Campaign) -> dict[str, str]:
-    """file -> verdict of the campaign and problems of the file, or ok."""
-    judged = verdicts_of(campaign.path)
-    out = {}
-    for file in (run.info.file for run in campaign.runs):
-        remarks = [p.what for p in campaign.problems if p.file == file]
-        out[file] = "; ".join([*([judged[file]] if file in judged else []), *remarks]) or "ok"
-    return out
-
-
 def runs(progress: Progress, folder: str) -> dict[str, Any]:
     """One row per run, and the problems found."""
     campaign = _campaign(progress, folder)
-    verdicts = _verdicts(campaign)
+    judged = verdicts(campaign)
     rows = [
         {
             "file": i.file, "tire": i.tire, "measurement": i.measurement,
             "condition": i.condition.label(), "kappa_percent": round(100.0 * i.kappa, 3),
             "fz": i.fz, "pressure": i.pressure, "alpha": i.alpha_deg, "gamma": i.gamma_deg,
             "start": i.start, "order": i.run_index, "status": i.status or "complete",
-            "lost": i.cycles_lost, "notes": i.notes, "verdict": verdicts[i.file],
+            "lost": i.cycles_lost, "notes": i.notes, "verdict": judged[i.file],
         }
         for i in (run.info for run in campaign.runs)
     ]  # fmt: skip
@@ -112,7 +85,7 @@ def curves(
         "others": others,
         "scatter": repeats.scatter(drawn),
         "differences": repeats.differences(drawn, others),
-        "verdicts": _verdicts(whole),
+        "verdicts": verdicts(whole),
         "problems": [str(p) for p in whole.problems],
     }
 
@@ -157,43 +130,6 @@ def _curves(
             }
         )
     return out
-
-
-def stamp_of(folder: str | Path) -> Stamp:
-    """Name, time [ns] and size of all files of the runs, also inside bags; no model files."""
-    ends = (*suffixes(), CAMPAIGN_FILE, SUFFIX)
-    base = Path(folder)
-    tables = (p for p in base.iterdir() if p.name.lower().endswith(ends))
-    files = [p for p in (*tables, *base.glob("*/*")) if p.is_file()]
-    return tuple(sorted((str(p), p.stat().st_mtime_ns, p.stat().st_size) for p in files))
-
-
-def verdicts_of(folder: str | Path) -> dict[str, str]:
-    """file of a run -> verdict of the campaign; runs in no journal are absent."""
-    found: dict[str, str] = {}
-    for path in sorted(Path(folder).glob(f"*{SUFFIX}")):
-        attempts: dict[str, list[Line]] = {}
-        for line in read_lines(path):
-            if line.get("event") == "end":
-                attempts.setdefault(line["run"], []).append(line)
-        for lines in attempts.values():
-            found |= {line["file"]: _text(lines, k) for k, line in enumerate(lines)}
-    return found
-
-
-def _text(lines: Sequence[Line], k: int) -> str:
-    """Verdict on attempt `k` of a run."""
-    reasons = _reasons(lines[k].get("facts") or {})
-    if lines[k]["ok"]:
-        return reasons or "good"
-    later = f", made again as {lines[k + 1]['file']}" if k + 1 < len(lines) else ""
-    return f"rejected{later}: {reasons}"
-
-
-def _reasons(facts: Line) -> str:
-    """Text of the verdict in the journal; journals of older versions have only numbers."""
-    numbers = (f"{name} {value:.3g}" for name, value in (facts.get("findings") or {}).items())
-    return str(facts.get("verdict") or "") or ", ".join(numbers)
 
 
 def turns(_progress: Progress, root: str) -> list[str]:

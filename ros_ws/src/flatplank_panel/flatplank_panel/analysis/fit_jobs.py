@@ -26,10 +26,10 @@ from flatplank_analysis.discovery.view import Member
 from flatplank_analysis.effects import consent
 from flatplank_control.bench.simulator import simulator
 from flatplank_data.errors import FlatplankError
+from flatplank_data.folders import Stamp, stamp_of
 from flatplank_data.progress import Progress
 from flatplank_data.run_record import RunRecord
 from flatplank_data.wording import with_unit
-from flatplank_panel.analysis.browse_jobs import Stamp, stamp_of
 
 POINTS = 250
 """points of a drawn curve"""

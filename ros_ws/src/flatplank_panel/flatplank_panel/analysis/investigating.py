@@ -24,8 +24,8 @@ from flatplank_control.investigate.opening import (
     open_loop,
     save_notebook,
 )
-from flatplank_control.runner.campaign import SUFFIX
 from flatplank_control.runner.steps import PlanFailed
+from flatplank_data.journals import SUFFIX
 from flatplank_data.progress import Progress
 from flatplank_data.yaml_text import parse_yaml
 

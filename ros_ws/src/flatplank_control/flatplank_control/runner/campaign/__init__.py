@@ -2,13 +2,7 @@
 """Campaigns: expand a plan to runs, judge each run, and resume after a stop."""
 
 from flatplank_control.runner.campaign.conductor import Conductor, Job, Outcome
-from flatplank_control.runner.campaign.journal import (
-    SUFFIX,
-    Journal,
-    pressure_after,
-    read_lines,
-    write_note,
-)
+from flatplank_control.runner.campaign.journal import Journal, pressure_after, write_note
 from flatplank_control.runner.campaign.order import PlannedRun
 from flatplank_control.runner.campaign.plan import (
     CampaignPlan,
@@ -21,7 +15,7 @@ from flatplank_control.runner.campaign.plan import (
 from flatplank_control.runner.campaign.quality import Limits, Verdict, judge_run
 
 __all__ = [
-    "SUFFIX", "CampaignPlan", "Conductor", "Job", "Journal", "Limits", "Outcome", "PlanError",
+    "CampaignPlan", "Conductor", "Job", "Journal", "Limits", "Outcome", "PlanError",
     "PlannedRun", "Verdict", "is_campaign", "judge_run", "load_plan", "plan_from_text",
-    "pressure_after", "read_lines", "shipped_plans", "write_note",
+    "pressure_after", "shipped_plans", "write_note",
 ]  # fmt: skip

@@ -14,9 +14,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from flatplank_data.journals import end_of_lines, read_lines
 from flatplank_data.run_record import load_record
 
-SUFFIX = ".journal.jsonl"
 GAUGE = (0.3, 6.0)
 """range of plausible tire pressures [bar]"""
 
@@ -157,7 +157,7 @@ def write_line(path: Path, line: Mapping[str, Any]) -> None:
     text = json.dumps(line).encode() + b"\n"
     with open(path, "ab", buffering=0) as file:
         fcntl.flock(file, fcntl.LOCK_EX)
-        end = _end_of_lines(path)
+        end = end_of_lines(path)
         file.truncate(end)
         try:
             if file.write(text) < len(text):
@@ -166,26 +166,3 @@ def write_line(path: Path, line: Mapping[str, Any]) -> None:
         except OSError:
             file.truncate(end)
             raise
-
-
-def read_lines(path: Path) -> list[dict[str, Any]]:
-    """Lines of a journal; a last line that was torn by a crash is ignored.
-
-    ValueError for a damaged line in its midst: what follows it would be lost without a word.
-    """
-    if not path.exists():
-        return []
-    lines = []
-    for i, text in enumerate(path.read_bytes()[: _end_of_lines(path)].splitlines(), start=1):
-        try:
-            lines.append(dict(json.loads(text)))
-        except (ValueError, TypeError):
-            raise ValueError(
-                f"{path}: line {i} is damaged; restore the journal from a copy, or remove the line"
-            ) from None
-    return lines
-
-
-def _end_of_lines(path: Path) -> int:
-    """Size of a journal without a torn last line."""
-    return path.read_bytes().rfind(b"\n") + 1
