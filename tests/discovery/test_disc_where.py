@@ -76,6 +76,17 @@ def test_what_differs_between_repeats_is_no_part_of_a_map():
     np.testing.assert_allclose(found.share, (np.arange(24) < 6) / 6.0, atol=0.01)
 
 
+def test_repeats_that_begin_at_other_angles_are_compared_by_the_angle():
+    """At one time their forces are of different angles, and their mean is of none."""
+    runs = placed()
+    began = np.tile([0.0, 0.17, 0.33], CONDITIONS)[:, None]
+    angle = (PLACE + began) % 0.5
+    known = {**runs.coordinates, "angle": Coordinate(angle, "m", bins=10, period=0.5)}
+    runs = replace(runs, coordinates=known)
+    found = maps_of(runs, np.where((angle > 0.2) & (angle < 0.25), 10.0, 0.0))["angle"]
+    assert found.place == pytest.approx((0.2, 0.25)) and found.place_share > 0.99
+
+
 def test_the_coordinate_that_orders_a_residual_comes_first():
     runs = placed()
     rng = np.random.default_rng(1)

@@ -9,13 +9,13 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple
-
-from jinja2 import Environment, FileSystemLoader
+from typing import Any
 
 from flatplank_analysis.figures.draw import save
 from flatplank_analysis.identify.results import to_plain
-from flatplank_analysis.report.table import Table, csv_text
+from flatplank_analysis.pages.book import Book, Picture, write_page
+from flatplank_analysis.pages.csv_text import csv_text
+from flatplank_analysis.report.table import Table
 from flatplank_analysis.report_files.build import number
 from flatplank_data.errors import FlatplankError
 from flatplank_data.files import write_atomic
@@ -40,22 +40,13 @@ HEADER = (
 NO_DATA = "nothing of ours shows it"
 
 
-class Picture(NamedTuple):
-    """A figure of ours, drawn."""
-
-    name: str
-    title: str
-    caption: str
-    svg: str
-    wide: bool
-
-
 @dataclass(frozen=True)
 class Shown:
     """An entry with what was measured for it."""
 
     entry: Entry
-    pictures: Sequence[Picture]
+    pictures: Sequence[tuple[Picture, str]]
+    """each with its caption"""
     findings: Sequence[Finding]
     table: Table | None
     missing: str
@@ -66,23 +57,22 @@ class Shown:
         return "e-" + self.entry.number.replace(" ", "-").replace(".", "-")
 
 
-def show(chapter: Chapter, lab: Lab, folder: Path) -> list[Shown]:
+def show(chapter: Chapter, lab: Lab, book: Book) -> list[Shown]:
     """Measure and draw all entries of a chapter."""
     out = []
     for entry in chapter.entries:
         lab.say(f"{chapter.title.split(':')[0]}: {entry.number} {entry.title}")
-        out.append(_show(entry, lab, folder))
+        out.append(_show(entry, lab, book))
     return out
 
 
-def _show(entry: Entry, lab: Lab, folder: Path) -> Shown:
+def _show(entry: Entry, lab: Lab, book: Book) -> Shown:
     pictures, missing, table = [], entry.absent, None
     slug = entry.number.replace(" ", "_").lower()
     try:
         for k, figure in enumerate(entry.draw(lab) if entry.draw else ()):
             named = replace(figure, name=f"{slug}{'abcdef'[k] if k else ''}_{figure.name}")
-            svg = save(named, folder)
-            pictures.append(Picture(named.name, figure.title, figure.caption, svg, figure.wide))
+            pictures.append((save(book, named), f"{figure.title}. {figure.caption}"))
         table = entry.table(lab) if entry.table else None
     except FlatplankError as error:
         missing = str(error)
@@ -142,20 +132,18 @@ def write(chapters: Mapping[str, tuple[Chapter, Sequence[Shown]]], out: Path) ->
     }
     write_atomic(out / TABLE, csv_text([HEADER, *lines]))
     write_atomic(out / DATA, json.dumps(data, indent=1))
-    write_atomic(out / PAGE, render(chapters, count))
-    return data
-
-
-def render(
-    chapters: Mapping[str, tuple[Chapter, Sequence[Shown]]], count: Mapping[str, int]
-) -> str:
-    """The page as text."""
-    environment = Environment(
-        loader=FileSystemLoader(Path(__file__).parent),
-        autoescape=True, trim_blocks=True, lstrip_blocks=True,
-    )  # fmt: skip
-    return environment.get_template("page.html.j2").render(
-        chapters=list(chapters.values()), count=count, text=text, number=number,
+    write_page(
+        out / PAGE,
+        "thesis.html.j2",
+        Path(__file__).parent,
+        parts=[(f"c-{chapter.key}", chapter.title) for chapter, _ in chapters.values()]
+        + [("all", "All rows")],
+        chapters=list(chapters.values()),
+        count=count,
+        text=text,
+        number=number,
         total=sum(n for name, n in count.items() if name != "without a reason"),
-        agrees=AGREES, differs=DIFFERS,
-    )  # fmt: skip
+        agrees=AGREES,
+        differs=DIFFERS,
+    )
+    return data

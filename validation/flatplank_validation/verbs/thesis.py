@@ -8,6 +8,7 @@ import json
 import os
 from pathlib import Path
 
+from flatplank_analysis.pages.book import Book
 from flatplank_data.arguments import Parser, add_json
 from flatplank_validation.thesis.chapters import CHAPTERS
 from flatplank_validation.thesis.lab import Lab
@@ -34,7 +35,8 @@ def main(argv: list[str]) -> int:
             raise ValueError(f"--chapter {key}: the results are in {', '.join(CHAPTERS)}")
     o.out.mkdir(parents=True, exist_ok=True)
     lab = Lab(o.out.resolve() / "runs", o.jobs or os.cpu_count() or 1)
-    shown = {key: (CHAPTERS[key], show(CHAPTERS[key], lab, o.out / "figures")) for key in wanted}
+    book = Book(o.out, "figures")
+    shown = {key: (CHAPTERS[key], show(CHAPTERS[key], lab, book)) for key in wanted}
     data = write(shown, o.out)
     if o.json:
         print(json.dumps(data, indent=1))

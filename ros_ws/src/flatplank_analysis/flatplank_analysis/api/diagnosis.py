@@ -18,6 +18,7 @@ from flatplank_analysis.cli import loop
 from flatplank_analysis.discovery import verdict
 from flatplank_analysis.discovery.report.text import text_of
 from flatplank_analysis.effects import consent
+from flatplank_analysis.pages.provenance import provenance
 from flatplank_data.errors import FlatplankError
 
 if TYPE_CHECKING:
@@ -47,16 +48,21 @@ def diagnose(
     start = model.start if model else None
     result = session.diagnose(start, loop.progress, measured)
     loop.progress_done()
-    return Diagnosed(result, session.campaign.path, start.history if start else ())
+    about = provenance(run.info for run in session.campaign.runs)
+    return Diagnosed(result, session.campaign.path, start.history if start else (), about)
 
 
 class Diagnosed:
     """A verdict with all its details; `print` shows what the command prints."""
 
     def __init__(
-        self, result: verdict.Diagnosis, campaign: str, history: Sequence[Mapping[str, Any]]
+        self,
+        result: verdict.Diagnosis,
+        campaign: str,
+        history: Sequence[Mapping[str, Any]],
+        about: str = "",
     ) -> None:
-        self.result, self.campaign, self._history = result, campaign, history
+        self.result, self.campaign, self._history, self._about = result, campaign, history, about
 
     @property
     def verdict(self) -> str:
@@ -118,7 +124,7 @@ class Diagnosed:
         """Write the page of `flatplank diagnose --report`; return it."""
         from flatplank_analysis.discovery.report.page import write_report
 
-        return write_report(self.result, Path(folder), self.campaign, self._history)
+        return write_report(self.result, Path(folder), self.campaign, self._history, self._about)
 
     def __repr__(self) -> str:
         return text_of(self.result, self.campaign)

@@ -62,9 +62,11 @@ def _report(folder: str, result: Diagnosis, session: Session, model: ModelFile |
     if result.search is None:
         return f"none, there is nothing to draw ({result.reason})"
     from flatplank_analysis.discovery.report.page import write_report
+    from flatplank_analysis.pages.provenance import provenance
 
     history = model.history if model else ()
-    return str(write_report(result, Path(folder), session.campaign.path, history))
+    about = provenance(run.info for run in session.campaign.runs)
+    return str(write_report(result, Path(folder), session.campaign.path, history, about))
 
 
 def starting_values(path: str | None) -> dict[str, dict[str, float]]:

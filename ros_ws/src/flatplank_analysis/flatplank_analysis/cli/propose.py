@@ -50,9 +50,9 @@ def _run(arguments: argparse.Namespace) -> int:
     else:
         print("\n".join(text_of(result, arguments.folder, path)))
     if arguments.report:
-        from flatplank_analysis.proposal.picture import write_page
+        from flatplank_analysis.proposal.picture import write_proposal
 
-        page = write_page(result, Path(arguments.report), arguments.folder)
+        page = write_proposal(result, Path(arguments.report), arguments.folder)
         print(f"report: {page}", file=sys.stderr if arguments.json else sys.stdout)
     return 0
 

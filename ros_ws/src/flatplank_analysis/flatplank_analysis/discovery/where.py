@@ -127,8 +127,11 @@ def _map(runs, name, c: Coordinate, residual, mean, floors, seed) -> Map:
         count = np.bincount(where, minlength=bins)
         total = np.bincount(where, residual[rows].ravel(), minlength=bins)
         table[i, count > 0] = total[count > 0] / count[count > 0]
-        square = mean[i] ** 2 - floors[i] ** 2 / len(rows)
-        energy += np.bincount(place[rows[0]], square, minlength=bins)
+        noise = floors[i] ** 2 / len(rows)
+        if (place[rows] == place[rows[0]]).all():
+            energy += np.bincount(place[rows[0]], mean[i] ** 2 - noise, minlength=bins)
+        else:  # repeats are at other places at the same time: they are alike by the bin
+            energy += count / len(rows) * (np.nan_to_num(table[i]) ** 2 - noise)
     energy = np.maximum(energy, 0.0)
     share = energy / max(float(energy.sum()), 1e-30)
     ordered, p = _ordered(place, residual, bins, seed)

@@ -1,11 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws figures as SVG and PNG, and writes their points as CSV."""
+"""Draws figures, and lists their points."""
 
 from __future__ import annotations
-
-import io
-import re
-from pathlib import Path
 
 import matplotlib
 import numpy as np
@@ -16,7 +12,7 @@ from matplotlib.gridspec import SubplotSpec
 from matplotlib.ticker import MaxNLocator
 
 from flatplank_analysis.figures.spec import INK, MUTED, PALETTE, Figure, Panel, Series
-from flatplank_analysis.report.table import csv_text
+from flatplank_analysis.pages.book import Book, Picture
 
 MAX_POINTS = 700
 """most points of a line in a figure; the CSV has all"""
@@ -264,37 +260,19 @@ def thinned(
     return x[chosen], y[chosen]
 
 
-def save(figure: Figure, folder: Path) -> str:
-    """Write NAME.svg, NAME.png and NAME.csv; return the SVG element for a page."""
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / f"{figure.name}.csv").write_text(table_of(figure), encoding="utf-8")
-    stream = io.StringIO()
-    with matplotlib.rc_context({**RC, "svg.hashsalt": figure.name}):
-        drawn = canvas(figure)
-        drawn.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
-        drawn.set_layout_engine("none")
-        drawn.savefig(folder / f"{figure.name}.png", dpi=160)
-    text = stream.getvalue()
-    (folder / f"{figure.name}.svg").write_text(text, encoding="utf-8")
-    return _inline(text, figure.name)
+def save(book: Book, figure: Figure) -> Picture:
+    """Draw a figure and save it in a book."""
+    with matplotlib.rc_context(RC):
+        return book.add(figure.name, canvas(figure), table_of(figure), figure.wide)
 
 
-def _inline(text: str, name: str) -> str:
-    """The SVG element with unique identifiers, so that a page can contain many."""
-    text = text[text.index("<svg") :]
-    prefix = re.sub(r"\W", "-", name)
-    for pattern in ('id="', 'href="#', r"url\(#"):
-        text = re.sub(f"({pattern})", rf"\g<1>{prefix}-", text)
-    return re.sub(r'width="[\d.]+pt" height="[\d.]+pt" ', 'width="100%" ', text, count=1)
-
-
-def table_of(figure: Figure) -> str:
-    """All points of a figure as CSV: panel, series, x, y, error; a strip follows its panel."""
-    rows: list[list] = [["panel", "series", "x", "y", "error"]]
+def table_of(figure: Figure) -> list[list]:
+    """All points of a figure: panel, series, x, y, error; a strip follows its panel."""
+    rows: list[list] = []
     for number, panel in enumerate(figure.with_strips, start=1):
         rows.append([f"# {number}", panel.title, panel.x_label, panel.y_label, ""])
         for series in panel.series:
             error = series.error if series.error is not None else [""] * len(series.x)
             points = zip(series.x, series.y, error, strict=True)
             rows += [[number, series.label, *point] for point in points]
-    return csv_text(rows)
+    return rows

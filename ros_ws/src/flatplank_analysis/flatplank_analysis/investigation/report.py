@@ -12,11 +12,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from flatplank_analysis.discovery.report.figures import BLUE, GREY, ORANGE, clean, figure_of
-from flatplank_analysis.discovery.report.page import FigureWriter, template
 from flatplank_analysis.discovery.view import stored
 from flatplank_analysis.investigation.evidence import ALPHA
 from flatplank_analysis.investigation.loop import decoy_words
 from flatplank_analysis.investigation.notebook import entries_of, proposal_of, summary, verdict_of
+from flatplank_analysis.pages.book import Book, write_page
 from flatplank_data.files import write_atomic
 
 DIAGNOSIS = "diagnosis"
@@ -31,10 +31,12 @@ def write_notebook(events: Sequence[Mapping[str, Any]], folder: Path, campaign: 
     content = summary(events)
     write_atomic(folder / "investigation.json", json.dumps(content, indent=1) + "\n")
     entries = list(entries_of(content))
-    book = FigureWriter(folder)
+    book = Book(folder)
     drawn = {"error": error_figure(entries), "evidence": evidence_figure(entries)}
-    page = folder / "index.html"
-    text = template("notebook.html.j2", Path(__file__).parent).render(
+    return write_page(
+        folder / "index.html",
+        "notebook.html.j2",
+        Path(__file__).parent,
         campaign=campaign,
         content=content,
         verdict=verdict_of(content),
@@ -49,8 +51,6 @@ def write_notebook(events: Sequence[Mapping[str, Any]], folder: Path, campaign: 
         if (folder / DIAGNOSIS / "index.html").exists()
         else "",
     )
-    write_atomic(page, text)
-    return page
 
 
 def code_of(proposal: Mapping[str, Any] | None) -> str:

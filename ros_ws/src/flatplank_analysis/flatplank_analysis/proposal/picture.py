@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import html
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,25 +10,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from flatplank_analysis.discovery.report.figures import BLUE, GREY, ORANGE, figure_of
-from flatplank_analysis.discovery.report.page import FigureWriter
 from flatplank_analysis.effects.grammar.file import SUFFIX
+from flatplank_analysis.pages.book import Book, write_page
 from flatplank_analysis.proposal.propose import Proposal
-from flatplank_data.files import write_atomic
 from flatplank_data.wording import displayed
 
 WIDEST = 3.0
 """largest width of the band, in heights of the form, with which the free curve is drawn"""
-
-_PAGE = """<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><title>Proposal for {campaign}</title>
-<style>body{{font:15px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem}}
-pre{{background:#edf2f7;padding:.8rem;font-size:.8rem;overflow-x:auto}}svg{{max-width:100%}}
-</style></head><body>
-<h1>{verdict}</h1><p>{sentence}</p><p>{reason}</p>
-{svg}
-<h2>{file}</h2><pre>{text}</pre>
-</body></html>
-"""
 
 
 @dataclass(frozen=True)
@@ -88,17 +75,17 @@ def picture(result: Proposal) -> Figure:
     return figure
 
 
-def write_page(result: Proposal, folder: Path, campaign: str) -> Path:
+def write_proposal(result: Proposal, folder: Path, campaign: str) -> Path:
     """Write page and figure; return the page."""
-    folder.mkdir(parents=True, exist_ok=True)
-    svg, words = "", ""
-    if result.sentence is not None:
-        svg, words = FigureWriter(folder).add("proposal", picture(result)), result.sentence.words()
-    page = folder / "index.html"
-    texts = {
-        "campaign": campaign, "verdict": result.verdict, "sentence": words,
-        "reason": result.reason, "file": f"{result.name}{SUFFIX}" if result.name else "",
-        "text": result.text,
-    }  # fmt: skip
-    write_atomic(page, _PAGE.format(svg=svg, **{k: html.escape(v) for k, v in texts.items()}))
-    return page
+    book = Book(folder)
+    drawn = book.add("proposal", picture(result)) if result.sentence is not None else None
+    return write_page(
+        folder / "index.html",
+        "proposal.html.j2",
+        Path(__file__).parent,
+        campaign=campaign,
+        result=result,
+        sentence=result.sentence.words() if result.sentence else "",
+        picture_of=drawn,
+        file=f"{result.name}{SUFFIX}" if result.name else "",
+    )

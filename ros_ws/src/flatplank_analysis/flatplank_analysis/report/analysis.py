@@ -14,6 +14,7 @@ from flatplank_analysis.identify.mf.points import points_from_runs
 from flatplank_analysis.identify.runs import StepRun, step_run
 from flatplank_analysis.models.base import TOYO, ContactGeometry
 from flatplank_analysis.models.tire_record import TireRecord
+from flatplank_analysis.pages.provenance import provenance
 from flatplank_analysis.parallel import open_executor
 from flatplank_analysis.report.conditions import condition_result, further_results, lateral_result
 from flatplank_analysis.report.extras import other_measurements
@@ -86,8 +87,9 @@ def analyse(
     names = tires_of([campaign])
     name = campaign.tire or (names[0] if names else record.name)
     whole = CampaignResult(
-        campaign.path, name, points, problems, extras, geometry=geometry, record=record
-    )
+        campaign.path, name, points, problems, extras, geometry=geometry, record=record,
+        about=provenance(run.info for run in campaign.runs),
+    )  # fmt: skip
     if len(names) > 1:
         why = f"runs of {len(names)} tires ({', '.join(names)}): make one report for each"
         return dataclasses.replace(whole, why_no_magic=why)

@@ -176,6 +176,8 @@ class CampaignResult:
     why_no_magic: str = ""
     geometry: Geometry = field(default_factory=Geometry)
     record: TireRecord | None = None
+    about: str = ""
+    """where the runs come from, in words"""
 
     @property
     def conditions(self) -> list[ConditionResult]:

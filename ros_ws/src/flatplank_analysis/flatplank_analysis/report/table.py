@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -12,6 +10,7 @@ from operator import attrgetter
 from typing import Any
 
 from flatplank_analysis.identify.results import Estimate
+from flatplank_analysis.pages.csv_text import csv_text
 from flatplank_data.condition import Condition
 
 Cell = str | float
@@ -33,14 +32,6 @@ class Table:
     def csv(self) -> str:
         """The table as CSV, numbers with ten digits."""
         return csv_text([self.header, *self.rows])
-
-
-def csv_text(rows: Iterable[Sequence[Cell]]) -> str:
-    """Rows as CSV, numbers with ten digits."""
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerows([f"{c:.10g}" if isinstance(c, float) else c for c in row] for row in rows)
-    return stream.getvalue()
 
 
 def point_cells(point: Condition) -> list[Cell]:

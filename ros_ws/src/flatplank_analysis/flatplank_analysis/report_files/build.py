@@ -11,15 +11,13 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from importlib.resources import files
 from pathlib import Path
 from typing import Any, NamedTuple
-
-from jinja2 import Environment
 
 from flatplank_analysis.figures import chapter6, chapter7, machine, magic, other
 from flatplank_analysis.figures.draw import save
 from flatplank_analysis.figures.spec import Figure
+from flatplank_analysis.pages.book import Book, Picture, write_page
 from flatplank_analysis.report.analysis import Progress, analyse
 from flatplank_analysis.report.radii import radius_values
 from flatplank_analysis.report.results import CampaignResult
@@ -64,20 +62,19 @@ def write(result: CampaignResult, out_dir: str | os.PathLike[str]) -> Path:
     figures = make_figures(result)
     tables = all_tables(result)
     every = [figure for group in figures.values() for figure in group]
-    pictures = {figure.name: save(figure, out / "figures") for figure in every}
+    book = Book(out, "figures")
+    pictures = {figure.name: save(book, figure) for figure in every}
     (out / "tables").mkdir(exist_ok=True)
     for table in tables:
         write_atomic(out / "tables" / f"{table.name}.csv", table.csv(), durable=False)
     if result.magic is not None:
         write_tir(result.magic.file, out / "fitted.tir")
     write_atomic(out / "report.json", json.dumps(result.to_json(), indent=1), durable=False)
-    write_atomic(out / PAGE, render(result, figures, pictures, tables), durable=False)
-    return out / PAGE
+    return _write_page(out / PAGE, result, figures, pictures, tables)
 
 
 LONG_TABLE = 30
 """rows from which a table is folded"""
-FIGURE_WIDTH = 760
 
 
 class Section(NamedTuple):
@@ -167,29 +164,36 @@ def make_figures(result: CampaignResult) -> dict[str, list[Figure]]:
     return {key: figures for key, figures in made.items() if figures}
 
 
-def render(
+def _write_page(
+    page: Path,
     result: CampaignResult,
     figures: Mapping[str, Sequence[Figure]],
-    pictures: Mapping[str, str],
+    pictures: Mapping[str, Picture],
     tables: Sequence[Table],
-) -> str:
-    """The page as text; `pictures` has the SVG element of every figure by name."""
-    template = files("flatplank_analysis.report_files").joinpath("page.html.j2").read_text("utf-8")
-    environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
+) -> Path:
+    """Write the page with `pictures` by name; returns it."""
+    statements = dict.fromkeys(_statements(result))
+    problems = [str(p) for p in result.problems]
+    sections = list(_sections(figures, tables))
+    parts = [(section["key"], section["title"]) for section in sections]
+    parts += [("limits", "What the data cannot tell")] * bool(statements)
+    parts += [("problems", "Problems of the files")] * bool(problems)
     tire = f"{result.tire}: " if result.tire else ""
-    return environment.from_string(template).render(
+    return write_page(
+        page,
+        "report.html.j2",
+        Path(__file__).parent,
         title=f"{tire}flat plank measurements",
         subtitle=result.path,
         tire_record=result.record.headline() if result.record else "",
-        sections=list(_sections(figures, tables)),
+        parts=parts,
+        sections=sections,
         pictures=pictures,
         long_table=LONG_TABLE,
         cards=_cards(result),
-        statements=dict.fromkeys(_statements(result)),
-        problems=[str(p) for p in result.problems],
-        figure_width=FIGURE_WIDTH,
-        footer="SI units, ISO W axes; driving slip is positive. Numbers after ± are one standard "
-        "error. All figures and tables are beside this page as PNG, SVG, CSV and JSON.",
+        statements=statements,
+        problems=problems,
+        about=result.about,
     )
 
 

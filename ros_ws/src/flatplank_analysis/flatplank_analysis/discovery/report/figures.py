@@ -204,7 +204,8 @@ def collapse(search: Search, number: int) -> Figure:
         for k, r in enumerate(rows):
             at = data.every(r, 300)
             x, label = factor * data.places[r][at], names[i] if k == 0 else None
-            axes.plot(x, data.left[r][at], ".", ms=1.5, color=color, alpha=0.5)
+            axes.plot(x, data.left[r][at], ".", ms=1.5, color=color, alpha=0.5,
+                      rasterized=True)  # fmt: skip
             axes.plot(x, data.part[r][at], "-", lw=0.9, color=color, label=label)
     axes.set_xlim(factor * low, factor * high)
     axes.set_xlabel(axis, fontsize=9)

@@ -3,18 +3,11 @@
 
 from __future__ import annotations
 
-import io
 import json
-import re
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
-
-from jinja2 import Environment, FileSystemLoader, Template, select_autoescape
-from markupsafe import Markup
-from matplotlib.backends.backend_svg import FigureCanvasSVG
-from matplotlib.figure import Figure
 
 from flatplank_analysis.discovery import where
 from flatplank_analysis.discovery.floor import BELOW
@@ -25,6 +18,7 @@ from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.discovery.steps import AcceptedEffect, Search
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.discovery.view import Cause
+from flatplank_analysis.pages.book import Book, write_page
 from flatplank_data.errors import FlatplankError
 from flatplank_data.files import write_atomic
 from flatplank_data.wording import probability_words, quantity, span
@@ -32,38 +26,26 @@ from flatplank_data.wording import probability_words, quantity, span
 HERE = Path(__file__).parent
 BEFORE_AND_AFTER = "before_and_after"
 """name of the figure of the run that gains most by what was found"""
-
-
-class FigureWriter:
-    """Saves figures beside the page and returns them as inline SVG."""
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-
-    def add(self, name: str, figure: Figure) -> Markup:
-        """Save as PNG and SVG; return the SVG text with ids that are unique on the page."""
-        (self.folder / f"{name}.png").write_bytes(figures.png(figure))
-        figure.set_layout_engine("none")  # it has been laid out, which takes as long as drawing
-        text = io.StringIO()
-        FigureCanvasSVG(figure).print_svg(text)
-        svg = text.getvalue()
-        write_atomic(self.folder / f"{name}.svg", svg)
-        svg = re.sub(r"<metadata>.*?</metadata>", "", svg[svg.index("<svg") :], flags=re.DOTALL)
-        svg = re.sub(r'(\bid=")', rf"\g<1>{name}-", svg)
-        svg = re.sub(r"(url\(#|href=\"#)", rf"\g<1>{name}-", svg)
-        return Markup(svg)
-
-
-def template(name: str, folder: Path = HERE) -> Template:
-    """A page's template; shared templates are in the folder of this file."""
-    loader = FileSystemLoader([folder, HERE])
-    return Environment(loader=loader, autoescape=select_autoescape(["j2"])).get_template(name)
+PARTS = {
+    "to-do": "What to do",
+    "floor": "Error against floor",
+    "where": "Where it fails",
+    "what": "What it is",
+    "left": "What is left",
+    "down": "The error on its way down",
+    "detectable": "What these runs could have shown",
+}
+"""parts of the page: anchor -> name"""
 
 
 def write_report(
-    result: Diagnosis, folder: Path, campaign: str, history: Sequence[Mapping[str, Any]] = ()
+    result: Diagnosis,
+    folder: Path,
+    campaign: str,
+    history: Sequence[Mapping[str, Any]] = (),
+    about: str = "",
 ) -> Path:
-    """Write page, figures and JSON; returns the page."""
+    """Write page, figures and JSON; returns the page. about: where the runs come from."""
     search = result.drawable(campaign)
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -72,16 +54,17 @@ def write_report(
             f"cannot be made ({error.strerror})", str(folder), "choose another place"
         ) from error
     write_atomic(folder / "diagnosis.json", json.dumps(result.to_dict(), indent=1) + "\n")
-    book = FigureWriter(folder)
+    content = _content(result, search, Book(folder), history)
+    tasks = result.tasks(campaign)
+    parts = [(key, name) for key, name in PARTS.items() if tasks or key != "to-do"]
     page = folder / "index.html"
-    write_atomic(page, _render(result, search, book, campaign, history))
-    return page
+    return write_page(page, "diagnosis.html.j2", HERE, campaign=campaign, about=about, tasks=tasks,
+                      parts=parts, **content)  # fmt: skip
 
 
-def _render(
-    result: Diagnosis, search: Search, book: FigureWriter, campaign: str,
-    history: Sequence[Mapping[str, Any]],
-) -> str:  # fmt: skip
+def _content(
+    result: Diagnosis, search: Search, book: Book, history: Sequence[Mapping[str, Any]]
+) -> dict[str, Any]:
     first = search.steps[0]
     runs = search.model.runs
     maps = where.make_maps(runs, first.state.residual[0], first.state.floors[0].by_condition)
@@ -95,12 +78,11 @@ def _render(
         "residual": book.add("residual", figures.residual(search.last)),
         "waterfall": book.add("waterfall", figures.waterfall(steps, result.floor, runs)),
     }
-    return template("page.html.j2").render(
+    return dict(
         d=result,
         below=BELOW if any(c["floors"] < 1.0 for c in result.conditions) else "",
         channel=channel_of(runs),
         amount=partial(amount, runs),
-        campaign=campaign,
         svg=svg,
         maps=[
             {
@@ -111,16 +93,13 @@ def _render(
         ],
         effects=[_effect(search, book, i, found) for i, found in enumerate(result.found)],
         refused=_refused(result, search),
-        tasks=result.tasks(campaign),
         p_from=where.P_FROM,
         events=[_event(runs, e) for e in result.events[:8]],
         detectable=[(k, quantity(*v, 2)) for k, v in sorted(result.detectable.items())],
     )
 
 
-def _effect(
-    search: Search, book: FigureWriter, number: int, found: AcceptedEffect
-) -> dict[str, Any]:
+def _effect(search: Search, book: Book, number: int, found: AcceptedEffect) -> dict[str, Any]:
     cause = Cause.of(found)
     runs, shown = search.model.runs, collapse_of(search, number)
     caption = (
