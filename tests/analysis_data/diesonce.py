@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Work that kills its process, once: light to import, since every worker does."""
+"""Work that kills its process, or not: light to import, since every worker does."""
 
 from __future__ import annotations
 
@@ -15,3 +15,15 @@ def dies_once(path: str) -> int:
         flag.touch()
         os.kill(os.getpid(), signal.SIGKILL)
     return int(flag.name)
+
+
+def dies(_item: int) -> None:
+    """Never returns."""
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def squared(number: int, refused: int = -1) -> int:
+    """The square of a number; ValueError for the refused one."""
+    if number == refused:
+        raise ValueError(f"no {number}")
+    return number * number

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from diesonce import dies_once
 from steptable import RADIUS, SIGMA, STIFFNESS, step_table
 
 from flatplank_analysis.cli import fit as fit_verb
@@ -20,7 +19,6 @@ from flatplank_analysis.cli import tire as tire_verb
 from flatplank_analysis.figures import chapter7, pieces
 from flatplank_analysis.figures.draw import canvas
 from flatplank_analysis.figures.spec import Figure, Panel, Series
-from flatplank_analysis.parallel import open_executor
 from flatplank_analysis.report.analysis import analyse
 from flatplank_analysis.report.conditions import condition_result
 from flatplank_analysis.report.radii import radius_values
@@ -175,12 +173,6 @@ def test_processes_give_the_same(folder, result):
     for one, two in zip(result.conditions, again.conditions, strict=True):
         assert one.condition == two.condition
         assert one.linear.to_json() == two.linear.to_json()
-
-
-def test_work_of_a_killed_process_is_done_again(tmp_path):
-    items = [str(tmp_path / str(i)) for i in range(5)]
-    with open_executor(jobs=2) as executor:
-        assert list(executor.map(dies_once, items)) == [0, 1, 2, 3, 4]
 
 
 def _json(capsys):

@@ -8,7 +8,6 @@ import gzip
 import json
 import subprocess
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import as_completed
 from dataclasses import asdict
 from functools import lru_cache, partial
 from pathlib import Path
@@ -16,7 +15,7 @@ from typing import Any
 
 import flatplank_analysis
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.parallel import worker_pool
+from flatplank_analysis.parallel import open_executor
 from flatplank_validation.blind.cases import Case, make
 from flatplank_validation.blind.detectable import kit_version
 from flatplank_validation.blind.fingerprint import fingerprint
@@ -143,15 +142,6 @@ def run(
 def solved(
     work: Callable[[Any], dict[str, Any]], cases: Sequence[Any], jobs: int
 ) -> Iterator[dict[str, Any]]:
-    """Yield entries as they are ready, from `jobs` processes or from this one."""
-    if jobs <= 1:
-        yield from map(work, cases)
-        return
-    with worker_pool(jobs) as pool:
-        waiting = [pool.submit(work, case) for case in cases]
-        try:
-            for job in as_completed(waiting):
-                yield job.result()
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+    """Yield entries in the order of the cases, from `jobs` processes or from this one."""
+    with open_executor(max(jobs, 1)) as executor:
+        yield from executor.map(work, cases)

@@ -6,18 +6,18 @@ from __future__ import annotations
 import multiprocessing
 import os
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, contextmanager, nullcontext
+from functools import partial
 from threading import Thread
 from typing import Any, Protocol, TypeVar
 
+from flatplank_analysis.chunks import in_order
 from flatplank_data.errors import FlatplankError
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
-RETRIES = 3
-"""number of times that work is repeated after a worker has died"""
 
 
 class Executor(Protocol):
@@ -56,31 +56,45 @@ def _wait_for(parent: multiprocessing.process.BaseProcess) -> None:
 
 
 class Processes:
-    """Execution in `jobs` processes; what a process that died had not finished is repeated."""
+    """Execution in `jobs` processes."""
 
     def __init__(self, jobs: int) -> None:
         self.jobs = jobs
 
     def map(self, function: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
-        waiting = list(items)
-        losses = 0
-        while waiting:
-            context = _context(function)
-            with worker_pool(min(self.jobs, len(waiting)), context) as pool:
-                try:
-                    futures = [pool.submit(function, item) for item in waiting]
-                    for future in futures:
-                        result = future.result()
-                        waiting.pop(0)
-                        yield result
-                except BrokenProcessPool as error:
-                    losses += 1
-                    if losses > RETRIES:
-                        raise FlatplankError(
-                            f"worker processes died {losses} times",
-                            f"{self.jobs} jobs",
-                            "use fewer --jobs (out of memory?)",
-                        ) from error
+        todo = list(items)
+        if not todo:
+            return
+        crew = _Pool(min(self.jobs, len(todo)), _context(function))
+        try:
+            yield from in_order(crew, function, todo)
+        finally:
+            crew.pool.shutdown(cancel_futures=True)
+
+
+class _Pool:
+    """Processes of this computer; when one dies, all are started anew."""
+
+    lost: tuple[type[BaseException], ...] = (BrokenProcessPool,)
+
+    def __init__(self, jobs: int, context: multiprocessing.context.BaseContext) -> None:
+        self.jobs, self.context = jobs, context
+        self.pool = worker_pool(jobs, context)
+
+    def workers(self) -> int:
+        return self.jobs
+
+    def submit(self, work: Callable[..., Any], *arguments: Any) -> Future:
+        try:
+            return self.pool.submit(work, *arguments)
+        except BrokenProcessPool as error:  # is told where the result is awaited
+            broken: Future = Future()
+            broken.set_exception(error)
+            return broken
+
+    def renew(self) -> None:
+        self.pool.shutdown(cancel_futures=True)
+        self.pool = worker_pool(self.jobs, self.context)
 
 
 def _context(function: Callable) -> multiprocessing.context.BaseContext:
@@ -88,20 +102,32 @@ def _context(function: Callable) -> multiprocessing.context.BaseContext:
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
     context = multiprocessing.get_context("forkserver")
-    if function.__module__ != "__main__":
-        context.set_forkserver_preload([function.__module__])
+    whole = function.func if isinstance(function, partial) else function
+    if whole.__module__ != "__main__":
+        context.set_forkserver_preload([whole.__module__])
     return context
 
 
 class Dask:
-    """Execution on a cluster with a scheduler address; its own retries cover lost workers."""
+    """Execution on a cluster; its scheduler repeats what a lost worker had not finished."""
 
     def __init__(self, client: Any) -> None:
+        from distributed import KilledWorker
+
         self.client = client
+        self.lost: tuple[type[BaseException], ...] = (KilledWorker,)
 
     def map(self, function: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
-        futures = self.client.map(function, list(items), retries=RETRIES, pure=False)
-        return (future.result() for future in futures)
+        return in_order(self, function, list(items))
+
+    def workers(self) -> int:
+        return sum(self.client.nthreads().values())
+
+    def submit(self, work: Callable[..., Any], *arguments: Any) -> Any:
+        return self.client.submit(work, *arguments, pure=False)
+
+    def renew(self) -> None:
+        """The cluster's own supervision starts workers."""
 
 
 @contextmanager
@@ -111,9 +137,10 @@ def _dask(address: str) -> Iterator[Executor]:
     except ImportError as error:
         what = "a scheduler needs the package distributed"
         raise FlatplankError(what, address, "pip install distributed") from error
+    where = {"scheduler_file": address} if address.endswith(".json") else {"address": address}
     try:
-        client = Client(address, timeout="20s", set_as_default=False)
-    except OSError as error:
+        client = Client(**where, timeout="20s", set_as_default=False)
+    except (OSError, ValueError) as error:
         what = f"no scheduler ({error})"
         raise FlatplankError(what, address, "start one, or leave '--scheduler' out") from error
     with client:
@@ -130,7 +157,8 @@ def available_cores() -> int:
 def open_executor(
     jobs: int | None = None, scheduler: str | None = None
 ) -> AbstractContextManager[Executor]:
-    """The executor for `--jobs N` (default: every core) or `--scheduler ADDRESS`."""
+    """The executor for `--jobs N` (default: every core), or for `--scheduler ADDRESS`: an address
+    or a scheduler file (.json)."""
     if scheduler:
         return _dask(scheduler)
     jobs = jobs if jobs is not None else available_cores()

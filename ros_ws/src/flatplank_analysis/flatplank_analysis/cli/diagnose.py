@@ -12,7 +12,7 @@ from pathlib import Path
 
 import yaml
 
-from flatplank_analysis.cli import common, loop
+from flatplank_analysis.cli import common, diagnose_many, loop
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.discovery.report.text import text_of
@@ -23,8 +23,11 @@ from flatplank_data.yaml_text import parse_yaml
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """`flatplank diagnose DIR [--model FILE] [--effects FILE] [--report DIR] [--json]`."""
+    """`flatplank diagnose DIR... [--model FILE] [--effects FILE] [--report DIR] [--json]`."""
     parser = loop.loop_parser("diagnose", __doc__, sweeps=True)
+    what = "further campaigns: each gets its diagnosis.json, --jobs at a time"
+    parser.add_argument("more", metavar="DIR", nargs="*", help=what)
+    common.parallel_arguments(parser)
     parser.add_argument("--report", metavar="DIR", help="write a page with figures there")
     parser.add_argument("--out", metavar="FILE", help="write the JSON to a file as well")
     parser.add_argument(
@@ -33,7 +36,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         help="starting values, as `flatplank calibrate sheet` prints them",
     )
     arguments = parser.parse_args(argv)
-    return common.run_or_report_nothing_usable("diagnose", lambda: _run(arguments))
+    work = diagnose_many.run if arguments.more else _run
+    return common.run_or_report_nothing_usable("diagnose", lambda: work(arguments))
 
 
 def _run(arguments) -> int:

@@ -4,14 +4,13 @@
 from __future__ import annotations
 
 import gc
-import os
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, as_completed, wait
+from collections.abc import Callable, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 
-from flatplank_analysis.parallel import worker_pool
+from flatplank_analysis.parallel import open_executor, worker_pool
 from flatplank_control.bench.results import (
     outcome_of,
     outcome_of_stopped,
@@ -92,31 +91,15 @@ def simulate_many(
 ) -> list[Path]:
     """Make all measurements; adds files and `campaign.yaml` entries to those in `folder`."""
     folder.mkdir(parents=True, exist_ok=True)
-    jobs = min(jobs or os.cpu_count() or 1, len(measurements)) or 1
-    done: dict[int, Path] = {}
-    for k, path in _run(measurements, setup, folder, bags, jobs):
-        done[k] = path
-        progress(len(done), len(measurements), path.name)
-    paths = [done[k] for k in range(len(measurements))]
+    make = partial(simulate_one, setup=setup, folder=folder, bags=bags)
+    paths: list[Path] = []
+    with open_executor(jobs) as executor:
+        for path in executor.map(make, measurements):
+            paths.append(path)
+            progress(len(paths), len(measurements), path.name)
     made = [(m.record(), path.name) for m, path in zip(measurements, paths, strict=True)]
     write_campaign(folder, measurements[0].tire, made)
     return paths
-
-
-def _run(
-    measurements: Sequence[Measurement], setup: BenchSetup, folder: Path, bags: bool, jobs: int
-) -> Iterator[tuple[int, Path]]:
-    if jobs == 1:
-        for k, m in enumerate(measurements):
-            yield k, simulate_one(m, setup, folder, bags)
-        return
-    with worker_pool(jobs) as pool:
-        tasks = {
-            pool.submit(simulate_one, m, setup, folder, bags): k
-            for k, m in enumerate(measurements)
-        }
-        for task in as_completed(tasks):
-            yield tasks[task], task.result()
 
 
 def setup_for(plan: CampaignPlan, setup: BenchSetup) -> BenchSetup:
