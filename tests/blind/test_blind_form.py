@@ -11,7 +11,9 @@ from flatplank_validation.blind.cases import Case, make
 from flatplank_validation.blind.nulls import nothing_hidden
 
 
-@pytest.mark.parametrize(("seed", "noise"), [(21, 3.0), (4, 1.0)])
+@pytest.mark.parametrize(
+    ("seed", "noise"), [pytest.param(21, 3.0, marks=pytest.mark.long), (4, 1.0)]
+)
 def test_counted_motions_are_no_lag(seed, noise):
     """With little noise the steps of the encoders around the step of the slip were taken for a
     force that is late."""

@@ -61,6 +61,7 @@ def test_the_base_takes_the_plant_to_ten_percent(data):
     assert _diagnosis(data, {})["verdict"] == "at floor"
 
 
+@pytest.mark.long
 def test_a_law_that_the_base_is_held_to_is_taken_for_a_softer_carcass(data):
     """Nothing is hidden, only the law is another one: a known fault of the search, which
     docs/explanation/search.md tells. With the base's own freedom nothing is named (above)."""

@@ -23,7 +23,7 @@ def test_the_start_of_the_side_force_is_no_worn_patch():
     assert {e["name"] for e in session.diagnose().to_dict()["effects"]} <= {"combined_slip"}
 
 
-@pytest.mark.parametrize("number", [0, 1, 2])
+@pytest.mark.parametrize("number", [0, *(pytest.param(n, marks=pytest.mark.long) for n in (1, 2))])
 def test_a_skew_that_a_tire_of_another_form_feigns_is_no_finding(number):
     """Its interval is as wide as other tires differ: by the noise alone it would be 1.7 ms."""
     case = Case("none", "second", (), 1.0, "quiet", 0.0, "plain", number)

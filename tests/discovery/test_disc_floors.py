@@ -83,6 +83,7 @@ def test_laps_may_begin_after_a_rest():
     assert [f.decision.term.effect.identifier for f in result.found] == ["stiffening"]
 
 
+@pytest.mark.long
 def test_runs_that_differ_by_one_per_cent_are_no_fault_of_the_machine():
     """Without repeats nothing shows what a tire scatters from run to run: the usual counts."""
     tables = nothing_hidden("second", 1004, 3.0, 0.01, once=True)

@@ -35,7 +35,8 @@ def found():
     return search, verdict.diagnose(search)
 
 
-@pytest.mark.parametrize("level", [pytest.param(LEVELS[0], marks=pytest.mark.long), LEVELS[-1]])
+@pytest.mark.long
+@pytest.mark.parametrize("level", [LEVELS[0], LEVELS[-1]])
 def test_nothing_hidden_is_at_the_floor_at_every_noise(level):
     result = Session.of_tables(nothing_hidden("plant", 71, level, design="small")).diagnose()
     assert (result.verdict, result.found) == (verdict.AT_FLOOR, ()), result.reason

@@ -14,42 +14,6 @@ from flatplank_analysis.effects.plank_waves import periods, spectrum
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.effects.wheel_angle import wave
 
-LOOKED_FOR = {
-    # name: sizes from which a refit starts, price of looking, settings that no residual suggests
-    "road_play": (
-        (1.0, 2.5), 4, [{"kept": k, "at": at} for k in (0.0, 1.0) for at in (0.0, 50.0)],
-    ),
-    "drive_backlash": ((1.0, 2.5), 1, [{}]),
-    "rack_backlash": (
-        (1.0, 2.5), 3, [{"held_fast": 0.0}, {"held_fast": 1.0}, {"held_fast": 1.0, "at": 50.0}],
-    ),
-    "force_lag": ((1.0, 4.0), 1, [{}]),
-    "load_loss_braking": ((1.0,), 2, [{"seen": 0.0}]),
-    "carcass_creep": ((1.0,), 1, [{"time": 4.0}, {"time": 15.0}]),
-    "crosstalk_fz": ((1.0,), 1, [{"tared": 1.0}, {"tared": 0.0}]),
-    "crosstalk_mx": ((1.0,), 1, [{"tared": 1.0}]),
-    "crosstalk_mz": ((1.0,), 1, [{"tared": 1.0}]),
-}  # fmt: skip
-HELD = {
-    "road_play": ("kept",),
-    "rack_backlash": ("held_fast",),
-    "load_loss_braking": ("seen",),
-} | {f"crosstalk_{c}": ("tared",) for c in ("fy", "fz", "mx", "mz")}
-FROM_DATA = (
-    "worn_patch", "mesh_ripple", "load_undulation", "measured_load", "crosstalk_fy", "torn_weld",
-)  # fmt: skip
-"""what they are looked for in depends on the runs"""
-
-
-@pytest.mark.parametrize("name", [n for n in library() if n not in FROM_DATA])
-def test_what_an_effect_is_looked_for_in(name):
-    """The price of looking is what the level is divided by: no less than the settings."""
-    effect, runs = library()[name], measured(0).runs
-    starts, price, settings = LOOKED_FOR.get(name, ((1.0,), 1, [{}]))
-    assert effect.starts() == starts and effect.scanned(runs) == price
-    assert effect.variants(runs, runs.measured) == settings
-    assert effect.held() == HELD.get(name, ())
-
 
 def test_a_torn_weld_is_looked_for_where_the_runs_drive():
     """A crack holds a share of the largest driving force; runs that brake show none."""

@@ -126,6 +126,12 @@ def test_diagnose_writes_contract_and_page(folder, tmp_path, capsys):
     }  # fmt: skip
     assert keys <= set(out)
     (effect,) = out["effects"]
+    assert out["verdict"] == "found group"
+    assert {effect["name"], *effect["class"]} == {"drive_backlash", "rack_backlash"}
+    assert effect["size"] == pytest.approx(5e-4, rel=0.15)
+    assert out["rmse_after"] < out["rmse_before"]
+    assert out["held_out_after"] < 1.1 * out["floor_rmse"]
+    assert out["next_run"]["what"]
     assert {
         "name", "kind", "size", "unit", "interval", "class", "held_out_gain", "probability",
     } <= set(effect)  # fmt: skip

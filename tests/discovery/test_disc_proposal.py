@@ -144,6 +144,7 @@ def _warm(seed: int, size: float, repeats: int = 3):
         yield table.with_columns(fx=fx, **{"temperature [degC]": shown})
 
 
+@pytest.mark.long
 def test_a_column_of_the_user_can_be_the_cause(tmp_path, capsys):
     search, new = _parted(list(_warm(72, 40.0, repeats=5)), 4)
     (tmp_path / "new").mkdir()
