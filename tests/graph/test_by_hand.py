@@ -119,12 +119,15 @@ def test_a_run_by_services_is_recorded_and_evaluated_as_what_it_was(tmp_path, mo
 
 
 def test_a_run_by_services_with_a_stop_in_it_says_so(tmp_path, monkeypatch):
-    """The plank drags the stopped wheel on: the record, its answer, and every analysis know."""
+    """The plank drags the stopped wheel on: the record, its answer, and every analysis know. The
+    waveform is recorded with its name and parameters."""
     with graph(tmp_path, monkeypatch) as bench:
-        said = roll_by_hand(bench, 2800)
+        said = roll_by_hand(bench, 2800, wave="sine")
     assert said.reason.startswith("the wheel was stopped at 0.3")
-    assert "quick stop was asked for; slip +5 %, from 0.12 m" in said.reason
+    assert "quick stop was asked for; slip sine, from 0.12 m, r_e 310.8 mm" in said.reason
     record = load_record(Path(said.path))
+    assert record.waveform == {"name": "sine", "amplitude": 0.03, "wavelength": 0.4, "offset": 0.0}
+    assert record.kind == "slip sine"
     assert record.status == "stopped" and "quick stop was asked for" in record.stop_reason
     with pytest.raises(NothingUsableError, match="left out: it ended as 'stopped'.*quick stop"):
         Campaign.load(bench.data)
@@ -132,15 +135,6 @@ def test_a_run_by_services_with_a_stop_in_it_says_so(tmp_path, monkeypatch):
     (table,) = campaign.tables()
     assert 0.3 < table["plank_position"][-1] < 0.4
     assert any("the wheel was stopped" in str(problem) for problem in campaign.problems)
-
-
-def test_a_waveform_set_by_hand_is_recorded_with_its_name_and_parameters(tmp_path, monkeypatch):
-    with graph(tmp_path, monkeypatch) as bench:
-        said = roll_by_hand(bench, wave="sine")
-    assert said.reason.startswith("slip sine, from 0.12 m, r_e 310.8 mm")
-    record = load_record(Path(said.path))
-    assert record.waveform == {"name": "sine", "amplitude": 0.03, "wavelength": 0.4, "offset": 0.0}
-    assert record.kind == "slip sine"
 
 
 def test_a_run_in_real_time_has_its_late_cycles_and_its_delays(tmp_path, monkeypatch):
