@@ -6,7 +6,7 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ import yaml
 from domains import loopback
 from made_up import campaign
 from panel_rig import (
+    BUS_HZ,
     CHROMIUM,
     FLAGS,
     IDLE,
@@ -39,6 +40,11 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         for item in items:
             if item.get_closest_marker("browser") and HERE in Path(item.path).parents:
                 item.add_marker(skip)
+    # once a bench runs all pages draw it: those that need none come first
+    here = [i for i, item in enumerate(items) if HERE in Path(item.path).parents]
+    ours = sorted((items[i] for i in here), key=lambda item: "observer" in item.fixturenames)
+    for i, item in zip(here, ours, strict=True):
+        items[i] = item
 
 
 @pytest.fixture(scope="session")
@@ -157,19 +163,36 @@ class Clicker:
         )
 
 
+VIEW = {"viewport": {"width": 1440, "height": 900}}
+
+
+@pytest.fixture(scope="session")
+def usual_context(chromium):
+    """Keeps what the pages have in common, as a browser does: scripts are loaded once."""
+    with chromium.new_context(**VIEW) as context:
+        yield context
+
+
 @pytest.fixture
-def visitor(chromium, address):
-    """Makes pages; each is closed at the end."""
-    contexts = []
+def visitor(chromium, usual_context, address):
+    """Makes pages; each is closed at the end. The second and further ones of a test are in
+    browsers of their own."""
+    contexts, pages = [usual_context], []
 
     def visit() -> Clicker:
-        context = chromium.new_context(viewport={"width": 1440, "height": 900})
-        contexts.append(context)
-        return Clicker(context.new_page(), address)
+        if pages:
+            contexts.append(chromium.new_context(**VIEW))
+        pages.append(contexts[-1].new_page())
+        return Clicker(pages[-1], address)
 
     yield visit
-    for context in contexts:
+    for context in contexts[1:]:
         context.close()
+    for page in usual_context.pages:
+        page.close()
+    with closing(usual_context.new_page()) as page:
+        page.goto(f"{address.partition('?')[0]}assets/beat.js")
+        page.evaluate("localStorage.clear()")
 
 
 @pytest.fixture(scope="session")
@@ -180,7 +203,7 @@ def idle(chromium, domain, data):
         @cache
         def at(part: str) -> Clicker:
             address = stack.enter_context(panel_process(data, before=IDLE[part]))
-            context = chromium.new_context(viewport={"width": 1440, "height": 900})
+            context = chromium.new_context(**VIEW)
             stack.callback(context.close)
             who = Clicker(context.new_page(), address)
             who.take()
@@ -196,8 +219,7 @@ def operator(visitor, observer):
     wait_for(lambda: "nobody" in who.page.locator("header").text_content(), 20.0, "charge is free")
     who.take()
     if not observer.running:
-        # a slower bus leaves the machine of a test some room; nothing here depends on the rate
-        who.fill("Bus rate [Hz]", 100)
+        who.fill("Bus rate [Hz]", BUS_HZ)
         who.click("Start bench")
         observer.client.wait_connected(["wheel_drive", "recorder", "simulated_plant"], 120.0)
     observer.fresh()

@@ -36,10 +36,14 @@ PATIENT = {
     "heartbeat_timeout": 3.0,
     "start_timeout": 5.0,
     "rules": [name for name in DriveParameters().rules if name not in SILENCES],
+    "move_speed": DriveParameters().speed_limit,
 }
-"""parameters of a drive node that does not stop while the computer stalls"""
+"""parameters of a drive node that does not stop while the computer stalls, and turns to an angle
+as fast as it may"""
 WATCHDOG_CYCLES = 1000
 """of the simulated drive, which would report a fault after a shorter stall"""
+BUS_HZ = 100
+"""bus rate of the bench: low, so that the machine of a test has some room"""
 TIMEOUT_S = 4.0
 SHARE = 1.0
 """of their time that waits are given; less where nothing is expected to come"""

@@ -15,7 +15,7 @@ from uuid import uuid4
 import numpy as np
 import pytest
 import yaml
-from panel_rig import wait_for
+from panel_rig import BUS_HZ, wait_for
 
 from flatplank_data.campaign import Campaign
 from flatplank_hw.drive.modes import MODES
@@ -70,7 +70,7 @@ def stops_and_starts(who, observer, data):
     wait_for(lambda: not observer.running, 40.0, "the bus is silent")
     who.word_is("bench", "not running")
     wait_for(lambda: np.isnan(who.number("fz")), what="no number of a bench that is gone")
-    who.fill("Bus rate [Hz]", 100)
+    who.fill("Bus rate [Hz]", BUS_HZ)
     who.click("Start bench")
     observer.client.wait_connected(NODES, 120.0)
     observer.fresh()
@@ -92,13 +92,13 @@ def logs_and_saves_under_name_and_folder(who, observer, data):
     who.word_is("run", "recording")
     observer.fresh()
     start = observer.inputs.cycle
-    observer.wait(lambda: observer.inputs.cycle > start + 100, what="a second of cycles")
+    observer.wait(lambda: observer.inputs.cycle > start + BUS_HZ, what="a second of cycles")
     who.click("Stop and save")
     who.word_is("run", "complete")
     bag = data / "monday" / "first" / "TOY_by_hand_7"
     record = yaml.safe_load((bag / "run.yaml").read_text())
     assert record["status"] == "complete" and record["notes"] == "<b>by</b> hand"
-    assert record["cycles_received"] >= 95
+    assert record["cycles_received"] >= 0.95 * BUS_HZ
     assert record["et_value"] == pytest.approx(0.04)
     assert (bag / "metadata.yaml").exists()
 
@@ -204,15 +204,14 @@ def position_buttons_turn_the_shaft(who, observer, data):
         "4 deg at the shaft",
         again=lambda: turn(who, "Turn there"),
     )
-    assert all(who.button(f"{a}°").is_enabled() for a in (360, 1080))
-    for angle in (120, 240):
-        who.click(f"{angle}°")
-        observer.wait(
-            lambda angle=angle: abs(observer.shaft() - before - angle) < 0.3,
-            60.0,
-            f"{angle} deg at the shaft",
-            again=lambda angle=angle: turn(who, f"{angle}°"),
-        )
+    assert all(who.button(f"{a}°").is_enabled() for a in (240, 360, 1080))
+    who.click("120°")
+    observer.wait(
+        lambda: abs(observer.shaft() - before - 120.0) < 0.3,
+        60.0,
+        "120 deg at the shaft",
+        again=lambda: turn(who, "120°"),
+    )
     who.click("0°")
     observer.wait(
         lambda: abs(observer.shaft() - before) < 0.3,
@@ -251,7 +250,7 @@ def slip_over_the_road(who, observer, data):
     who.click("Start logging")
     who.word_is("run", "armed")
     who.tab("Machine")
-    who.fill("Stops at [m]", 0.3)
+    who.fill("Stops at [m]", 0.18)
     who.click("Plank forward")
     observer.wait(
         lambda: observer.latest["encoders"].plank_position > 0.1, 40.0, "the plank is at 0.1 m"
@@ -271,7 +270,7 @@ def slip_over_the_road(who, observer, data):
     who.click("Stop and save")
     who.word_is("run", "complete")
     record = yaml.safe_load((data / "TOY_slip_by_hand" / "run.yaml").read_text())
-    assert record["cycles_received"] > 400
+    assert record["cycles_received"] > 4 * BUS_HZ
 
 
 @requirement("R1.X status of the bus", stub="eyes")
@@ -322,7 +321,7 @@ def free_rolling(who, observer, data):
         again=lambda: turn(who, "Free rolling"),
     )
     who.tab("Machine")
-    who.fill("Stops at [m]", 0.4)
+    who.fill("Stops at [m]", 0.3)
     who.click("Plank forward")
     observer.wait(
         lambda: observer.latest["encoders"].plank_position > 0.2, 40.0, "the plank is at 0.2 m"
@@ -337,7 +336,7 @@ def measures_a_slip_step(who, observer, data):
     folder = f"measured_{uuid4().hex[:6]}"
     who.tab("Measure")
     who.fill("Folder below the data folder", folder)
-    run = {"Slip [%]": 5, "Load [N]": 1500, "Step at [m]": 0.06, "Ends at [m]": 0.36}
+    run = {"Slip [%]": 5, "Load [N]": 1500, "Step at [m]": 0.04, "Ends at [m]": 0.2}
     for label, value in run.items():
         who.fill(label, value)
     who.click("Measure")
@@ -350,6 +349,6 @@ def measures_a_slip_step(who, observer, data):
     (run,) = Campaign.load(data / folder).runs
     assert run.info.kappa == pytest.approx(0.05) and run.info.fz == 1500.0
     table = run.table(("plank_position", "plank_velocity", "wheel_velocity"))
-    there = (table["plank_position"] > 0.2) & (table["plank_position"] < 0.34)
+    there = (table["plank_position"] > 0.08) & (table["plank_position"] < 0.19)
     slip = table["wheel_velocity"][there] * 0.3108 / table["plank_velocity"][there] - 1.0
     assert np.mean(slip) == pytest.approx(0.05, abs=0.005)

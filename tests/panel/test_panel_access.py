@@ -41,7 +41,9 @@ def test_numbers_are_checked(value):
         check.number(value, "load", 0.0, 10.0, "N")
 
 
-@pytest.mark.parametrize("path", ["..", "/etc/passwd", "a/../../b", "a\x00b", "x" * 600])
+@pytest.mark.parametrize(
+    "path", ["..", "/etc/passwd", "a/../../b", "a\x00b", "x\u2028y", "x" * 600]
+)
 def test_paths_stay_inside(tmp_path, path):
     with pytest.raises(ValueError):
         check.inside(tmp_path, path)

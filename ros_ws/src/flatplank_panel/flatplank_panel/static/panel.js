@@ -3,7 +3,7 @@
 // decisions are the server's.
 (() => {
   const KEEP = 6000; // rows of live data, five minutes
-  const POINTS = 600; // points per line at most
+  const POINTS = 400; // points per line at most: about one per pixel of a plot
   const DRAW_MS = 180; // charts are drawn at most so often, and less often on a slow computer
   const SHARE = 4; // of its time a page spends at most one part in so many on drawing
   const fp = {
