@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import pytest
 from domains import loopback, next_domain
 from std_srvs.srv import SetBool
 
@@ -170,3 +171,18 @@ def graph(tmp_path: Path, monkeypatch, without=frozenset(), **setup):
         client.wait_connected(processes)
         yield bench
     assert not processes.running
+
+
+def shared_graph(**setup):
+    """A fixture with one graph for all tests of a module, none of which ends a node."""
+
+    @pytest.fixture(scope="module")
+    def bench(tmp_path_factory):
+        folder = tmp_path_factory.mktemp("shared")
+        with (
+            pytest.MonkeyPatch.context() as monkeypatch,
+            graph(folder, monkeypatch, **setup) as one,
+        ):
+            yield one
+
+    return bench

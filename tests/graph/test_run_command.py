@@ -9,13 +9,14 @@ import sys
 from contextlib import contextmanager
 
 import pytest
-from bench_graph import graph
+from bench_graph import shared_graph
 from short_plan import short_plan
 from std_srvs.srv import Trigger
 
 from flatplank_control.nodes.client import BenchError
 
 pytestmark = pytest.mark.graph
+bench = shared_graph()
 PLAN = short_plan("command")
 RUN = "import sys; from flatplank_control.cli.run import main; sys.exit(main(sys.argv[1:]))"
 
@@ -36,19 +37,18 @@ def running(folder, *words: str):
             process.kill()
 
 
-def test_ctrl_c_cancels_and_waits_for_the_safe_end(tmp_path, monkeypatch):
-    with graph(tmp_path, monkeypatch) as bench:
-        with running(tmp_path) as (process, _line):
-            process.send_signal(signal.SIGINT)
-            _, errors = process.communicate(timeout=60.0)
-        assert "stopped (cancelled); the same command continues it" in errors
-        assert process.returncode == 130
-        with pytest.raises(BenchError, match="kapa"):  # not busy
-            bench.client.measure({"kapa": 1}, simulated=False)
+def test_ctrl_c_cancels_and_waits_for_the_safe_end(bench, tmp_path):
+    with running(tmp_path) as (process, _line):
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60.0)
+    assert "stopped (cancelled); the same command continues it" in errors
+    assert process.returncode == 130
+    with pytest.raises(BenchError, match="kapa"):  # not busy
+        bench.client.measure({"kapa": 1}, simulated=False)
 
 
-def test_a_skipped_run_is_told_and_has_its_exit_code(tmp_path, monkeypatch):
-    with graph(tmp_path, monkeypatch) as bench, running(tmp_path, "--lab") as (process, line):
+def test_a_skipped_run_is_told_and_has_its_exit_code(bench, tmp_path):
+    with running(tmp_path, "--lab") as (process, line):
         while "turn the plank switch" not in line:
             line = process.stdout.readline()
         assert line.startswith("0/1 ")
