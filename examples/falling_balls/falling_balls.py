@@ -38,8 +38,8 @@ class DragQuadratic(fp.Missing):
     """Air resistance by pressure. By area and speed squared; more so with holes in the ball."""
 
     check = "Drop balls of one size and two masses."
-    cd = fp.param(0.0, unit="1", bounds=(0.0, 3.0), screen=0.1, matters=0.05)
-    cd_holes = fp.param(0.0, unit="1", bounds=(0.0, 3.0), screen=0.1, matters=0.05)
+    cd = fp.param(0.0, unit="-", bounds=(0.0, 3.0), screen=0.1, matters=0.05)
+    cd_holes = fp.param(0.0, unit="-", bounds=(0.0, 3.0), screen=0.1, matters=0.05)
 
     @staticmethod
     def damping(p, s):

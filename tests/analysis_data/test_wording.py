@@ -7,7 +7,7 @@ import math
 
 import pytest
 
-from flatplank_data.wording import plain, quantity, span
+from flatplank_data.wording import plain, quantity, sized, span
 
 
 @pytest.mark.parametrize(
@@ -28,8 +28,10 @@ def test_no_power_of_ten_where_a_plain_number_does(value, digits, text):
     assert plain(value, digits) == text
 
 
-def test_the_unit_stands_behind_and_no_unit_is_not_said():
-    assert (quantity(79.96, "N"), quantity(0.1, "1")) == ("80 N", "0.1")
+def test_the_unit_stands_behind_and_a_share_is_in_percent():
+    assert (quantity(79.96, "N"), quantity(0.1, "1")) == ("80 N", "10 %")
+    assert (quantity(1.05, "-"), span(-0.03, 0.03, "1")) == ("1.05", "-3 to 3 %")
+    assert sized(7e-4, (6e-4, 8e-4), "m") == "0.7 mm (90 %: 0.6 to 0.8 mm)"
     assert quantity(0.028, "m", axis=(0.028, 0.14)) == "0.028 m"
 
 

@@ -27,7 +27,7 @@ def test_what_is_in_no_library_is_said(tmp_path, capsys):
     _write(tmp_path, verdict="none of these", unexplained={"where": where})
     assert reveal.main([str(tmp_path)]) == 0
     out = capsys.readouterr().out
-    assert "outside the library: over plank position 2 to 2.8" in out
+    assert "outside the library: over the plank position 2 to 2.8 m" in out
     assert "its location was found" in out and "verdict: right" in out
     _write(tmp_path, verdict="none of these", unexplained={"where": []})
     assert reveal.main([str(tmp_path)]) == 1
@@ -50,7 +50,7 @@ def test_a_relative_is_told_and_is_not_right(tmp_path, capsys):
     _write(tmp_path, verdict="found", effects=[named])
     assert reveal.main([str(tmp_path)]) == 1
     out = capsys.readouterr().out
-    assert "hidden: crosstalk_fz, 0.015\n" in out
+    assert "hidden: crosstalk_fz, 1.5 %\n" in out
     assert "not found: crosstalk_fz; runout_2 was named, a similar effect" in out
     assert "named without cause: runout_2" in out
     assert out.endswith("group: not right\nname: not right\n")

@@ -5,7 +5,9 @@ from __future__ import annotations
 
 import re
 
+from bare_numbers import bare_numbers
 from flatplank_analysis.discovery import invariants
+from flatplank_analysis.discovery.report.text import text_of
 from flatplank_analysis.discovery.verdict import Diagnosis
 
 
@@ -41,4 +43,6 @@ def broken(result: Diagnosis) -> list[str]:
         for n in invariants.parameters_at_ends(last.fitter, f)
     }
     once = {n for n in ends if len(re.findall(rf"(?<![\w.]){re.escape(n)} = ", told)) == 1}
+    if search.model.runs.units:
+        out += [f"without unit: {n}" for n in bare_numbers(text_of(result))]
     return out + [f"not told once: {n}" for n in ends - once]

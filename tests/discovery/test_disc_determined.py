@@ -63,7 +63,7 @@ def test_what_no_run_shows_is_known_beforehand_or_not_at_all():
     def blind(sets):
         return ball.predict([type(one)(one.base[:2], one.effects) for one in sets])
 
-    for prior, words in ((np.inf, "not determined by these runs"), (0.2, f"{PRIOR} 100%")):
+    for prior, words in ((np.inf, "not determined by these runs"), (0.2, f"{PRIOR} 100 %")):
         shown.parameters = (*ball.parameters, replace(spare, prior=prior))
         shown.predict = blind
         number = _numbers(shown)["spare"]
@@ -79,8 +79,8 @@ def test_what_determines_a_number_is_told_in_order():
         listed = tuple(zip("abcde", shares, strict=False))
         return FittedNumber("", "g", "m/s2", 9.0, (9.0 - end, 9.0 + end), listed).words()
 
-    assert told(0.5, 0.31, 0.1, 0.09) == "a 50%; b 31%; c 10%"
-    assert told(0.3, 0.3, 0.2, 0.2) == "a 30%; b 30%; c 20%"
+    assert told(0.5, 0.31, 0.1, 0.09) == "a 50 %; b 31 %; c 10 %"
+    assert told(0.3, 0.3, 0.2, 0.2) == "a 30 %; b 30 %; c 20 %"
     assert told(0.09, 0.09) == "many conditions, a little each"
     assert told(0.5, end=np.inf) == "not determined by these runs"
 

@@ -221,14 +221,14 @@ def test_the_smallest_scatter_that_is_known():
         (FOUND, "found", "found", "down to it"),
         (PARTLY, "found", PARTLY, "repeat the conditions"),
         (PARTLY, "found group", PARTLY, "repeat the conditions"),
-        (PARTLY, "at floor", "at floor", "the floor is by rest"),
+        (PARTLY, "at floor", "at floor", "the floor is from rest"),
     ],
 )
 def test_a_verdict_says_no_more_than_its_floor_allows(most, verdict, told, words):
     source = Source("rest", "rest", most, lambda _: True)
     found, reason = limited_by_source(source, verdict, "down to it")
     assert found == told and words in reason and reason.startswith("down to it")
-    assert ("the floor is by" in reason) is (most != FOUND)
+    assert ("the floor is from" in reason) is (most != FOUND)
     assert ("repeat" in reason) is (told == PARTLY)
 
 

@@ -18,7 +18,8 @@ from flatplank_data.wording import quantity
 
 def judged(found, left="", lawful=None, notes=(), refits=(), monkeypatch=None):
     """The verdict where these effects were found and this is left, before and after polishing."""
-    state, polished = SimpleNamespace(floors=[SimpleNamespace(floor=1.0)]), object()
+    floors, polished = [SimpleNamespace(floor=1.0)], object()
+    state = SimpleNamespace(floors=floors, runs=measured(0).runs)
     monkeypatch.setattr(invariants, "residual_of_consequence", lambda *_: lawful)
     steps = SimpleNamespace(state=state, found=found, screen=None, refits=refits, left=left)
     search = SimpleNamespace(with_law_effects=None if lawful is None else polished, notes=notes)
@@ -39,7 +40,7 @@ def test_verdicts(monkeypatch):
         decision(OTHER, size, reasons=("present, negligible",), drop=size) for size in (0.1, 0.2)
     ]
     matters = quantity(OTHER.main_parameter().matters, "1")
-    there = f"other of 0.2 is in the data, but below the size that matters ({matters})"
+    there = f"other of 20 % is in the data, but below the size that matters ({matters})"
     assert there in told(left="5 N", refits=slight)[1]
     assert "no effect" in told(left="5 N", refits=[decision(reasons=("P = 0.5",))])[1]
     assert told(left="5 N", lawful="4 N")[0] == verdict.NONE

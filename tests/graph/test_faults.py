@@ -30,6 +30,7 @@ def measures_again(bench) -> None:
     "name",
     [
         "wheel_drive",
+        "free_rolling_controller",
         *(pytest.param(n, marks=LONG) for n in ("measurement_hub", "encoders", "slip_sequencer")),
     ],
 )
@@ -37,9 +38,11 @@ def test_a_killed_node_stops_the_wheel_within_100_ms_and_the_next_measurement_wo
     name, tmp_path, monkeypatch
 ):
     with graph(tmp_path, monkeypatch, separate=(name,)) as bench:
-        bench.roll(record="killed")
+        mode = "free_rolling" if name == "free_rolling_controller" else "slip"
+        bench.roll(mode, record="killed")
         assert bench.wheel_turns()
-        bench.wait_written(bench.data / "killed")  # what a killed node had not sent yet is lost
+        # what a killed node had not sent yet is lost
+        bench.wait_written(bench.data / "killed", mode)
         bench.kill(name)
         bench.advance(HUNDRED_MS)
         assert not bench.wheel_turns()
@@ -90,6 +93,20 @@ def test_a_killed_recorder_leaves_a_bag_that_is_mended_at_the_next_start(tmp_pat
         assert (bench.data / "cut" / "metadata.yaml").is_file()
         bench.call(PlankSwitch, "/simulated_plant/plank", direction=0, fast=True)
         measures_again(bench)
+
+
+def test_a_killed_plant_is_named_and_what_was_recorded_is_kept(tmp_path, monkeypatch):
+    with graph(tmp_path, monkeypatch, separate=("simulated_plant",)) as bench:
+        bench.roll(record="cut")
+        bench.wait_written(bench.data / "cut")
+        plant = bench.processes.running["simulated_plant"]
+        plant.kill()
+        plant.wait()
+        reason = bench.processes.why_ended()
+        assert reason and "simulated_plant" in reason and "SIGKILL" in reason
+    assert load_record(bench.data / "cut").status in ("interrupted", "stopped")
+    (run,) = Campaign.load(bench.data / "cut").runs
+    assert len(run.table(check=False)["time"]) > 100
 
 
 @pytest.mark.long

@@ -10,10 +10,14 @@ from contextlib import contextmanager
 
 import pytest
 from bench_graph import shared_graph
+from diagnostic_msgs.msg import DiagnosticArray
 from short_plan import short_plan
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from flatplank_control.nodes.client import BenchError
+from flatplank_control.nodes.measurement_runner import CLIENT_GONE
+from flatplank_control.runner.steps import BUSY
 
 pytestmark = pytest.mark.graph
 bench = shared_graph()
@@ -43,8 +47,28 @@ def test_ctrl_c_cancels_and_waits_for_the_safe_end(bench, tmp_path):
         _, errors = process.communicate(timeout=60.0)
     assert "stopped (cancelled); the same command continues it" in errors
     assert process.returncode == 130
-    with pytest.raises(BenchError, match="kapa"):  # not busy
+    assert "kapa" in why_refused(bench)  # not busy
+
+
+def test_a_run_ends_when_its_client_dies(bench, tmp_path):
+    beats = bench.listen(String, "/operator/heartbeat")
+    told = bench.listen(DiagnosticArray, "/diagnostics")
+    with running(tmp_path, "--lab") as (process, _line):
+        while not beats:
+            bench.client.spin(0.5)
+        process.kill()
+    while BUSY in (reason := why_refused(bench)):
+        bench.client.spin(0.5)
+    assert "kapa" in reason
+    while not any(CLIENT_GONE in str(message) for message in told):
+        bench.client.spin(0.5)
+
+
+def why_refused(bench) -> str:
+    """What the runner says to a plan with a mistake."""
+    with pytest.raises(BenchError) as refused:
         bench.client.measure({"kapa": 1}, simulated=False)
+    return str(refused.value)
 
 
 def test_a_skipped_run_is_told_and_has_its_exit_code(bench, tmp_path):

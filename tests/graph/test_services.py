@@ -10,18 +10,22 @@ from bench_graph import graph
 from domains import loopback, next_domain
 from std_srvs.srv import Trigger
 
+from flatplank_control.nodes.client import BenchError
 from flatplank_control.recording.bus_cycles import BEHIND_NS
 from flatplank_data.waveforms import MAX_SLIP
 from flatplank_msgs.srv import (
     Advance,
+    Claim,
     LoadParasiticFit,
     MoveTo,
+    PlankSwitch,
     SetOperationMode,
     SetPace,
     SetSlipStep,
     SetValue,
     SetWaveform,
     StartRecording,
+    StopRecording,
 )
 
 pytestmark = pytest.mark.graph
@@ -74,7 +78,38 @@ REFUSED = [
     (SetOperationMode, "/wheel_drive/set_operation_mode", {"mode": "follow"}, "follow"),
     (SetValue, "/wheel_drive/set_trigger", {"value": 1e-9}, "1e-09"),
     (Advance, "/simulated_plant/advance", {"cycles": 2**64 - 1}, "cycles"),
+    (SetSlipStep, "/slip_sequencer/set_slip_step", STEP | {"kappa": 9.0}, "within -0.5 .. 0.5"),
+    (
+        SetSlipStep,
+        "/slip_sequencer/set_slip_step",
+        STEP | {"effective_rolling_radius": 1e30},
+        "1e+30 m, must be within",
+    ),
+    (SetWaveform, "/slip_sequencer/set_waveform", {"name": ""} | PLACE, "known are"),
+    (SetWaveform, "/slip_sequencer/set_waveform", {"name": "a\nb"} | PLACE, "known are"),
+    (SetWaveform, "/slip_sequencer/set_waveform", {"name": "x" * 9000} | PLACE, "known are"),
+    (SetOperationMode, "/wheel_drive/set_operation_mode", {"mode": "slip\n"}, "the nearest is"),
+    (SetValue, "/wheel_drive/set_trigger", {"value": math.inf}, "must be finite"),
+    (SetValue, "/simulated_plant/load_to", {"value": -1e30}, "must be within 0 .. 8000"),
+    (PlankSwitch, "/simulated_plant/plank", {"direction": 7}, "not -1, 0 or 1"),
+    (PlankSwitch, "/simulated_plant/plank", {"direction": 1, "stop_at": 1e30}, "must be within"),
+    (SetPace, "/simulated_plant/set_pace", {"pace": ""}, "one of realtime"),
+    (StartRecording, "/recorder/start", {"name": "x" * 9000, "record": "tire: T"}, "not a name"),
+    (StopRecording, "/recorder/stop", {"status": "nonsense"}, "start first"),
+    (Claim, "/operator/claim", {"client": "x" * 9000}, "at most 200"),
+    (LoadParasiticFit, "/measurement_hub/load_parasitic_fit", {"file": ""}, "no file is named"),
 ]
+NO_PLANS = {
+    "kappa: 9": "must be within -0.5 .. 0.5",
+    "kappa: .nan": "must be finite",
+    "{kappa: 0.02, effective_rolling_radius: -1}": "must be within 0.175",
+    "{kappa: 0.02, step_position: 9}": "must be within 0 .. 4.2",
+    "{kappa: 0.02, step_position: 2, end_position: 1}": "is not behind",
+    "{kappa: 0.02, tire: ''}": "name the tire",
+    "{kappa: 0.02, name: ../x}": "not a name for a measurement",
+    "{measurement: nonsense}": "known are",
+}
+"""goals that are refused before anything moves"""
 
 
 def test_bad_requests_are_refused_with_a_reason_and_change_nothing(tmp_path, monkeypatch):
@@ -84,7 +119,12 @@ def test_bad_requests_are_refused_with_a_reason_and_change_nothing(tmp_path, mon
             response = bench.client.call(kind, name, **fields)
             assert not response.accepted, name
             assert reason in response.reason, (name, response.reason)
-            assert "\n" not in response.reason
+            assert "\n" not in response.reason and len(response.reason) < 700
+        for plan, reason in NO_PLANS.items():
+            with pytest.raises(BenchError) as refused:
+                bench.client.measure(plan, simulated=True)
+            assert reason in str(refused.value) and "\n" not in str(refused.value), plan
+        assert bench.advance(0) < 20, "no goal has moved the held bus"
         # a start behind the plank, a tare over a moving plank
         bench.roll()
         late = bench.client.call(

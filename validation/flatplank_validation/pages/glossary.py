@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from flatplank_analysis.words import BASE, COORDINATES, OUTPUTS, Word
+from flatplank_data.wording import NO_UNIT, displayed
 
 HEAD = """\
 # Glossary
@@ -26,10 +27,16 @@ def page() -> str:
     return "\n".join([*parts, "\n## Parameters of the base of the search\n", _table(BASE)]) + "\n"
 
 
+def _shown(unit: str) -> str:
+    """The display unit; empty where a number has none."""
+    name = displayed(unit)[1]
+    return "" if name in NO_UNIT else name
+
+
 def _table(words: Mapping[str, Word]) -> str:
     rows = ["| word | title | symbol | unit | meaning |", "|---|---|---|---|---|"]
     rows += [
-        f"| `{name}` | {w.title} | {w.symbol} | {w.unit} | {w.sentence} |"
+        f"| `{name}` | {w.title} | {w.symbol} | {_shown(w.unit)} | {w.sentence} |"
         for name, w in words.items()
     ]
     return "\n".join(rows)

@@ -168,7 +168,8 @@ def _topic_rows() -> Iterator[tuple[str, ...]]:
     )  # fmt: skip
     yield (
         "`/operator/heartbeat`", "std_msgs/String", "2 Hz or more, when claimed", "stream",
-        "the token of the client in charge",
+        "the token of the client in charge: of a panel, or, in real time, of the runner while it "
+        "measures; a client that has sent a goal sends the identifier of the goal",
     )  # fmt: skip
     yield (
         "`/clock`", "rosgraph_msgs/Clock", "every 10 cycles, not in realtime", "stream",

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from flatplank_data.errors import FlatplankError
 from flatplank_data.names import similar_names
+from flatplank_data.wording import NO_UNIT, displayed
 
 
 class Word(NamedTuple):
@@ -22,24 +23,24 @@ class Word(NamedTuple):
 
 BASE: Mapping[str, Word] = {
     "stiff": Word("slip stiffness", "Slope of Fx over the slip at zero slip.", "N", "C_Fk"),
-    "peak": Word("friction", "Largest Fx of the steady curve over the load.", "1", "mu"),
+    "peak": Word("friction", "Largest Fx of the steady curve over the load.", "-", "mu"),
     "shape": Word(
-        "shape of the law", "How sharply the steady curve bends from its slope to its peak.", "1"
+        "shape of the law", "How sharply the steady curve bends from its slope to its peak.", "-"
     ),
     "fall": Word("fall beyond the peak", "Share of the peak that is lost at large slip.", "1"),
     "round": Word(
-        "quadratic term", "1: the steady curve has no quadratic term; 0: that of a brush.", "1"
+        "quadratic term", "1: the steady curve has no quadratic term; 0: that of a brush.", "-"
     ),
     "denom": Word(
         "definition of slip",
         "1: rubber leaves the contact with the wheel; 0: it leaves the contact with the plank.",
-        "1",
+        "-",
     ),
     "carcass": Word(
         "carcass stiffness", "Stiffness of the carcass along the road.", "N/m", "C_cx"
     ),
     "half": Word("half contact length", "Half the length of the contact patch.", "m", "a"),
-    "tread": Word("tread factor", "Factor of the tread's part of the relaxation (7.19).", "1"),
+    "tread": Word("tread factor", "Factor of the tread's part of the relaxation (7.19).", "-"),
     "fixed_length": Word(
         "fixed relaxation",
         "Share of the carcass's relaxation length that does not fall with the slope of the law.",
@@ -48,7 +49,7 @@ BASE: Mapping[str, Word] = {
     "patch_order": Word(
         "memory of the patch",
         "How the force of the patch follows a step of the slip: 1 for a row of bristles.",
-        "1",
+        "-",
     ),
     "slip_offset": Word("slip offset", "Slip at which the tire rolls freely.", "1"),
     "fx_offset": Word("force offset", "Fx of the freely rolling tire.", "N"),
@@ -63,7 +64,7 @@ BASE: Mapping[str, Word] = {
     "turn_y": Word(
         "transport of the side force",
         "1: rubber moves through the contact with the wheel; 0: Fy does not feel the slip.",
-        "1",
+        "-",
     ),
     "angle_offset": Word(
         "zero of the steering", "Steering angle that reads zero, as far as a protractor.", "rad"
@@ -74,12 +75,12 @@ BASE: Mapping[str, Word] = {
         "Share of the sliding force that turns towards the slip at once.",
         "1",
     ),
-    "turn_rate": Word("rate of the turn", "How fast the rest turns with the slip.", "1"),
-    "grip_y": Word("lateral friction", "Friction across over friction along the road.", "1"),
+    "turn_rate": Word("rate of the turn", "How fast the rest turns with the slip.", "-"),
+    "grip_y": Word("lateral friction", "Friction across over friction along the road.", "-"),
     "slip_turned": Word(
         "speed of the wheel at an angle",
         "-1: the wheel rolls with the plank speed; 0: with its component in the wheel plane.",
-        "1",
+        "-",
     ),
     "stiff_load": Word("slip stiffness over load", "Linear change with the load.", "1"),
     "peak_load": Word("friction over load", "Linear change with the load.", "1"),
@@ -107,7 +108,7 @@ COORDINATES: Mapping[str, Word] = {
     ),
     "time": Word("time", "Time from the begin of a run.", "s"),
     "load": Word("load", "Vertical load on the tire.", "N"),
-    "run order": Word("run order", "Number of a run in the campaign, from 0.", "1"),
+    "run order": Word("run order", "Number of a run in the campaign, from 0.", "-"),
 }
 """coordinates over which effects and residuals show"""
 
@@ -120,13 +121,13 @@ OUTPUTS: Mapping[str, Word] = {
         "has a larger one; a fit can lie a little below it, because its parameters follow noise.",
         "N",
     ),
-    "floors": Word("floors", "The error as a multiple of the floor of its condition.", "1"),
+    "floors": Word("floors", "The error as a multiple of the floor of its condition.", "-"),
     "beyond": Word("beyond", "The part of the error above the floor, in quadrature.", "N"),
     "chi2": Word(
         "chi-square",
         "Sum of squared residuals over the squares of their noise: what an effect takes of it "
         "is weighed against what noise would take.",
-        "1",
+        "-",
         "χ²",
     ),
     "residual": Word("residual", "Measurement minus model.", "N"),
@@ -137,7 +138,8 @@ OUTPUTS: Mapping[str, Word] = {
     ),
     "waterfall": Word("waterfall", "The error after each effect that was added, one by one.", "N"),
     "collapse": Word(
-        "collapse", "Picture of an effect over its coordinate: all runs lie on one curve."
+        "collapse",
+        "Picture of an effect over its coordinate; with the right one all runs lie on one curve.",
     ),
     "event": Word(
         "event",
@@ -151,7 +153,7 @@ OUTPUTS: Mapping[str, Word] = {
     "start": Word("start", "Wheel angle at the begin of a run: 1, 2, 3 for 0, 120, 240 deg."),
     "class": Word("class", "Effects that the runs cannot tell apart."),
     "interval": Word("90 % interval", "Holds the true size in nine of ten campaigns."),
-    "p": Word("p", "Chance that noise alone explains as much, all searched effects counted.", "1"),
+    "p": Word("p", "Chance that noise alone explains as much, all searched effects counted.", "-"),
     "matters": Word("size that matters", "Sizes below are of no consequence for the error."),
     "detectable": Word(
         "detectable size", "Size that would be named in four of five campaigns like this one."
@@ -170,7 +172,7 @@ OUTPUTS: Mapping[str, Word] = {
     "P": Word(
         "probability of an effect",
         "Search by posterior: that the effect is there, at a size of consequence.",
-        "1",
+        "-",
         "P",
     ),
     "bet": Word(
@@ -180,7 +182,7 @@ OUTPUTS: Mapping[str, Word] = {
         "e-value",
         "Likelihood of the new runs by the bet over that by the tire alone, product of all "
         "batches. Above 20 in at most one of 20 investigations where nothing is missing.",
-        "1",
+        "-",
         "e",
     ),
     "decoy": Word(
@@ -211,7 +213,8 @@ def explain(name: str) -> Word:
 
 def line(name: str, word: Word) -> str:
     """The word in one line: name, title, symbol, unit, sentence."""
-    unit = "" if word.unit in ("", "1") else f"in {word.unit}"
+    shown = displayed(word.unit)[1]
+    unit = "" if shown in NO_UNIT else f"in {shown}"
     inside = ", ".join(part for part in (word.symbol, unit) if part)
     title = "" if word.title == name else f" {word.title}"
     return f"{name}:{title}{f' ({inside})' * bool(inside)}{'.' * bool(title)} {word.sentence}"

@@ -11,7 +11,13 @@ import numpy as np
 
 def with_unit(name: str, unit: str) -> str:
     """Axis label: the name, with the unit where there is one."""
-    return name if unit in ("", "1", "-") else f"{name} [{unit}]"
+    return name if unit in (*NO_UNIT, "1") else f"{name} [{unit}]"
+
+
+def axis_of(name: str, unit: str, ends: Sequence[float]) -> tuple[float, str]:
+    """Factor from SI to the display unit, and the label, of an axis with these ends."""
+    factor, shown = displayed(unit, *map(float, ends))
+    return factor, with_unit(name, shown)
 
 
 def six_digits(value: float) -> float | None:
@@ -35,20 +41,28 @@ def brief(value: float, digits: int = 1) -> str:
 
 SMALL = 0.1
 """lengths below this are written in mm [m]"""
+DISPLAYED = {"1": (100.0, "%"), "1/N": (1e5, "%/kN"), "rad": (math.degrees(1.0), "deg")}
+"""factor and display unit: of a share, of a share per force, of an angle"""
+NO_UNIT = ("", "-")
+"""units of a plain factor, or of a number that counts: they are not printed"""
 
 
 def displayed(unit: str, *values: float) -> tuple[float, str]:
-    """Factor and display unit: mm for small lengths, deg for rad; other units unchanged."""
-    if unit == "m" and max(map(abs, values)) < SMALL:
+    """Factor and display unit: mm for small lengths, deg for rad, % for shares."""
+    if unit == "m" and values and max(map(abs, values)) < SMALL:
         return 1e3, "mm"
-    return (math.degrees(1.0), "deg") if unit == "rad" else (1.0, unit)
+    return DISPLAYED.get(unit, (1.0, unit))
+
+
+def behind(text: str, unit: str) -> str:
+    """A printed number with its display unit behind it."""
+    return text if unit in NO_UNIT else f"{text} {unit}"
 
 
 def quantity(value: float, unit: str, digits: int = 3, axis: Sequence[float] = ()) -> str:
-    """A number [SI] in its display unit, or in that of the axis whose ends are given; without a
-    unit when `unit` is "1"."""
+    """A number [SI] in its display unit, or in that of the axis whose ends are given."""
     factor, name = displayed(unit, *(axis or (value,)))
-    return plain(factor * value, digits) + ("" if name == "1" else f" {name}")
+    return behind(plain(factor * value, digits), name)
 
 
 def span(low: float, high: float, unit: str, digits: int = 3, axis: Sequence[float] = ()) -> str:
@@ -56,15 +70,13 @@ def span(low: float, high: float, unit: str, digits: int = 3, axis: Sequence[flo
     m'."""
     factor, name = displayed(unit, *(axis or (low, high)))
     ends = (plain(factor * end, digits) for end in (low, high))
-    return " to ".join(ends) + ("" if name == "1" else f" {name}")
+    return behind(" to ".join(ends), name)
 
 
 def sized(value: float, interval: Sequence[float], unit: str, digits: int = 3) -> str:
-    """A value with its 90 % interval: '0.742 mm (90 %: 0.672 to 0.813)'."""
-    factor, name = displayed(unit, value)
-    low, high = (plain(factor * end, digits) for end in interval)
-    unit_word = "" if name == "1" else f" {name}"
-    return f"{plain(factor * value, digits)}{unit_word} (90 %: {low} to {high})"
+    """A value with its 90 % interval: '0.742 mm (90 %: 0.672 to 0.813 mm)'."""
+    own = quantity(value, unit, digits)
+    return f"{own} (90 %: {span(*interval, unit, digits, axis=(value,))})"
 
 
 def probability_words(p: float) -> str:

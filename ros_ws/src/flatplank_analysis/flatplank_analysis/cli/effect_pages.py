@@ -14,13 +14,13 @@ import numpy as np
 
 from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.model import TireModel
-from flatplank_analysis.discovery.effect import Effect, variants_of
+from flatplank_analysis.discovery.effect import KINDS, Effect, variants_of
 from flatplank_analysis.discovery.gram import solve
 from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_data.files import write_atomic
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
-from flatplank_data.wording import quantity
+from flatplank_data.wording import quantity, span
 
 SLIPS = (-0.10, -0.02, 0.0, 0.02, 0.10)
 STARTS = (1, 2)
@@ -28,11 +28,6 @@ COLOURS = ("#b2182b", "#ef8a62", "#777777", "#67a9cf", "#2166ac")
 WIDTH, HEIGHT, LEFT, BOTTOM = 560, 220, 56, 34
 OVER = {"wheel angle": ("wheel angle", "wheel angle [rad]"), "time": ("time", "time [s]")}
 """coordinate of an effect -> coordinate on the x axis, its label; others: plank position"""
-KINDS = {
-    "machine": "a fault of the machine",
-    "sensor": "a fault of a sensor",
-    "tire": "the tire itself",
-}
 
 
 @lru_cache(maxsize=1)
@@ -167,11 +162,10 @@ def text_of(effect: type[Effect]) -> str:
     """The page of one effect in Markdown."""
     rows = []
     for p in effect.parameters():
-        matters = f"{p.matters:g}" if p.matters else "-"
-        rows.append(
-            f"| {p.name} | {p.unit} | {p.null:g} | {p.lower:g} .. {p.upper:g} | {matters} "
-            f"| {p.note or '-'} |"
-        )
+        ends = (p.lower, p.upper)
+        null, matters = (quantity(v, p.unit, axis=ends) for v in (p.null, p.matters))
+        cells = (p.name, null, span(*ends, p.unit), matters if p.matters else "-", p.note or "-")
+        rows.append(f"| {' | '.join(cells)} |")
     table, name = "\n".join(rows), effect.identifier
     shown = ", ".join(f"{p.name} {quantity(p.null + p.screen, p.unit)}" for p in effect.linear())
     runs = f"\n**Runs that show it.** {effect.shown_by}\n" if effect.shown_by else ""
@@ -189,8 +183,8 @@ def text_of(effect: type[Effect]) -> str:
 
 What a fit of the tire leaves of it, for {shown}; one line per slip.
 
-| parameter | unit | null | range | of consequence from | note |
-|---|---|---|---|---|---|
+| parameter | null | range | of consequence from | note |
+|---|---|---|---|---|
 {table}
 
 Source: {effect.source}. Made by `flatplank effects --write docs/reference/effects`.

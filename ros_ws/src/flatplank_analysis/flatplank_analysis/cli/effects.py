@@ -11,7 +11,7 @@ from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.effects.registry import find, library, load_file
 from flatplank_data.arguments import Parser, add_json
-from flatplank_data.wording import sized, table
+from flatplank_data.wording import quantity, sized, span, table
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -75,11 +75,11 @@ def _one(effect: type[Effect], as_json: bool) -> int:
     for key in ("what", "check", "shown_by", "removes", "source"):
         if data[key]:
             print(f"  {key.replace('_', ' ')}: {data[key]}")
-    rows = [("parameter", "unit", "null", "range", "matters")]
+    rows = [("parameter", "null", "range", "matters")]
     for p in data["parameters"]:
-        low, high = p["bounds"]
-        cells = (f"{p['null']:g}", f"{low:g} .. {high:g}", f"{p['matters']:g}")
-        rows.append((p["name"], p["unit"], *cells))
+        ends, unit = p["bounds"], p["unit"]
+        null, matters = (quantity(p[k], unit, axis=ends) for k in ("null", "matters"))
+        rows.append((p["name"], null, span(*ends, unit), matters if p["matters"] else "-"))
     print(table(rows))
     return 0
 

@@ -97,8 +97,10 @@ def summary(
 
 def _print(found: dict[str, Any]) -> None:
     print(f"{found['campaign']}: {found['runs']} runs, tire {found['tire'] or 'not named'}\n")
-    header = ("measurement", "Fz [N]", "p [bar]", "alpha", "gamma", "kappa [%]", "runs", "starts",
-              "lost")  # fmt: skip
+    header = (
+        "measurement", "Fz [N]", "p [bar]", "alpha [deg]", "gamma [deg]", "kappa [%]", "runs",
+        "starts", "lost",
+    )  # fmt: skip
     rows = []
     for c in found["conditions"]:
         numbers = [c[k] for k in ("fz", "pressure", "alpha_deg", "gamma_deg")]

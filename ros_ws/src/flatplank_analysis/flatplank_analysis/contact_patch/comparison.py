@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from flatplank_analysis.contact_patch.session import Session
@@ -12,7 +12,10 @@ from flatplank_analysis.discovery.floor import BELOW, beyond
 from flatplank_analysis.discovery.sources import source_of
 from flatplank_analysis.discovery.steps import Step
 from flatplank_analysis.discovery.where import P_FROM, p_words
-from flatplank_data.wording import six_digits, span, table
+from flatplank_data.wording import one_of, quantity, six_digits, span, table
+
+ORDERS = 0.1
+"""p-value of a map from which its coordinate does not order the residual"""
 
 
 def errors(session: Session, step: Step) -> dict[str, Any]:
@@ -68,20 +71,30 @@ def text_of(data: Mapping[str, Any]) -> str:
         f"all: error {data['rmse']:.1f} N, floor {data['floor']:.1f} N, "
         f"beyond it {data['beyond']:.1f} N"
     )
-    lines.append(f"the floor is by {data['floor_from']}")
+    lines.append(f"the floor is from {data['floor_from']}")
     if not all(c["own_floor"] for c in data["conditions"]):
         lines.append("* not repeated: the floor of all")
     if any(c["floors"] < 1.0 for c in data["conditions"]):
         lines.append(BELOW)
-    shown = data["where"][:4] if data["beyond"] > 0.0 else []
-    for m in shown:
-        low, high = m["range"]
-        where = span(low, high, m["unit"])
-        lines.append(
-            f"over {m['coordinate']}: {m['share']:.0%} within {where} ({p_words(m['p_value'])})"
-        )
-    if shown:
-        lines.append(P_FROM)
+    if data["beyond"] > 0.0:
+        lines += _where(data["where"])
     if data["at_end"]:
-        lines.append("at an end of its range: " + ", ".join(data["at_end"]))
+        lines += ["at an end of its range (`flatplank explain NAME` says what each is):"]
+        lines += [f"  {parameter}" for parameter in data["at_end"]]
     return "\n".join(lines)
+
+
+def _where(maps: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """The coordinates that order the residual, each with the place of the most of it."""
+    ordering = [m for m in maps if m["p_value"] < ORDERS]
+    others = [m["coordinate"] for m in maps if m["p_value"] >= ORDERS]
+    for m in ordering:
+        share, place = quantity(m["share"], "1", 2), span(*m["range"], m["unit"])
+        yield (
+            f"over the {m['coordinate']}: {share} of what is beyond the floor lies within {place} "
+            f"({p_words(m['p_value'])})"
+        )
+    if others:
+        yield f"no more order than chance gives over {one_of(others)} (p above {ORDERS:g})"
+    if maps:
+        yield P_FROM

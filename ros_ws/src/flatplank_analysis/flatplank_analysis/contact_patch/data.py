@@ -384,7 +384,7 @@ def _coordinates(stack, position, since, turn, slip, load, facts) -> dict[str, C
         "time": Coordinate(stack["time"] - stack["time"][:, :1], "s", 27),
         "load": Coordinate(load, "N", 12),
         "slip level": Coordinate(per_run(facts["kappa"]), "1", 9),
-        "run order": Coordinate(per_run(facts["order"]), "1", 27),
+        "run order": Coordinate(per_run(facts["order"]), "-", 27),
     }
 
 
@@ -397,9 +397,9 @@ def further_columns(
     for column in names:
         if all(t.has(column) for t in tables):
             match = _BRACKETS.match(column.strip())
-            name, unit = (match[1], match[2]) if match else (column.strip(), "1")
+            name, unit = (match[1], match[2]) if match else (column.strip(), "-")
             rows = [_at(t["time"], t[column], at) for t, at in zip(tables, times, strict=True)]
-            out[name] = Coordinate(np.stack(rows), unit or "1", 27)
+            out[name] = Coordinate(np.stack(rows), unit or "-", 27)
     return out
 
 

@@ -116,17 +116,17 @@ def _parameters(
     rounding, order, turn = (0.1, 1.0, 0.8) if turned else (0.5, 0.5, 0.5)
     always = [
         Parameter("stiff", "N", 23.0 * load, 5.0 * load, 80.0 * load, 2.0 * load),
-        Parameter("peak", "1", 1.05, 0.3, 2.0, 0.1),
-        Parameter("shape", "1", 3.0, 1.3, 12.0, 0.5, prior=2.0),
+        Parameter("peak", "-", 1.05, 0.3, 2.0, 0.1),
+        Parameter("shape", "-", 3.0, 1.3, 12.0, 0.5, prior=2.0),
         Parameter("fall", "1", 0.0, -0.4, 0.6, 0.05, prior=0.2),
-        Parameter("round", "1", rounding, -0.3, 1.6, 0.3, prior=0.6),
+        Parameter("round", "-", rounding, -0.3, 1.6, 0.3, prior=0.6),
         # rubber leaves the contact with the wheel (1) or with the plank (0), and no sooner
-        Parameter("denom", "1", 1.0, -0.3, 1.0, 0.3),
+        Parameter("denom", "-", 1.0, -0.3, 1.0, 0.3),
         Parameter("carcass", "N/m", 2.5e5 * stiff, 4e4 * stiff, 3e6 * stiff, 3e4 * stiff),
         Parameter("half", "m", half, 0.4 * half, 2.0 * half, 0.01 * length, prior=0.2 * half),
-        Parameter("tread", "1", 1.0, 0.4, 2.5, 0.2, prior=0.3),
+        Parameter("tread", "-", 1.0, 0.4, 2.5, 0.2, prior=0.3),
         Parameter("fixed_length", "1", 0.0, 0.0, 1.5, 0.2, prior=0.3),
-        Parameter("patch_order", "1", order, 0.02, 1.5, 0.2, prior=0.7),
+        Parameter("patch_order", "-", order, 0.02, 1.5, 0.2, prior=0.7),
         Parameter("slip_offset", "1", 0.0, -0.02, 0.02, 1e-3),
         Parameter("fx_offset", "N", -30.0 * force, -300.0 * force, 300.0 * force, 20.0 * force),
         Parameter("fx_zero", "N", 0.0, -zero, zero, 10.0 * force, prior=300.0 * force),
@@ -143,7 +143,7 @@ def _parameters(
         Parameter("carcass_y", "N/m", 1.5e5 * stiff, 2e4 * stiff, 3e6 * stiff, 3e4 * stiff),
         # 1: the rubber of the side force moves through the contact with the wheel, as with
         # bristles; 0: side force and slip are independent
-        Parameter("turn_y", "1", turn, 0.0, 1.0, 0.3, prior=0.5),
+        Parameter("turn_y", "-", turn, 0.0, 1.0, 0.3, prior=0.5),
         # more is an effect (steering zero, ply steer), which then takes all of it
         Parameter(
             "angle_offset", "rad", 0.0, -PROTRACTOR, PROTRACTOR, 1e-3, prior=1e-3, known=True
@@ -152,10 +152,10 @@ def _parameters(
     at_an_angle = [
         Parameter("other_slip", "1", 1.0, 0.0, 1.5, 0.2, prior=0.5),
         Parameter("turn_share", "1", 0.4, 0.0, 1.0, 0.2, prior=0.3),
-        Parameter("turn_rate", "1", 0.1, 0.0, 0.5, 0.05, prior=0.1),
-        Parameter("grip_y", "1", 1.0, 0.6, 1.6, 0.05, prior=0.1),
+        Parameter("turn_rate", "-", 0.1, 0.0, 0.5, 0.05, prior=0.1),
+        Parameter("grip_y", "-", 1.0, 0.6, 1.6, 0.05, prior=0.1),
         # which of the two speeds the wheel ran with; no effect may hide in the remainder
-        Parameter("slip_turned", "1", along, -3.0, 3.0, 0.1, prior=0.05, known=True),
+        Parameter("slip_turned", "-", along, -3.0, 3.0, 0.1, prior=0.05, known=True),
     ]
     return [
         *(("always", p) for p in always),

@@ -20,6 +20,7 @@ from flatplank_analysis.discovery.dispersion import among_repeats
 from flatplank_analysis.discovery.fit import priors
 from flatplank_analysis.discovery.gram import Gram, solve
 from flatplank_analysis.discovery.state import State
+from flatplank_data.wording import quantity
 
 PRIOR = "what is known beforehand"
 TOLD, LEAST = 3, 0.1
@@ -47,7 +48,9 @@ class FittedNumber:
         """What determines the parameter, in words."""
         if not np.isfinite(self.interval[0]):
             return "not determined by these runs"
-        listed = [f"{who} {share:.0%}" for who, share in self.shares if share >= LEAST]
+        listed = [
+            f"{who} {quantity(share, '1', 2)}" for who, share in self.shares if share >= LEAST
+        ]
         return "; ".join(listed[:TOLD]) or "many conditions, a little each"
 
 

@@ -24,7 +24,7 @@ from flatplank_analysis.discovery import where
 from flatplank_analysis.discovery.fit import Fit, Fitter, Task, Term, effect_contribution
 from flatplank_analysis.discovery.model import form_error_of
 from flatplank_analysis.discovery.state import State
-from flatplank_data.wording import brief, quantity, span
+from flatplank_data.wording import quantity, span
 
 AT_FLOOR = 1.1
 """largest error, relative to floor and form band together, at which an effect counts as found"""
@@ -104,10 +104,11 @@ def residual_of_consequence(state: State, found: bool) -> str:
 
     found: effects were found that should explain the error.
     """
-    names, main = state.runs.channels, state.floors[0]
+    runs, main = state.runs, state.floors[0]
+    names = runs.channels
     for c, (name, level) in enumerate(zip(names, state.floors, strict=True)):
         if level.unexplained > limits(state, c).rest and level.p_value < LEFT:
-            left, floor = brief(level.unexplained), brief(level.floor)
+            left, floor = (runs.amount(v, channel=c) for v in (level.unexplained, level.floor))
             return f"{left} is left in {name} (floor {floor})"
     allowed = limits(state)
     events = stretches(state)
@@ -116,13 +117,15 @@ def residual_of_consequence(state: State, found: bool) -> str:
         return f"a stretch of 5 cm in {names[0]} is {level / main.floor:.1f} floors off"
     pattern = state.patterns.strongest(allowed.bump, allowed.wave)
     if pattern:
-        return f"{brief(abs(pattern.size))} is left in {names[0]}: {pattern.words()}"
+        return f"{runs.amount(abs(pattern.size))} is left in {names[0]}: {pattern.words()}"
     ordered = main.varying >= VARYING * main.floor and main.varying_p < LEFT
     if ordered and not found:
-        return f"{brief(main.varying)} in {names[0]} differs between repeats in an ordered way"
-    error = state.runs.rmse(state.residual[0])
+        varying = runs.amount(main.varying)
+        return f"{varying} in {names[0]} differs between repeats in an ordered way"
+    error = runs.rmse(state.residual[0])
     if found and error > allowed.error:
-        return f"the error of {brief(error)} in {names[0]} is more than {AT_FLOOR:g} floors"
+        off = runs.amount(error)
+        return f"the error of {off} in {names[0]} is more than {AT_FLOOR:g} floors"
     return ""
 
 
@@ -137,8 +140,8 @@ def far_off(state: State) -> str:
     if not far[asked].all():
         return ""
     worst = int(np.argmax(np.where(asked, error / np.maximum(level, 1e-30), -1.0)))
-    of = brief(level[worst], 0)
-    return f"{brief(error[worst], 0)} of {of} in {runs.condition_names[worst]}"
+    off, of = (runs.amount(v[worst], 0) for v in (error, level))
+    return f"{off} of {of} in {runs.condition_names[worst]}"
 
 
 def not_raising_error(fitter: Fitter, old: Fit, fits: Sequence[Fit]) -> Fit:

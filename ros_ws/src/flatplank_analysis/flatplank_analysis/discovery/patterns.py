@@ -24,7 +24,7 @@ from flatplank_analysis.discovery.dispersion import (
 )
 from flatplank_analysis.discovery.gram import Gram, Metric, solve
 from flatplank_analysis.discovery.runs import RunSet
-from flatplank_data.wording import span
+from flatplank_data.wording import quantity, span
 
 WIDTHS = (20, 10, 5)
 """length of the place coordinate in widths of a bump"""
@@ -58,7 +58,9 @@ class Pattern:
 
     def words(self) -> str:
         if np.isfinite(self.period):
-            return f"a wave of {self.period:.3g} {self.unit} over {self.coordinate}{self.under}"
+            return (
+                f"a wave of {quantity(self.period, self.unit)} over {self.coordinate}{self.under}"
+            )
         where = span(self.start, self.end, self.unit)
         return f"a bump over {self.coordinate} within {where}{self.under}"
 

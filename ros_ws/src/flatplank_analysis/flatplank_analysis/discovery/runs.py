@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from flatplank_data.errors import FlatplankError
+from flatplank_data.wording import behind, brief
 
 
 @dataclass(frozen=True)
@@ -107,6 +108,14 @@ class RunSet:
         own = np.abs(self.mean(self.measured)).max(axis=(1, 2))
         units = self.units or self.channels
         return np.array([max(own[i] for i, v in enumerate(units) if v == u) for u in units])
+
+    def unit_of(self, channel: int = 0) -> str:
+        """Unit of a channel; empty where the runs have none."""
+        return self.units[channel] if self.units else ""
+
+    def amount(self, value: float, digits: int = 1, channel: int = 0) -> str:
+        """A value of a channel with its unit."""
+        return behind(brief(value, digits), self.unit_of(channel))
 
     def mean(self, values: np.ndarray) -> np.ndarray:
         """Mean over the repeats: (..., runs, samples) -> (..., conditions, samples)."""

@@ -119,7 +119,7 @@ def limited_by_source(source: Source, verdict: str, reason: str) -> tuple[str, s
     """Verdict and reason limited by the source; the reason names a source other than repeats."""
     if source.at_most == FOUND:
         return verdict, reason
-    explained = f"{reason}; the floor is by {source.words()}"
+    explained = f"{reason}; the floor is from {source.words()}"
     if verdict not in CLAIMS:
         return verdict, explained
     return PARTLY, f"{explained}, which allows no more than '{PARTLY}': repeat the conditions"

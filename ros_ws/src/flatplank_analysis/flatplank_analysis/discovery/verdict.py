@@ -26,7 +26,7 @@ from flatplank_analysis.discovery.sources import (
 )
 from flatplank_analysis.discovery.steps import LARGEST_CLASS, AcceptedEffect, Search, Step
 from flatplank_data.errors import FlatplankError
-from flatplank_data.wording import brief, quantity, six_digits
+from flatplank_data.wording import quantity, six_digits
 
 LEAST_RUNS = 6
 """least number of runs for a verdict"""
@@ -231,8 +231,8 @@ def _verdict(search: Search, last: Step) -> tuple[str, str]:
     by_law = "; a force law of another form explains it"
     if not last.found:
         if not left:
-            why = f"nothing of consequence is left beyond the floor of {brief(level.floor)}"
-            return AT_FLOOR, why
+            floor = last.state.runs.amount(level.floor)
+            return AT_FLOOR, f"nothing of consequence is left beyond the floor of {floor}"
         if lawful:
             return LAW, left + by_law + ("" if search.notes else ", the machine is in order")
         return NONE, f"{left}; {_unexplained(last)}"

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from flatplank_analysis.discovery.runs import Coordinate, RunSet
-from flatplank_data.wording import span
+from flatplank_data.wording import quantity, span
 
 SURE = 3.8
 """standard errors of its condition's mean that a stretch must exceed: a p-value of 0.001 with
@@ -54,7 +54,8 @@ class Map:
         if self.place_share <= 0.0:
             return "nothing beyond the floor"
         ends = (float(self.edges[0]), float(self.edges[-1]))
-        return f"{self.place_share:.0%} of it within {span(*self.place, self.unit, axis=ends)}"
+        share = quantity(self.place_share, "1", 2)
+        return f"{share} of it within {span(*self.place, self.unit, axis=ends)}"
 
 
 @dataclass(frozen=True)

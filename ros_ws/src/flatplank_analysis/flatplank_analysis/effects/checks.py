@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from flatplank_analysis.contact_patch.tire_runs import coordinates_of
-from flatplank_analysis.discovery.effect import Effect, call_hook, variants_of
+from flatplank_analysis.discovery.effect import KINDS, Effect, call_hook, variants_of
 from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_analysis.discovery.runs import Coordinate, RunSet
 from flatplank_analysis.effects.base import TireEffect
@@ -24,7 +24,6 @@ from flatplank_data.table import MeasurementTable
 
 HOOKS = ("motion", "tire", "node", "signal")
 """what an effect may change"""
-KINDS = ("machine", "sensor", "tire")
 TEXTS = ("identifier", "title", "coordinate", "source", "what", "check", "removes")
 
 

@@ -41,7 +41,7 @@ class CrosstalkIntoFx(TireEffect):
 
     share: float = param(0.0, unit="1/m", bounds=(-20.0, 20.0), screen=1.0, matters=0.5)
     tared: float = param(
-        0.0, unit="1", bounds=(0.0, 1.0),
+        0.0, unit="-", bounds=(0.0, 1.0),
         note="1: the channel was set to zero at the start of each run",
     )  # fmt: skip
 

@@ -101,14 +101,14 @@ class RackBacklash(Gap):
     removes = "Adjust the engagement of the pinion, or a second, preloaded pinion."
 
     rest: float = param(
-        0.0, unit="1", bounds=(-1.0, 1.0),
+        0.0, unit="-", bounds=(-1.0, 1.0),
         note="held plank: where in the gap a run starts, -1 braking side, +1 driving side",
     )  # fmt: skip
     at: float = param(
         0.0, unit="N", bounds=(-150.0, 150.0), note="held plank: force at which it moves"
     )
     held_fast: float = param(
-        0.0, unit="1", bounds=(0.0, 1.0), note="1: the friction of the bearings holds the plank"
+        0.0, unit="-", bounds=(0.0, 1.0), note="1: the friction of the bearings holds the plank"
     )
 
     @classmethod
@@ -153,7 +153,7 @@ class RoadPlay(Gap):
     removes = "Shim or preload the coupling between plank and rack; or keep the force on one side."
 
     rest: float = param(
-        0.0, unit="1", bounds=(-1.0, 1.0),
+        0.0, unit="-", bounds=(-1.0, 1.0),
         note="where in the gap a run starts: -1 braking, +1 driving side; with kept the first",
     )  # fmt: skip
     at: float = param(
@@ -161,7 +161,7 @@ class RoadPlay(Gap):
         note="force at which it moves: dry friction of the plate",
     )  # fmt: skip
     kept: float = param(
-        0.0, unit="1", bounds=(0.0, 1.0),
+        0.0, unit="-", bounds=(0.0, 1.0),
         note="1: a run starts where the one before it left the plank, held by dry friction",
     )  # fmt: skip
 

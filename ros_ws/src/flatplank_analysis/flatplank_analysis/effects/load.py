@@ -34,7 +34,7 @@ class LoadLossBraking(TireEffect):
         note="load lost per braking force",
     )  # fmt: skip
     seen: float = param(
-        1.0, unit="1", bounds=(0.0, 1.0), note="1: the load channel shows it, 0: it does not"
+        1.0, unit="-", bounds=(0.0, 1.0), note="1: the load channel shows it, 0: it does not"
     )
 
     @classmethod

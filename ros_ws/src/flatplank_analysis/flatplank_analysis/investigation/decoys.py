@@ -77,7 +77,7 @@ class Decoy(TireEffect):
     column: ClassVar[np.ndarray]
     """(channels, runs, samples)"""
 
-    times: float = param(0.0, unit="1", bounds=(-100.0, 100.0), screen=1.0, matters=1.0)
+    times: float = param(0.0, unit="-", bounds=(-100.0, 100.0), screen=1.0, matters=1.0)
 
     def signal(self, signal: Signal) -> None:
         for name, column in zip(signal.data.runs.channels, self.column, strict=True):

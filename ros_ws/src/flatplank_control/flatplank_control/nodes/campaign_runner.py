@@ -20,7 +20,7 @@ from flatplank_control.runner.campaign.conductor import unwritten
 from flatplank_control.runner.campaign.supervised import Standstill, TurnWatch, supervised
 from flatplank_control.runner.dry_run import dry_run
 from flatplank_control.runner.plans import axes_of
-from flatplank_control.runner.steps import Manual, PlanFailed
+from flatplank_control.runner.steps import Manual
 from flatplank_data.journals import SUFFIX
 
 WISHES = ("skip", "repeat", "discard")
@@ -53,12 +53,11 @@ class CampaignRunner:
                 "set resume to continue them, or give another folder"
             )
 
-    async def run(
-        self, cancelled: Callable[[], bool], send_progress: Callable[[str], None]
-    ) -> None:
-        """Run the plan to its end; PlanFailed when the bench stops it or it is cancelled."""
-        self._cancelled, self._send_progress = cancelled, send_progress
-        self.bench.interrupt = self._check_cancelled
+    async def run(self, look: Callable[[], None], send_progress: Callable[[str], None]) -> None:
+        """Run the plan to its end; PlanFailed when the bench stops it, and what `look` raises,
+        which is called during waits."""
+        self._look, self._send_progress = look, send_progress
+        self.bench.interrupt = look
         await self._clean_up()
         write_kept_runs(self.conductor, self.folder)
         self.bench.interrupt = self._check_operator
@@ -110,12 +109,8 @@ class CampaignRunner:
         self.conductor.return_job(job)
         return None
 
-    def _check_cancelled(self) -> None:
-        if self._cancelled():
-            raise PlanFailed("cancelled")
-
     def _check_operator(self) -> None:
-        self._check_cancelled()
+        self._look()
         if self.wish:
             wish, self.wish = self.wish, ""
             raise OperatorEnded(wish)

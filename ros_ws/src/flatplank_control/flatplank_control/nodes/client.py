@@ -17,9 +17,11 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from flatplank_control.bench.processes import STALL_TIMEOUT_S, BenchProcesses, StartProgress
+from flatplank_control.nodes.charge import DEPTH, TOPIC, token_of
 from flatplank_control.runner.steps import BUSY
 from flatplank_data.errors import FlatplankError
 from flatplank_data.yaml_text import dump_yaml
@@ -111,6 +113,7 @@ class BenchClient:
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self.node)
         self._clients: dict[str, Any] = {}
+        self._heartbeat = self.node.create_publisher(String, TOPIC, DEPTH)
         self._interrupt = Interrupt()
 
     def __enter__(self) -> BenchClient:
@@ -231,7 +234,8 @@ class BenchClient:
 
         BenchError has the reason of the runner, also when the runner goes away. `say` gets the
         text of the feedback, `hear` the whole message; `idle` is called ten times a second. Ctrl-C
-        cancels and waits for the safe end, 20 s at most, and for its reason.
+        cancels and waits for the safe end, 20 s at most, and for its reason. When this program
+        dies, the runner ends the measurement after 5 s.
         """
 
         last = ""
@@ -272,8 +276,15 @@ class BenchClient:
         if not handle.accepted:
             raise BenchError(BUSY)
         result = handle.get_result_async()
+        beat = String(data=token_of(handle))
+
+        def live() -> None:
+            self._heartbeat.publish(beat)
+            idle()
+
+        self._heartbeat.publish(beat)
         try:
-            self._await(result, client, idle)
+            self._await(result, client, live)
         except KeyboardInterrupt:
             # the runner first ends safely, and reports what is left to do by hand
             cancelled = handle.cancel_goal_async()

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -11,10 +12,12 @@ from typing import Any
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from flatplank_control.nodes.bench_samples import BenchSamples
 from flatplank_control.nodes.campaign_runner import WISHES, CampaignRunner
+from flatplank_control.nodes.charge import DEPTH, LOOK, TOPIC, Watched
 from flatplank_control.nodes.ros_bench import RosBench, Seen
 from flatplank_control.runner.campaign import is_campaign
 from flatplank_control.runner.dry_run import Progress, dry_run_progress
@@ -31,6 +34,9 @@ OFTEN = 1.0
 """interval of the feedback during a wait [s of wall clock]"""
 SHARE = 0.05
 """progress after which feedback is sent at once, since a simulated bench may be fast [-]"""
+
+
+CLIENT_GONE = "the client that asked for it has gone: ask again, the run is made anew"
 
 
 class Feedback:
@@ -100,6 +106,9 @@ class MeasurementRunnerNode(BenchNode):
         )
         self.campaign: CampaignRunner | None = None
         self.bench: RosBench | None = None
+        self.client = Watched()
+        self.add_subscription(String, TOPIC, self.client.hear, DEPTH, needed=False)
+        self.add_timer(LOOK, self.client.look)
         self.add_service(Trigger, "~/confirm", self.on_confirm)
         self.add_service(Trigger, "~/enough", self.on_enough)
         for wish in WISHES:
@@ -145,6 +154,7 @@ class MeasurementRunnerNode(BenchNode):
             goal.abort()
             return RunMeasurement.Result(message=BUSY)
         self.busy = True
+        self.client.begin(goal)
         feedback = Feedback(goal)
 
         async def ask(text: str, seen: Seen) -> None:
@@ -179,6 +189,8 @@ class MeasurementRunnerNode(BenchNode):
         except Exception as error:  # after any error the bench is left safe
             result.message = await self.end_safely(bench, error, request.simulated)
         finally:
+            with suppress(PlanFailed):  # a drive that has ended holds nothing
+                await bench.release_charge()
             bench.close()
             self.busy, self.bench, self.campaign = False, None, None
         result.bags = bench.bags
@@ -203,11 +215,7 @@ class MeasurementRunnerNode(BenchNode):
     ) -> str:
         """Make a single measurement."""
 
-        def look() -> None:
-            if goal.is_cancel_requested:
-                raise PlanFailed("cancelled")
-
-        bench.interrupt = look
+        bench.interrupt = look = partial(self.look_at_client, goal)
         wanted = measurement_of(data)
         bench.axes = axes_of(wanted)
         bench.on_step_time = feedback.send_progress
@@ -237,10 +245,17 @@ class MeasurementRunnerNode(BenchNode):
             feedback.send_text(text)
 
         before = campaign.conductor.done
-        await campaign.run(lambda: goal.is_cancel_requested, send_campaign_progress)
+        await campaign.run(partial(self.look_at_client, goal), send_campaign_progress)
         if before == campaign.conductor.total:
             return f"all {before} runs were there; another folder begins anew"
         return "complete"
+
+    def look_at_client(self, goal: ServerGoalHandle) -> None:
+        """Raise PlanFailed when the client has cancelled, or died."""
+        if goal.is_cancel_requested:
+            raise PlanFailed("cancelled")
+        if self.client.gone:
+            raise PlanFailed(CLIENT_GONE)
 
     @staticmethod
     def set_goal_state(goal: ServerGoalHandle, success: bool) -> None:

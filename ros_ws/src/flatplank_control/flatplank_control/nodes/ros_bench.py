@@ -17,6 +17,7 @@ from std_srvs.srv import SetBool, Trigger
 from flatplank_control.bench.setup import AXIS_NODES, DRIVEN
 from flatplank_control.nodes.asking import PendingCalls
 from flatplank_control.nodes.bench_samples import BenchSamples
+from flatplank_control.nodes.charge import Charge
 from flatplank_control.recording.session import NOTHING
 from flatplank_control.runner import conditions as when
 from flatplank_control.runner import steps as S
@@ -31,8 +32,10 @@ from flatplank_control.runner.moves import SPEED, by_drive
 from flatplank_control.runner.plans import release_axes, safe_end
 from flatplank_control.runner.steps import CHUNK, StopDetector, WaitMonitor
 from flatplank_data.yaml_text import dump_yaml
+from flatplank_hw.drive.requests import RUNNER
 from flatplank_msgs.srv import (
     Advance,
+    Claim,
     MoveTo,
     PlankSwitch,
     SetOperationMode,
@@ -113,6 +116,7 @@ class RosBench:
         """true once a step was performed"""
         self.on_step_time: Callable[[float], None] = lambda _seconds: None
         """called during waits with the time waited [s of bench time]"""
+        self._charge = Charge(node)
         self._stops = StopDetector()
         self._stopped = False
         """true when the operator has turned the plank's switch to stop"""
@@ -142,14 +146,36 @@ class RosBench:
 
     def close(self) -> None:
         self.node.destroy_timer(self._ticking)
+        self._charge.close()
         self.samples.close()
         for client in self._clients.values():
             self.node.destroy_client(client)
 
     async def perform(self, step: S.Step) -> None:
         """Perform one step; PlanFailed with the reason when the bench refuses."""
-        self.begun = True
+        if not self.begun:
+            self.begun = True
+            await self._take_charge()
         await self._do[type(step)](step)
+
+    async def _take_charge(self) -> None:
+        """Let the axes stop when this process dies, unless a person is in charge. Bench time of
+        its own pace does not go with the heartbeats."""
+        if self.held or self.simulated and not await self._real_time():
+            return
+        answer = await self._asking.call(self._charge.claim, Claim.Request(client=RUNNER))
+        self._charge.token = answer.token if answer.accepted else ""
+
+    async def _real_time(self) -> bool:
+        name = f"{PLANT}/get_parameters"
+        found = await self.call(GetParameters, name, names=["pace"])
+        return found.values[0].string_value == "realtime"
+
+    async def release_charge(self) -> None:
+        """Leave the axes to others, when this process was in charge of them."""
+        if self._charge.token:
+            self._charge.token = ""
+            await self._asking.call(self._charge.claim, Claim.Request(client=""))
 
     async def end_safely(self, status: str, why: str) -> list[str]:
         """Safe end: disable all drives and close the bag with `status`.

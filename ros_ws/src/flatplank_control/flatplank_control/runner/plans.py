@@ -13,6 +13,7 @@ from flatplank_control.runner import steps as S
 from flatplank_control.runner.measurement import DIRECTIONS, SLOW, SPEED, Measurement, from_mapping
 from flatplank_control.runner.moves import Plan
 from flatplank_data.errors import FlatplankError
+from flatplank_data.run_record import record_from_dict
 from flatplank_data.yaml_text import load_yaml
 
 THREE_TURNS = 1080.0
@@ -238,4 +239,5 @@ def measurement_of(data: Mapping[str, Any]) -> Measurement:
         known = ", ".join(SAYS_WHAT)
         raise GoalError(f"plan: states how, but not what to measure: add one of {known}")
     plan_of(wanted)
+    record_from_dict(wanted.record())
     return wanted

@@ -19,6 +19,10 @@ from flatplank_hw.drive.shaft import Shaft
 from flatplank_hw.drive.watch import Watch
 from flatplank_hw.troubles import TROUBLES
 
+LONGEST_NAME = 200
+"""most characters of the name of a client"""
+RUNNER = "measurement_runner"
+"""client in charge while a measurement is made and no person is in charge"""
 LASTING = ("inputs", "samples", "emergency_stop")
 """rules whose cause must be gone before a reset; an earlier reset would have no effect"""
 
@@ -210,11 +214,14 @@ class DriveRequests:
 
     def claim(self, client: str) -> Answer:
         """Give control to `client`: from now on the axis stops without its `heartbeat`. The same
-        client may claim again, also after its claim has lapsed."""
+        client may claim again, also after its claim has lapsed; a person may take over from the
+        runner."""
         claim = self._watch.claim
         if not client:
             return refused("a claim needs the name of the client")
-        if claim.client not in ("", client):
+        if len(client) > LONGEST_NAME:
+            return refused(f"a name of {len(client)} characters: give at most {LONGEST_NAME}")
+        if claim.client not in ("", client, RUNNER):
             return refused(f"'{claim.client}' is in charge")
         limit = self.parameters.heartbeat_timeout
         done = f"'{client}' is in charge and must send a heartbeat within {limit:g} s"

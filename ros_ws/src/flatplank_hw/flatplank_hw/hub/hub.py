@@ -124,6 +124,8 @@ class MeasurementHub:
 
     def load_fit(self, path: str) -> Answer:
         """Load the fit of a mounting from its file."""
+        if not path:
+            return refused("no file is named: give the path of a parasitic fit")
         try:
             fit = parasitic.load_fit(path)
         except ValueError as error:

@@ -5,11 +5,22 @@ from __future__ import annotations
 
 from typing import Any
 
+LONGEST = 600
+"""most characters of a reason"""
+
+
+def shorten(text: str, most: int) -> str:
+    """The text, or its begin and its end."""
+    half = most // 2
+    return text if len(text) <= most else f"{text[:half]} ... {text[-half:]}"
+
 
 def fill_response(
     response: Any, accepted: bool, reason: str, cycle: int = 0, **fields: Any
 ) -> Any:
-    """Fill a service response of the bench or std_srvs; `cycle`: first cycle with the effect."""
+    """Fill a service response of the bench or std_srvs; `cycle`: first cycle with the effect. A
+    reason is one line, whatever was asked for."""
+    reason = shorten(" ".join(reason.split()), LONGEST)
     if hasattr(response, "success"):
         response.success, response.message = accepted, reason
         return response

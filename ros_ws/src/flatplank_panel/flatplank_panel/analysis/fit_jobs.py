@@ -29,7 +29,7 @@ from flatplank_data.errors import FlatplankError
 from flatplank_data.folders import Stamp, stamp_of
 from flatplank_data.progress import Progress
 from flatplank_data.run_record import RunRecord
-from flatplank_data.wording import with_unit
+from flatplank_data.wording import axis_of
 
 POINTS = 250
 """points of a drawn curve"""
@@ -145,13 +145,15 @@ def _curves(session: Session, step: Step) -> list[dict[str, Any]]:
     measured, predicted = runs.mean(runs.measured[0]), runs.mean(step.state.fit.predicted[0])
     name = next((k for k, c in runs.coordinates.items() if c.local), next(iter(runs.coordinates)))
     thin = slice(None, None, max(1, runs.samples // POINTS))
+    place = runs.coordinates[name]
+    factor, over = axis_of(name, place.unit, (place.values.min(), place.values.max()))
     return [
         {
             "condition": label,
-            "x": runs.coordinates[name].values[rows[0]][thin],
+            "x": factor * place.values[rows[0]][thin],
             "measured": measured[i][thin],
             "model": predicted[i][thin],
-            "over": with_unit(name, runs.coordinates[name].unit),
+            "over": over,
         }
         for i, (label, rows) in enumerate(zip(runs.condition_names, runs.groups, strict=True))
     ]
@@ -206,10 +208,11 @@ def _collapse(search: Any, number: int) -> dict[str, Any]:
     """Residual without one effect, over the coordinate of the effect, and its prediction; of each
     condition the mean of its runs."""
     data, names = collapse_of(search, number), search.model.runs.condition_names
+    factor, over = axis_of(data.coordinate, data.unit, (data.places.min(), data.places.max()))
     series = []
     for i, rows in data.groups:
         at = data.every(rows[0], POINTS)
-        x = data.places[rows[0]][at]
+        x = factor * data.places[rows[0]][at]
         left, effect = data.left[rows].mean(axis=0)[at], data.part[rows[0]][at]
         series.append(
             {
@@ -218,7 +221,6 @@ def _collapse(search: Any, number: int) -> dict[str, Any]:
                 "effect": np.stack([x, effect], axis=1),
             }
         )
-    over = with_unit(data.coordinate, data.unit)
     return {"name": data.effect, "over": over, "series": series}
 
 

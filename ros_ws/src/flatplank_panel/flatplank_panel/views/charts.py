@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from flatplank_data.wording import with_unit
+from flatplank_data.wording import axis_of, plain
 from flatplank_panel.views.plots import ACTUAL, AXIS_LINE, REFERENCE, SOFT
 
 COLORS = [
@@ -216,7 +216,8 @@ def _draw_floor(
 def residual_map(m: Mapping[str, Any], conditions: Sequence[str]) -> dict[str, Any]:
     """Mean residual by condition over a coordinate; blue: the model is too high."""
     edges = m["edges"]
-    middles = [f"{0.5 * (a + b):.3g}" for a, b in zip(edges, edges[1:], strict=False)]
+    factor, place = axis_of(m["coordinate"], m["unit"], (edges[0], edges[-1]))
+    middles = [plain(0.5 * factor * (a + b)) for a, b in zip(edges, edges[1:], strict=False)]
     cells = [
         [j, i, v] for i, row in enumerate(m["mean"]) for j, v in enumerate(row) if v is not None
     ]
@@ -225,7 +226,7 @@ def residual_map(m: Mapping[str, Any], conditions: Sequence[str]) -> dict[str, A
         "animation": False,
         "tooltip": {"confine": True},
         "grid": {"left": 8, "right": 70, "top": 8, "bottom": 40, "containLabel": True},
-        "xAxis": {**_categories(middles), **_named(with_unit(m["coordinate"], m["unit"]), 26)},
+        "xAxis": {**_categories(middles), **_named(place, 26)},
         "yAxis": {**_categories(short_labels(list(conditions))), "inverse": True},
         "visualMap": {
             "min": -limit, "max": limit, "calculable": False, "orient": "vertical", "right": 0,

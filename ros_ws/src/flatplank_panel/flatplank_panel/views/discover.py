@@ -12,7 +12,7 @@ from urllib.parse import quote, urlencode
 
 from nicegui import ui
 
-from flatplank_data.wording import one_of, with_unit
+from flatplank_data.wording import one_of
 from flatplank_panel.analysis.client import ConsentNeeded
 from flatplank_panel.service import PageAnalysis
 from flatplank_panel.signals import CHANNELS, OVER
@@ -298,7 +298,7 @@ class _Discover:
         self.picture = picture
         self.show_status(
             f"error {picture['rmse']:.1f} N, floor {picture['floor']:.1f} N, "
-            f"beyond the floor {picture['beyond']:.1f} N; the floor is by "
+            f"beyond the floor {picture['beyond']:.1f} N; the floor is from "
             f"{picture['floor_from']}"
         )
         self.page.draw(self.error_chart, charts.against_floor(picture["conditions"]))
@@ -307,7 +307,7 @@ class _Discover:
         kept = self.wanted or self.condition.value
         shown, self.wanted = kept if kept in names else worst, ""
         self.condition.set_options(names, value=shown)
-        over = {m["coordinate"]: with_unit(m["coordinate"], m["unit"]) for m in picture["maps"]}
+        over = [m["coordinate"] for m in picture["maps"]]
         kept, self.over = self.over or self.coordinate.value, ""
         self.coordinate.set_options(over, value=kept if kept in over else next(iter(over), None))
         self.draw_curve()

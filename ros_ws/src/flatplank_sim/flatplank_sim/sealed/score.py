@@ -11,7 +11,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from flatplank_data.wording import quantity
+from flatplank_analysis.words import COORDINATES
+from flatplank_data.wording import quantity, span
 
 LARGEST_CLASS = 4
 GROUP = "found group"
@@ -195,6 +196,7 @@ def _size(e: Mapping[str, Any]) -> str:
 
 
 def _outside(what: Mapping[str, Any]) -> str:
-    low, high = what["range"]
-    period = f", period {what['period']:.3g}" if what.get("period") else ""
-    return f"outside the library: over {what['coordinate']} {low:.3g} to {high:.3g}{period}"
+    unit = COORDINATES[what["coordinate"]].unit
+    period = f", period {quantity(what['period'], unit)}" if what.get("period") else ""
+    place = span(*what["range"], unit)
+    return f"outside the library: over the {what['coordinate']} {place}{period}"

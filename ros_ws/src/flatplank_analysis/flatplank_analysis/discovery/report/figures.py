@@ -14,12 +14,12 @@ from matplotlib.figure import Figure
 
 from flatplank_analysis.discovery import screen
 from flatplank_analysis.discovery.report.collapse import collapse_of
-from flatplank_analysis.discovery.report.text import amount, channel_of, unit_of
+from flatplank_analysis.discovery.report.text import channel_of
 from flatplank_analysis.discovery.runs import Coordinate, RunSet
 from flatplank_analysis.discovery.sources import source_of
 from flatplank_analysis.discovery.steps import Search, Step
 from flatplank_analysis.discovery.where import Map
-from flatplank_data.wording import displayed, probability_words, with_unit
+from flatplank_data.wording import axis_of, probability_words, with_unit
 
 BLUE, ORANGE, GREY, GREEN = "#2b6cb0", "#c05621", "#718096", "#2f855a"
 COLORS = {"machine": BLUE, "sensor": GREEN, "tire": ORANGE}
@@ -50,7 +50,7 @@ def clean(axes: Axes) -> None:
 
 def labelled(runs: RunSet, text: str) -> str:
     """Axis label of a quantity in the unit of the first channel, whose name is put in."""
-    return with_unit(text.format(channel_of(runs)), unit_of(runs))
+    return with_unit(text.format(channel_of(runs)), runs.unit_of())
 
 
 def short_names(runs: RunSet) -> list[str]:
@@ -58,12 +58,6 @@ def short_names(runs: RunSet) -> list[str]:
     parts = [name.split(", ") for name in runs.condition_names]
     common = set(parts[0]).intersection(*parts)
     return [", ".join([p[0], *(part for part in p[1:] if part not in common)]) for p in parts]
-
-
-def place_axis(name: str, unit: str, ends: Sequence[float]) -> tuple[float, str]:
-    """Factor from SI to the display unit, and the label, of an axis with these ends."""
-    factor, shown = displayed(unit, *map(float, ends))
-    return factor, with_unit(name, shown)
 
 
 def conditions(steps: Sequence[Step]) -> Figure:
@@ -82,7 +76,7 @@ def conditions(steps: Sequence[Step]) -> Figure:
     if moved:
         axes.bar(x + 0.2, after, width, color=BLUE, label="with the effects")
     floors = last.state.floors[0]
-    of_all, by = amount(runs, floors.floor), source_of(runs).words()
+    of_all, by = runs.amount(floors.floor), source_of(runs).words()
     name = f"floor of the condition (of all {of_all}; {by})"
     axes.hlines(floors.by_condition, x - 0.45, x + 0.45, color=ORANGE, lw=2.0, label=name)
     for at, value, error in zip(x, floors.multiples, after, strict=True):
@@ -105,14 +99,14 @@ def before_and_after(search: Search) -> Figure:
     r = int(np.argmax(np.sum(left[0] ** 2 - left[1] ** 2, axis=1)))
     name, coordinate = place_of(runs)
     place, floor = coordinate.values[r], last.floors[0].by_condition[runs.condition[r]]
-    factor, label = place_axis(name, coordinate.unit, place[[0, -1]])
+    factor, label = axis_of(name, coordinate.unit, place[[0, -1]])
     place = factor * place
     figure, curves, rest = with_rest(runs, runs.condition_names[runs.condition[r]], label)
     curves.plot(place, runs.measured[0, r], color="black", lw=0.8, label="measured")
     rest.axhspan(-floor, floor, color=ORANGE, alpha=0.25, lw=0.0, label="floor of the condition")
     told = "with its effects" if first.fit.terms else "base alone"
     for residual, color, which in ((left[0], GREY, told), (left[1], BLUE, "with what was found")):
-        error = amount(runs, float(np.sqrt(np.mean(residual[r] ** 2))))
+        error = runs.amount(float(np.sqrt(np.mean(residual[r] ** 2))))
         curves.plot(place, runs.measured[0, r] - residual[r], color=color, lw=1.4, label=which)
         rest.plot(place, residual[r], color=color, lw=0.9, label=f"{which}: {error}")
     legends_beside(curves, rest)
@@ -150,7 +144,7 @@ def map_of(table: Map, runs: RunSet) -> Figure:
     axes = figure.add_subplot()
     limit = float(np.nanmax(np.abs(table.mean))) or 1.0
     rows = np.arange(len(table.mean) + 1)
-    factor, label = place_axis(table.coordinate, table.unit, table.edges[[0, -1]])
+    factor, label = axis_of(table.coordinate, table.unit, table.edges[[0, -1]])
     mesh = axes.pcolormesh(
         factor * table.edges,
         rows,
@@ -198,7 +192,7 @@ def collapse(search: Search, number: int) -> Figure:
     shown = data.places[np.abs(data.part) > 0.03 * np.abs(data.part).max()]
     low, high = np.quantile(shown if len(shown) else data.places, (0.002, 0.998))
     low, high = low - 0.3 * (high - low), high + 0.3 * (high - low)
-    factor, axis = place_axis(data.coordinate, data.unit, (low, high))
+    factor, axis = axis_of(data.coordinate, data.unit, (low, high))
     for i, rows in data.groups:
         color = f"C{i % 10}"
         for k, r in enumerate(rows):
@@ -240,13 +234,13 @@ def residual(step: Step) -> Figure:
     figure = figure_of(8.0, 0.8 + 0.42 * len(mean))
     axes = figure.add_subplot()
     gap = max(4.0 * floor, 1.2 * float(np.abs(mean).max()))
-    factor, place = place_axis(name, coordinate.unit, coordinate.values[0][[0, -1]])
+    factor, place = axis_of(name, coordinate.unit, coordinate.values[0][[0, -1]])
     for i, rows in enumerate(runs.groups):
         axes.axhline(-i * gap, color="#cbd5e0", lw=0.6)
         axes.plot(factor * coordinate.values[rows[0]], mean[i] - i * gap, lw=0.8, color=BLUE)
     ticks = [-i * gap for i in range(len(mean))]
     axes.set_yticks(ticks, short_names(runs), fontsize=8)
-    apart = amount(runs, gap, 0)
+    apart = runs.amount(gap, 0)
     axes.set_xlabel(f"{place}; {apart} between the lines", fontsize=9)
     clean(axes)
     return figure

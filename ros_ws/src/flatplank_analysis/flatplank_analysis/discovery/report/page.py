@@ -5,15 +5,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 from flatplank_analysis.discovery import where
+from flatplank_analysis.discovery.effect import KINDS
 from flatplank_analysis.discovery.floor import BELOW
 from flatplank_analysis.discovery.report import figures
 from flatplank_analysis.discovery.report.collapse import collapse_of
-from flatplank_analysis.discovery.report.text import amount, channel_of
+from flatplank_analysis.discovery.report.text import channel_of
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.discovery.steps import AcceptedEffect, Search
 from flatplank_analysis.discovery.verdict import Diagnosis
@@ -82,7 +82,7 @@ def _content(
         d=result,
         below=BELOW if any(c["floors"] < 1.0 for c in result.conditions) else "",
         channel=channel_of(runs),
-        amount=partial(amount, runs),
+        amount=runs.amount,
         svg=svg,
         maps=[
             {
@@ -104,10 +104,11 @@ def _effect(search: Search, book: Book, number: int, found: AcceptedEffect) -> d
     runs, shown = search.model.runs, collapse_of(search, number)
     caption = (
         f"Over the {shown.coordinate}: what a model without the effect leaves (dots), and the "
-        f"effect (lines). Dots and lines differ by {amount(runs, shown.off)}"
+        f"effect (lines). Dots and lines differ by {runs.amount(shown.off)}"
     )
     return {
         "cause": cause,
+        "kind": KINDS[cause.members[0].kind],
         "probability": probability_words(found.decision.probability),
         "held_out_gain": found.decision.held_out_gain,
         "weakly": found.excluded_names,

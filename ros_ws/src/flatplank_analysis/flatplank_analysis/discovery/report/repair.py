@@ -15,7 +15,6 @@ from flatplank_analysis.discovery.report.figures import (
     place_of,
     with_rest,
 )
-from flatplank_analysis.discovery.report.text import amount
 from flatplank_analysis.discovery.state import State
 
 
@@ -33,7 +32,7 @@ def figure_of_repair(before: State, after: State) -> Figure:
     for state, color, when in ((before, GREY, "before"), (after, BLUE, "after")):
         rows = state.runs.groups[state.runs.condition_names.index(condition)]
         place = factor * place_of(state.runs)[1].values[rows].mean(axis=0)
-        error = amount(runs, float(np.sqrt(np.mean(state.residual[0, rows] ** 2))))
+        error = runs.amount(float(np.sqrt(np.mean(state.residual[0, rows] ** 2))))
         curves.plot(place, state.runs.measured[0, rows].mean(axis=0), color=color, label=when)
         left = state.residual[0, rows].mean(axis=0)
         rest.plot(place, left, color=color, lw=0.9, label=f"{when}: {error}")

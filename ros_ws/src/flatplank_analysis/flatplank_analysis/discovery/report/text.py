@@ -5,10 +5,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from flatplank_analysis.discovery.effect import KINDS
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.discovery.view import Cause, Member
-from flatplank_data.wording import brief, probability_words
+from flatplank_data.wording import behind, brief, probability_words, span
 
 NAMES = {"fx": "Fx", "fy": "Fy"}
 """display names of channels"""
@@ -19,16 +20,6 @@ def channel_of(runs: RunSet) -> str:
     return NAMES.get(runs.channels[0], runs.channels[0])
 
 
-def unit_of(runs: RunSet) -> str:
-    """Unit of the first channel; empty where the runs have none."""
-    return runs.units[0] if runs.units else ""
-
-
-def amount(runs: RunSet, value: float, digits: int = 1) -> str:
-    """A value of the first channel with its unit."""
-    return f"{brief(value, digits)} {unit_of(runs)}".rstrip()
-
-
 def text_of(result: Diagnosis, folder: str = "DIR") -> str:
     """The text that `flatplank diagnose` prints; `folder`: of the campaign."""
     lines = [f"verdict: {result.verdict} ({result.reason})"]
@@ -37,7 +28,7 @@ def text_of(result: Diagnosis, folder: str = "DIR") -> str:
         lines += _errors(result, runs)
     for found, cause in zip(result.found, result.causes(), strict=True):
         lines += [
-            f"{cause.name}: {cause.sized}, {cause.members[0].kind}, "
+            f"{cause.name}: {cause.sized}, {KINDS[cause.members[0].kind]}, "
             f"{probability_words(found.decision.probability)}",
             *(f"  {_of(m, cause)}{m.what}" for m in cause.members),
         ]
@@ -45,11 +36,9 @@ def text_of(result: Diagnosis, folder: str = "DIR") -> str:
         for m in result.maps[:3]:
             lines.append(f"left over {m.coordinate}: {m.words()}")
         for event in result.events[:3]:
-            who = "; ".join(event.conditions)
-            lines.append(
-                f"event: {event.coordinate} {event.start:.2f} .. {event.end:.2f}, "
-                f"{amount(runs, event.level, 0)}, in {who}"
-            )
+            place = span(event.start, event.end, runs.coordinates[event.coordinate].unit)
+            level, who = runs.amount(event.level, 0), "; ".join(event.conditions)
+            lines.append(f"event: {event.coordinate} {place}, {level}, in {who}")
     lines += to_do_lines(result, folder)
     lines += [f"note: {note}" for note in result.notes]
     return "\n".join(lines + [f"{result.seconds:.1f} s"])
@@ -76,7 +65,7 @@ def _errors(result: Diagnosis, runs: RunSet) -> Iterator[str]:
 
     def with_unit(value: float) -> str:
         number = brief(value) if result.floor < 0.1 else f"{value:.{digits}f}"
-        return f"{number} {unit_of(runs)}".rstrip()
+        return behind(number, runs.unit_of())
 
     yield (
         f"error of {channel_of(runs)}: "
@@ -85,21 +74,20 @@ def _errors(result: Diagnosis, runs: RunSet) -> Iterator[str]:
     )
     worst = max(result.conditions, key=lambda c: c["floors"])
     yield (
-        f"worst of its own floor: {worst['condition']}, {with_unit(worst['rmse'])}, "
-        f"{worst['floors']:.1f} floors of {with_unit(worst['floor'])}"
+        f"furthest above its own floor: {worst['condition']}: {with_unit(worst['rmse'])}, "
+        f"{worst['floors']:.1f} times its floor of {with_unit(worst['floor'])}"
     )
-    yield f"the floor is by {result.source.words()}"
+    yield f"the floor is from {result.source.words()}"
     limits = result.limits
     if limits is None:
         return
-    along = any(c.local and c.unit == "m" for c in runs.coordinates.values())
     stretch = ""
-    if along:
+    if any(c.local and c.unit == "m" for c in runs.coordinates.values()):
         stretch = (
-            f", within 5 cm {amount(runs, limits.stretch, 0)}, a longer bump of "
-            f"{amount(runs, limits.bump, 0)}, a wave of {amount(runs, limits.wave, 0)}"
+            f", {runs.amount(limits.stretch, 0)} within 5 cm, {runs.amount(limits.bump, 0)} as a "
+            f"longer bump, {runs.amount(limits.wave, 0)} as a wave"
         )
     yield (
-        f"what counts: a mean rest of more than {with_unit(limits.rest)}{stretch}; "
-        f"to be found, an error up to {with_unit(limits.error)}"
+        f"of consequence is what is left above {with_unit(limits.rest)} in the mean{stretch}, or "
+        f"an error above {with_unit(limits.error)} beside what was found"
     )

@@ -21,7 +21,7 @@ POWER = Shape(
     "grows as a power of the distance from the lower end; the size is the whole change",
     lambda u, s, power: (np.maximum(u - s.low, 0.0) / s.width + 1e-9) ** power,
     ANY,
-    (Number("power", "1", lambda s: (0.5, 1.5, 2.0, 2.5, 3.0, 4.0), lambda s: (0.3, 5.0)),),
+    (Number("power", "-", lambda s: (0.5, 1.5, 2.0, 2.5, 3.0, 4.0), lambda s: (0.3, 5.0)),),
 )
 RELAXATION = Shape(
     "relaxation",
