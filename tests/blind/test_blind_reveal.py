@@ -84,7 +84,7 @@ def test_a_group_is_right_and_the_size_of_another_quantity_is_not_judged(tmp_pat
     assert reveal.main([str(tmp_path)]) == 0
     out = capsys.readouterr().out
     assert "one of the group of runout_2, whose size is another quantity" in out
-    assert "%" not in out
+    assert "%)" not in out
     _write(tmp_path, verdict="found group", effects=[named | {"unit": "1"}])
     assert reveal.main([str(tmp_path)]) == 0
     assert "(-98 %), its interval misses the truth" in capsys.readouterr().out

@@ -75,8 +75,9 @@ def span(low: float, high: float, unit: str, digits: int = 3, axis: Sequence[flo
 
 def sized(value: float, interval: Sequence[float], unit: str, digits: int = 3) -> str:
     """A value with its 90 % interval: '0.742 mm (90 %: 0.672 to 0.813 mm)'."""
+    low, high = interval
     own = quantity(value, unit, digits)
-    return f"{own} (90 %: {span(*interval, unit, digits, axis=(value,))})"
+    return f"{own} (90 %: {span(low, high, unit, digits, axis=(value,))})"
 
 
 def probability_words(p: float) -> str:

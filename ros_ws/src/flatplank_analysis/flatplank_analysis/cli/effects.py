@@ -77,9 +77,9 @@ def _one(effect: type[Effect], as_json: bool) -> int:
             print(f"  {key.replace('_', ' ')}: {data[key]}")
     rows = [("parameter", "null", "range", "matters")]
     for p in data["parameters"]:
-        ends, unit = p["bounds"], p["unit"]
-        null, matters = (quantity(p[k], unit, axis=ends) for k in ("null", "matters"))
-        rows.append((p["name"], null, span(*ends, unit), matters if p["matters"] else "-"))
+        (low, high), unit = p["bounds"], p["unit"]
+        null, matters = (quantity(p[k], unit, axis=(low, high)) for k in ("null", "matters"))
+        rows.append((p["name"], null, span(low, high, unit), matters if p["matters"] else "-"))
     print(table(rows))
     return 0
 

@@ -89,7 +89,8 @@ def _where(maps: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     ordering = [m for m in maps if m["p_value"] < ORDERS]
     others = [m["coordinate"] for m in maps if m["p_value"] >= ORDERS]
     for m in ordering:
-        share, place = quantity(m["share"], "1", 2), span(*m["range"], m["unit"])
+        low, high = m["range"]
+        share, place = quantity(m["share"], "1", 2), span(low, high, m["unit"])
         yield (
             f"over the {m['coordinate']}: {share} of what is beyond the floor lies within {place} "
             f"({p_words(m['p_value'])})"

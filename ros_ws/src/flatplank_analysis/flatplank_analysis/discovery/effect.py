@@ -15,7 +15,7 @@ from flatplank_analysis.discovery.runs import RunSet
 from flatplank_data.errors import FlatplankError
 
 Kind = Literal["machine", "sensor", "tire"]
-KINDS: Mapping[Kind, str] = {
+KINDS: Mapping[str, str] = {
     "machine": "a fault of the machine",
     "sensor": "a fault of a sensor",
     "tire": "the tire itself",

@@ -198,5 +198,6 @@ def _size(e: Mapping[str, Any]) -> str:
 def _outside(what: Mapping[str, Any]) -> str:
     unit = COORDINATES[what["coordinate"]].unit
     period = f", period {quantity(what['period'], unit)}" if what.get("period") else ""
-    place = span(*what["range"], unit)
+    low, high = what["range"]
+    place = span(low, high, unit)
     return f"outside the library: over the {what['coordinate']} {place}{period}"

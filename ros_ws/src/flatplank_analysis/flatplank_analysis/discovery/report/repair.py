@@ -11,11 +11,11 @@ from flatplank_analysis.discovery.report.figures import (
     GREY,
     ORANGE,
     legends_beside,
-    place_axis,
     place_of,
     with_rest,
 )
 from flatplank_analysis.discovery.state import State
+from flatplank_data.wording import axis_of
 
 
 def figure_of_repair(before: State, after: State) -> Figure:
@@ -24,7 +24,7 @@ def figure_of_repair(before: State, after: State) -> Figure:
     condition = _most_changed(before, after)
     runs = after.runs
     name, coordinate = place_of(runs)
-    factor, label = place_axis(name, coordinate.unit, coordinate.values[0, [0, -1]])
+    factor, label = axis_of(name, coordinate.unit, coordinate.values[0, [0, -1]])
     figure, curves, rest = with_rest(runs, condition, label)
     number = runs.condition_names.index(condition)
     floor = after.floors[0].by_condition[number]
