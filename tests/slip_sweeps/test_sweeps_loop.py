@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from flatplank_analysis.cli import change, compare, confirm, diagnose
+from flatplank_analysis.cli import sweeps as sweeps_verb
 from flatplank_data.errors import FlatplankError
 from flatplank_validation.sweep_sets.brush import BASE, Brush, Plan, sweeps, text_of
 
@@ -49,6 +50,22 @@ def test_the_loop(bench, capsys) -> None:
         confirm.main(["grip_temperature", str(file), "--with", str(file)])
     asked(change.undo, capsys, file)
     assert asked(compare.main, capsys, file)["effects"] == []
+
+
+def test_a_file_that_was_fitted_to_the_sweeps_hides_nothing_that_its_equations_lack(
+    bench, capsys
+) -> None:
+    """Pressure and ply steer of the fitted file hold a part of the temperature: the base fits them
+    again beside the effect."""
+    file, own = str(bench / "again.csv"), str(bench / "own.tir")
+    assert sweeps_verb.main([file, "--fit", own]) == 0
+    found = asked(diagnose.main, capsys, file, "--tir", own)
+    assert [e["name"] for e in found["effects"]] == ["grip_temperature"]
+    assert found["verdict"] == "found"
+    assert found["effects"][0]["size"] == pytest.approx(-0.003, rel=0.1)
+    asked(change.add, capsys, "grip_temperature", file, "--tir", own)
+    told = asked(confirm.main, capsys, "grip_temperature", file, "--with", bench / "hot.csv")
+    assert told["verdict"] == "confirmed", told
 
 
 def test_what_lacks_is_said_in_a_line(bench, tmp_path, capsys) -> None:

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 
 import flatplank_analysis as fp
-from flatplank_tire import write_tir
 from flatplank_validation.sweep_sets.brush import Brush, Plan, sweeps, text_of
 
 FOUR = (1000.0, 2200.0, 3400.0, 4600.0)
@@ -51,7 +50,7 @@ def forms(folder: Path, seed: int, noise: float = 2.0) -> Iterator[FormOf]:
             columns = sweeps(replace(brush, noise=noise), plan, seed + 2 * number + k)
             path.write_text(text_of(columns), encoding="utf-8")
             made.append(fp.sweeps(path))
-        write_tir(made[0].fit().file, folder / f"{number}.tir")
+        made[0].fit().save(folder / f"{number}.tir")
         found = made[1].diagnose(folder / f"{number}.tir")
         search = found.result.drawable(name)
         runs = search.model.runs

@@ -13,7 +13,6 @@ import pandas as pd
 from flatplank_analysis.api.explained import Explained, explain
 from flatplank_analysis.api.runs import page
 from flatplank_analysis.slip_sweeps.channels import BY_NAME
-from flatplank_analysis.slip_sweeps.effects import that_can_show
 from flatplank_analysis.slip_sweeps.fit import SweepFit, fit_sweeps
 from flatplank_analysis.slip_sweeps.missing import missing_sweep
 from flatplank_analysis.slip_sweeps.model import sweep_model
@@ -100,7 +99,7 @@ class Sweeps:
             FlatplankError: no sweep of this slip, or nothing that gives a floor.
         """
         model = sweep_model([self.study], read_tir(os.fspath(tir)), signs, swept)
-        return explain(model, that_can_show(model.runs), missing_sweep)
+        return explain(model, model.effects, missing_sweep)
 
     def plot(self, tir: str | os.PathLike[str] | None = None, signs: str = READ) -> Figure:
         """Force over slip, a panel per condition; signs: as in `compare`."""

@@ -24,7 +24,7 @@ from flatplank_analysis.slip_sweeps.tir_signs import CONVENTIONS, READ, likelier
 from flatplank_analysis.slip_sweeps.verdict import RISK, fails
 from flatplank_data.arguments import Parser, add_json
 from flatplank_data.errors import FlatplankError
-from flatplank_tire.tir import VERSIONS, TirFile, read_tir, write_tir
+from flatplank_tire.tir import VERSIONS, TirFile, read_tir
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -54,7 +54,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         fitted = fit_sweeps(
             studies, read_tir(o.start) if o.start else None, o.radius, common.show_progress, o.mf
         )
-        write_tir(fitted.file, o.fit)
+        fitted.save(o.fit)
         tir = read_tir(o.fit)
     if o.figure:
         from flatplank_analysis.discovery.report.figures import png

@@ -8,8 +8,10 @@ independent of each other.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,10 +25,11 @@ from flatplank_analysis.models.base import SPEED
 from flatplank_analysis.models.tire_record import TireRecord, start_tir
 from flatplank_analysis.slip_sweeps.conditions import BY_NAME, FORCE, SweepCondition
 from flatplank_analysis.slip_sweeps.curves import Curve, bin_means
+from flatplank_analysis.slip_sweeps.origin import marked
 from flatplank_analysis.slip_sweeps.study import Study
 from flatplank_data.errors import FlatplankError
 from flatplank_tire.magic_formula import steady_forces
-from flatplank_tire.tir import VERSIONS, TirFile
+from flatplank_tire.tir import VERSIONS, TirFile, write_tir
 
 STAGES = ("pure_x", "pure_y", "aligning", "combined", "pressure", "camber")
 """stages of which sweeps have the measurements; radius and stiffness are those of the start"""
@@ -62,11 +65,18 @@ class SweepFit:
     """one per force and load; empty with fewer than three loads"""
     remarks: Mapping[str, str]
     """coefficient -> why its value is not from these sweeps"""
+    paths: tuple[str, ...]
+    """files of the sweeps"""
 
     @property
     def file(self) -> TirFile:
         """The complete file; what these sweeps do not determine is marked in its comments."""
-        return self.fit.file.remarked(self.remarks)
+        return marked(self.fit.file.remarked(self.remarks), self.paths)
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write the tire file; return its path."""
+        write_tir(self.file, Path(path))
+        return Path(path)
 
     def to_json(self) -> dict[str, Any]:
         """Plain values, SI."""
@@ -116,7 +126,8 @@ def fit_sweeps(
         progress(k, len(parts) + 1, f"without {np.median(left.fz):.0f} N")
         held_out += _held_out(others, left, start, settings)
     progress(len(parts) + 1, len(parts) + 1, "done")
-    return SweepFit(fit, len(points), tuple(held_out), remarks)
+    paths = tuple(one.path for one in studies)
+    return SweepFit(fit, len(points), tuple(held_out), remarks, paths)
 
 
 def points_of(studies: Sequence[Study]) -> SteadyPoints:

@@ -9,6 +9,7 @@ file is given, its scale factors, or what the bench shows.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -17,6 +18,8 @@ import numpy as np
 from flatplank_analysis.discovery.model import FormError, ParameterSet
 from flatplank_analysis.discovery.parameters import Parameter
 from flatplank_analysis.discovery.runs import RunSet
+from flatplank_analysis.slip_sweeps.effects import that_can_show
+from flatplank_analysis.slip_sweeps.origin import is_fitted_to
 from flatplank_analysis.slip_sweeps.runs import AXES, CHANNEL, runs_of
 from flatplank_analysis.slip_sweeps.study import Study
 from flatplank_analysis.slip_sweeps.tir_signs import READ, TirSigns, convention
@@ -42,23 +45,34 @@ BEYOND = 1.25
 class SweepModel:
     """The force of a tire file in the bins of sweeps."""
 
-    def __init__(self, runs: RunSet, tir: TirFile, signs: TirSigns, form: float) -> None:
+    def __init__(
+        self, runs: RunSet, tir: TirFile, signs: TirSigns, form: float, own: bool = False
+    ) -> None:
         """signs: under which the file was fitted; form: error of the Magic Formula itself, as a
-        share of the largest force."""
+        share of the largest force; own: the file was fitted to these sweeps, so that the base
+        fits again what the equations have."""
         self.runs, self.tir, self.signs = runs, tir, signs
         self.channel = runs.channels[0]
         self.form = FormError(mean=form)
         self.laws = runs.facts["law"].tolist()
         self.middle = {name: float(np.median(values)) for name, values in _channels(runs)}
         """of every coordinate of the sweeps [SI]"""
-        self.parameters = _base("fz" in runs.coordinates)
+        shown = that_can_show(runs)
+        self.inside = [e for e in shown if own and e.in_file]
+        """effects that the base fits"""
+        self.effects = [e for e in shown if e not in self.inside]
+        """effects that may be missing"""
+        mains = ((e.identifier, e.main_parameter()) for e in self.inside)
+        again = (replace(p, name=name, matters=0.0) for name, p in mains)
+        self.parameters = (*_base("fz" in runs.coordinates), *again)
 
     def scatter_directions(self, base: np.ndarray) -> tuple[dict[str, float], ...]:
         """Nothing of a tire file scatters from visit to visit."""
         return ()
 
     def take_references(self, other: SweepModel) -> None:
-        """Take the middle of other sweeps as the reference of effects."""
+        """Take the base of other sweeps, and their middle as the reference of effects."""
+        self.inside, self.effects, self.parameters = other.inside, other.effects, other.parameters
         self.middle |= {k: v for k, v in other.middle.items() if k in self.middle}
 
     def predict(self, sets: Sequence[ParameterSet]) -> np.ndarray:
@@ -67,10 +81,12 @@ class SweepModel:
 
     def _one(self, one: ParameterSet) -> np.ndarray:
         s = self.state()
-        effects = [_with(effect, values) for effect, values in one.effects]
+        base = {p.name: v for p, v in zip(self.parameters, one.base, strict=True)}
+        inside = ((effect, base[effect.identifier]) for effect in self.inside)
+        effects = [_with(effect, [value]) for effect, value in inside]
+        effects += [_with(effect, values) for effect, values in one.effects]
         for effect in effects:
             effect.tire(s)
-        base = {p.name: v for p, v in zip(self.parameters, one.base, strict=True)}
         c = self.tir.coefficients.replaced(self._coefficients(base, s))
         alpha, gamma = self.signs.alpha * s.alpha, self.signs.gamma * s.gamma
         point = operating_point(c, s.fz, s.kappa, alpha, gamma, s.pressure, s.speed)
@@ -139,7 +155,8 @@ def sweep_model(
     """
     runs = runs_of(studies, swept)
     form = BEYOND * _form_error(studies, swept) / float(runs.largest[0])
-    return SweepModel(runs, tir, convention(signs), form)
+    own = is_fitted_to(tir, [one.path for one in studies])
+    return SweepModel(runs, tir, convention(signs), form, own)
 
 
 def _form_error(studies: Sequence[Study], swept: str) -> float:
@@ -158,6 +175,6 @@ def _form_error(studies: Sequence[Study], swept: str) -> float:
     return float(np.median(left / largest) * np.sqrt(np.mean(largest**2)))
 
 
-def _with(effect: Any, values: np.ndarray) -> Any:
+def _with(effect: Any, values: Sequence[float] | np.ndarray) -> Any:
     names = [parameter.name for parameter in effect.parameters()]
     return effect(**dict(zip(names, (float(v) for v in values), strict=True)))

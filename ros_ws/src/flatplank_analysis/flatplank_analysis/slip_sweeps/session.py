@@ -19,7 +19,6 @@ from flatplank_analysis.discovery.opening import Options, opened
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.inference.search import run_search
 from flatplank_analysis.slip_sweeps.conditions import FORCE
-from flatplank_analysis.slip_sweeps.effects import that_can_show
 from flatplank_analysis.slip_sweeps.missing import missing_sweep
 from flatplank_analysis.slip_sweeps.model import sweep_model
 from flatplank_analysis.slip_sweeps.study import Study, study
@@ -77,9 +76,10 @@ class SweepSession(Session):
         """
         slips = {c.swept for c in study.conditions}
         swept = swept or next(slip for slip in FORCE if slip in slips)
-        model: Any = opened(sweep_model([study], read_tir(tir), signs, swept))
+        whole = sweep_model([study], read_tir(tir), signs, swept)
+        model: Any = opened(whole)
         data: Any = SimpleNamespace(runs=model.runs)
-        effects: dict[str, type[Effect]] = {e.identifier: e for e in that_can_show(model.runs)}
+        effects: dict[str, type[Effect]] = {e.identifier: e for e in whole.effects}
         return cls(Campaign(study.path, []), data, model, effects, tir=tir)
 
     def beside(self, folder: str, mapping: Any = None) -> SweepSession:

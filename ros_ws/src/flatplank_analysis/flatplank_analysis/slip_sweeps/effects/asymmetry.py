@@ -22,6 +22,7 @@ class Conicity(SweepEffect):
     kind = "tire"
     coordinate = "fz"
     needs = ("alpha", "fz")
+    in_file = True
     what = "a conical tire pushes to its larger side, as camber does"
     check = "mount the tire the other way round: the force turns its sign"
     removes = "fit PVY1 and PVY2"
@@ -43,6 +44,7 @@ class PlySteer(SweepEffect):
     kind = "tire"
     coordinate = "alpha"
     needs = ("alpha",)
+    in_file = True
     what = "the outermost ply steers the tire; a slip angle with a wrong zero looks the same"
     check = "turn the wheel round: ply steer keeps its sign"
     removes = "fit PHY1, or correct the zero of the steering angle"

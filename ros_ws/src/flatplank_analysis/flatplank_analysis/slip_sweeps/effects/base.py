@@ -21,6 +21,9 @@ class SweepEffect(Effect):
 
     needs: ClassVar[tuple[str, ...]] = ()
     """coordinates that must vary in the sweeps: the kind of data in which it can show"""
+    in_file: ClassVar[bool] = False
+    """True when the equations of a tire file have it, or imitate it: a file that was fitted to the
+    sweeps has taken it in"""
 
     def tire(self, s: Any) -> None:
         """Change what the file is given, or its factors."""

@@ -24,6 +24,7 @@ class CamberThrust(SweepEffect):
     kind = "tire"
     coordinate = "gamma"
     needs = ("gamma",)
+    in_file = True
     what = "a leaning tire pushes to its side, by more or less than the file says"
     check = "sweep at two cambers of both signs"
     removes = "fit PKY6 and PVY3 to sweeps at several cambers"
@@ -45,6 +46,7 @@ class StiffnessOverCamber(SweepEffect):
     kind = "tire"
     coordinate = "gamma"
     needs = ("gamma",)
+    in_file = True
     what = "a leaning tire has a shorter contact"
     check = "sweep at two cambers"
     removes = "fit PKY3 to sweeps at several cambers"

@@ -43,6 +43,7 @@ class Crosstalk(SweepEffect):
     kind = "sensor"
     coordinate = "fz"
     needs = ("fz",)
+    in_file = True
     what = "a load cell that is turned shows a part of the load"
     check = "load the standing wheel on a free plate: only Fz may change"
     removes = "calibrate the crosstalk of the hub"

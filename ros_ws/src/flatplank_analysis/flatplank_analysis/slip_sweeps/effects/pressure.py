@@ -22,6 +22,7 @@ class GripOverPressure(SweepEffect):
     kind = "tire"
     coordinate = "pressure"
     needs = ("pressure",)
+    in_file = True
     what = "the tire file has no pressure, or another one"
     check = "sweep at three pressures"
     removes = "fit PPX3 and PPY3 to sweeps at several pressures"
@@ -43,6 +44,7 @@ class StiffnessOverPressure(SweepEffect):
     kind = "tire"
     coordinate = "pressure"
     needs = ("pressure",)
+    in_file = True
     what = "the tire file has no pressure, or another one"
     check = "sweep at three pressures"
     removes = "fit PPX1 and PPY1 to sweeps at several pressures"
