@@ -14,7 +14,7 @@ from flatplank_validation.sweep_sets.sets import CAUSES, NOISE, SERIES
 Entry = Mapping[str, Any]
 SILENT = (AT_FLOOR, LAW)
 HIDDEN = ", ".join(name for name, _ in CAUSES.values())
-HEADER = ("series", "noise [N]", "hidden", "named", "size (90 %)", "verdict", "floor [N]",
+HEADER: tuple[str, ...] = ("series", "noise [N]", "hidden", "named", "size (90 %)", "verdict", "floor [N]",
           "before [N]", "after [N]")  # fmt: skip
 
 
@@ -52,7 +52,14 @@ def rows_of(entries: Iterable[Entry]) -> list[tuple[str, ...]]:
 
 def form_rows(found: Iterable[FormOf]) -> list[tuple[str, ...]]:
     """A line per tire of another form, after the header."""
-    header = ("tire", "base [N]", "free B, C, D, E [N]", "ratio", "verdict", "named")
+    header: tuple[str, ...] = (
+        "tire",
+        "base [N]",
+        "free B, C, D, E [N]",
+        "ratio",
+        "verdict",
+        "named",
+    )
     return [header] + [
         (
             f.tire, f"{f.error:.1f}", f"{f.free:.1f}", f"{f.error / f.free:.2f}", f.verdict,
