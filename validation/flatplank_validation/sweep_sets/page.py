@@ -14,8 +14,10 @@ from flatplank_validation.sweep_sets.sets import CAUSES, NOISE, SERIES
 Entry = Mapping[str, Any]
 SILENT = (AT_FLOOR, LAW)
 HIDDEN = ", ".join(name for name, _ in CAUSES.values())
-HEADER: tuple[str, ...] = ("series", "noise [N]", "hidden", "named", "size (90 %)", "verdict", "floor [N]",
-          "before [N]", "after [N]")  # fmt: skip
+HEADER: tuple[str, ...] = (
+    "series", "noise [N]", "hidden", "named", "size (90 %)", "verdict", "floor [N]", "before [N]",
+    "after [N]",
+)  # fmt: skip
 
 
 def summary(entries: Sequence[Entry]) -> dict[str, Share]:
