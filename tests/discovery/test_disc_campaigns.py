@@ -38,6 +38,7 @@ def test_nothing_hidden_is_at_the_floor_and_what_would_have_shown_is_told():
     assert np.isfinite([v for v, _ in sizes.values()]).all()
 
 
+@pytest.mark.long
 def test_scatter_of_the_tire_is_no_effect():
     result = diagnosis_of(seed=22, scatter=0.03, tire="relaxation")
     assert result["effects"] == [], result

@@ -47,6 +47,7 @@ def test_backlash_of_the_rack_and_play_of_the_road_are_one_class():
     assert all(a["check"] in told and a["removes"] in told for a in effect["members"])
 
 
+@pytest.mark.long
 def test_the_data_exclude_a_gap_that_slip_travel_crosses():
     """A backlash of the drive is crossed both ways whatever the force: no class with the play."""
     result = diagnosis("second", 82, drive_backlash=6e-4)

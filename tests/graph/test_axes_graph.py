@@ -8,10 +8,13 @@ import pytest
 import yaml
 from bench_graph import graph
 from std_srvs.srv import SetBool
+from test_lab import drive_state
 
 from flatplank_control.bench.results import COLUMNS
 from flatplank_control.nodes.client import BenchError
+from flatplank_hw.cia402 import State
 from flatplank_hw.drive.safety import RULES
+from flatplank_hw.nodes.qos import STREAM
 from flatplank_msgs.msg import DriveStatus
 from flatplank_msgs.srv import Claim, SetOperationMode
 
@@ -89,3 +92,26 @@ def test_load_and_steering_are_led_by_their_nodes(tmp_path, monkeypatch, capsys)
     assert worst < 0.01
     assert np.ptp(parked["steer_angle"]) == pytest.approx(0.06, abs=0.004)
     assert np.ptp(parked["mz"]) > 20.0
+
+
+def test_ctrl_c_stops_a_driven_axis(tmp_path, monkeypatch):
+    parking = {
+        "measurement": "parking",
+        "profile_parameters": {"amplitude": 0.03, "rate": 0.03},
+        "profile_time": 4.5,
+    }
+    said, seen = [], []
+
+    def leave() -> None:
+        enabled = bool(seen) and seen[-1].state == State.OPERATION_ENABLED
+        if enabled and said and said[-1].startswith("parking on"):
+            raise KeyboardInterrupt
+
+    with graph(tmp_path, monkeypatch, axes=("steer",)) as bench:
+        # the runner lets the bus make cycles here; nobody else may
+        bench.client.node.create_subscription(
+            DriveStatus, "/steer_drive/status", seen.append, STREAM
+        )
+        with pytest.raises(KeyboardInterrupt):
+            bench.client.measure(parking, simulated=True, say=said.append, idle=leave)
+        assert drive_state(bench, "steer_drive") != State.OPERATION_ENABLED

@@ -4,10 +4,9 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 import pytest
-from bench_graph import graph
+from bench_graph import shared_graph
 from short_plan import short_plan
 from std_srvs.srv import Trigger
 
@@ -15,7 +14,6 @@ from flatplank_control.nodes.client import BenchError
 from flatplank_control.runner.campaign import Journal, plan_from_text
 from flatplank_data.run_record import load_record
 from flatplank_hw.cia402 import State
-from flatplank_hw.nodes.qos import STREAM
 from flatplank_msgs.msg import DriveStatus, EncoderState
 from flatplank_msgs.srv import PlankSwitch, SetValue
 
@@ -30,6 +28,7 @@ SETTINGS = {
 }
 SWITCH = {"forward": 1, "stop": 0, "reverse": -1}
 PLAN = short_plan("lab")
+bench = shared_graph()
 
 
 class Hands:
@@ -70,7 +69,7 @@ def drive_state(bench, drive: str = "wheel_drive") -> int:
     return bench.message_after(50, bench.listen(DriveStatus, f"/{drive}/status")).state
 
 
-def test_ctrl_c_while_the_operator_is_asked_ends_safely(tmp_path, monkeypatch):
+def test_ctrl_c_while_the_operator_is_asked_ends_safely(bench):
     """At the prompt to stop the plank, the wheel driven and the bag open."""
 
     def leave(prompt: str) -> bool:
@@ -79,20 +78,21 @@ def test_ctrl_c_while_the_operator_is_asked_ends_safely(tmp_path, monkeypatch):
             raise KeyboardInterrupt
         return False
 
-    with graph(tmp_path, monkeypatch) as bench:
-        hands = Hands(bench, leave)
-        with pytest.raises(KeyboardInterrupt, match="cancelled; turn the plank switch to stop"):
-            bench.client.measure(
-                SHORT, simulated=False, folder=str(bench.data), hear=hands.hear, idle=hands.idle
-            )
-        assert drive_state(bench) != State.OPERATION_ENABLED
-        (bag,) = [p.parent for p in Path(bench.data).glob("*/run.yaml")]
-        assert load_record(bag).status == "stopped"
-        with pytest.raises(BenchError, match="kapa"):  # not busy
-            bench.client.measure({"kapa": 1}, simulated=False)
+    hands = Hands(bench, leave)
+    folder = bench.data / "left"
+    folder.mkdir(parents=True)
+    with pytest.raises(KeyboardInterrupt, match="cancelled; turn the plank switch to stop"):
+        bench.client.measure(
+            SHORT, simulated=False, folder=str(folder), hear=hands.hear, idle=hands.idle
+        )
+    assert drive_state(bench) != State.OPERATION_ENABLED
+    (bag,) = [p.parent for p in folder.glob("*/run.yaml")]
+    assert load_record(bag).status == "stopped"
+    with pytest.raises(BenchError, match="kapa"):  # not busy
+        bench.client.measure({"kapa": 1}, simulated=False)
 
 
-def test_a_drag_is_begun_and_stopped_in_time_without_a_key(tmp_path, monkeypatch):
+def test_a_drag_is_begun_and_stopped_in_time_without_a_key(bench):
     """Who has his hand at the plank's switch presses no key: the encoder sees it."""
     stopped_at = []
 
@@ -109,53 +109,27 @@ def test_a_drag_is_begun_and_stopped_in_time_without_a_key(tmp_path, monkeypatch
         bench.advance(100)
         return True
 
-    with graph(tmp_path, monkeypatch) as bench:
-        hands = Hands(bench, at_the_switch)
-        with pytest.raises(KeyboardInterrupt):
-            bench.client.measure(
-                {"measurement": "stiffness_longitudinal"}, simulated=False,
-                hear=hands.hear, idle=hands.idle,
-            )  # fmt: skip
+    hands = Hands(bench, at_the_switch)
+    with pytest.raises(KeyboardInterrupt):
+        bench.client.measure(
+            {"measurement": "stiffness_longitudinal"}, simulated=False,
+            hear=hands.hear, idle=hands.idle,
+        )  # fmt: skip
     forward = "turn the plank switch to forward, fast; stop it 0.13 m behind the trigger"
     assert hands.asked[-3:-1] == [forward, "turn the plank switch to stop"]
     assert 0.13 <= stopped_at[0] < 0.18
 
 
-def test_a_run_is_skipped_while_the_operator_is_asked_for_it(tmp_path, monkeypatch):
+def test_a_run_is_skipped_while_the_operator_is_asked_for_it(bench):
     plan = plan_from_text(PLAN, "plan")
-    with graph(tmp_path, monkeypatch) as bench:
 
-        def skip(_prompt: str) -> bool:
-            return bench.call(Trigger, "/measurement_runner/skip").success
+    def skip(_prompt: str) -> bool:
+        return bench.call(Trigger, "/measurement_runner/skip").success
 
-        hands = Hands(bench, skip)
-        folder = str(bench.data)
-        assert not bench.client.measure(
-            PLAN, simulated=False, folder=folder, hear=hands.hear, idle=hands.idle
-        )
+    hands = Hands(bench, skip)
+    assert not bench.client.measure(
+        PLAN, simulated=False, folder=str(bench.data), hear=hands.hear, idle=hands.idle
+    )
     assert len(hands.asked) == 1
     journal = Journal(bench.data / "lab.journal.jsonl", plan.name, plan.digest)
     assert journal.done[plan.runs[0].key].skipped
-
-
-def test_ctrl_c_stops_a_driven_axis(tmp_path, monkeypatch):
-    parking = {
-        "measurement": "parking",
-        "profile_parameters": {"amplitude": 0.03, "rate": 0.03},
-        "profile_time": 4.5,
-    }
-    said, seen = [], []
-
-    def leave() -> None:
-        enabled = bool(seen) and seen[-1].state == State.OPERATION_ENABLED
-        if enabled and said and said[-1].startswith("parking on"):
-            raise KeyboardInterrupt
-
-    with graph(tmp_path, monkeypatch, axes=("steer",)) as bench:
-        # the runner lets the bus make cycles here; nobody else may
-        bench.client.node.create_subscription(
-            DriveStatus, "/steer_drive/status", seen.append, STREAM
-        )
-        with pytest.raises(KeyboardInterrupt):
-            bench.client.measure(parking, simulated=True, say=said.append, idle=leave)
-        assert drive_state(bench, "steer_drive") != State.OPERATION_ENABLED

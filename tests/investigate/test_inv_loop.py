@@ -89,6 +89,7 @@ def test_a_refused_batch_costs_nothing_and_is_not_asked_for_again():
 def test_nothing_is_found_where_nothing_is_hidden(tmp_path):
     told, text = _made(42, "nothing", 1.0, 70.0, tmp_path)
     assert told["verdict"]["effects"] == [], text
+    assert told["log_e"] < -math.log(ALPHA)
     assert told["ended"] in ("decided", "budget spent", "nothing left to learn")
     assert told["minutes"] <= 70.0
 

@@ -69,7 +69,7 @@ def note(value: Any) -> str:
 def inside(root: Path, value: Any, what: str = "folder") -> Path:
     """A path below `root` after resolving links, so that no page leaves the data folder."""
     text = str(value or "").strip()
-    if "\x00" in text or len(text) > 500:
+    if not text.isprintable() or len(text) > 500:
         raise ValueError(f"{what}: not a path")
     base = root.resolve()
     target = (base / text).resolve()
