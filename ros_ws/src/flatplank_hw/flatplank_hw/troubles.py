@@ -143,7 +143,8 @@ DRIVE = table_of_troubles(
         "commanded or missing, in position control the largest speed; in torque control: the "
         "torque is off by more than torque_trip - torque_limit for longer than following_time; in "
         "free rolling: the same error from the range in which a tire rolls, standing to kappa 0.5",
-        f"look for what blocks the axis, and at mode and display of the drive, {AGAIN}",
+        "look for what blocks the axis, and at mode and display of the drive; for free rolling "
+        f"enable it before the plank moves, {AGAIN}",
     ),
     Trouble(
         "quick_stop", _WARN, "quick stop was asked for",
