@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from shapes import measured
 
+from flatplank_analysis.contact_patch.data import roughness_of
 from flatplank_analysis.discovery.runs import Coordinate
 from flatplank_analysis.effects.plank_waves import periods, spectrum
 from flatplank_analysis.effects.registry import library
@@ -83,6 +84,26 @@ def test_settings_that_depend_on_the_runs():
     assert fy(replace(runs, measured=runs.measured + 99.0), None) == []
     assert fy(placed(np.zeros((24, 400)), ("fx",)), None) == []
     assert known["load_loss_braking"].variants(runs, None) == [{"seen": 1.0}, {"seen": 0.0}]
+
+
+@pytest.mark.parametrize("size", [0.35, 1.0, 3.0])
+def test_lengths_and_forces_of_the_limits_are_those_of_the_tire(size):
+    """A tire with `size` times the contact length carries the square of that load."""
+    known, load = library(), 3700.0 * size**2
+    zero, facts = np.zeros((24, 400)), {"nominal": np.full(24, load)}
+    stepped = placed(zero, step=np.full(24, 2.0), **facts)
+    for near, told in ((-0.11, True), (-0.09, False), (0.19, False), (0.21, True)):
+        at = {"position": 2.0 + near * size, "width": 0.2}
+        assert known["worn_patch"].separable(stepped, at) is told
+    crept = placed(zero, speed=np.full(24, 0.03), **facts)
+    for travel, told in ((0.09, False), (0.11, True)):
+        assert known["carcass_creep"].separable(crept, {"time": travel * size / 0.03}) is told
+    side = replace(stepped, measured=stepped.measured + 0.026 * load)
+    assert known["crosstalk_fy"].variants(side, None) == []
+    side = replace(stepped, measured=stepped.measured + 0.028 * load)
+    assert known["crosstalk_fy"].variants(side, None) == [{"tared": 1.0}]
+    place = np.array([[0.079, 0.081]]) * size
+    assert list(roughness_of(place, load)[0]) == [2.5, 1.0]
 
 
 def test_sizes_of_two_parts_are_amplitudes():

@@ -26,6 +26,7 @@ from flatplank_analysis.contact_patch.grid import (
     uniform_positions,
 )
 from flatplank_analysis.contact_patch.signs import wrong_signs
+from flatplank_analysis.contact_patch.size import USUAL_LOAD, contact_ratio
 from flatplank_analysis.contact_patch.tire_runs import SETTINGS, TireRuns
 from flatplank_analysis.discovery.runs import Coordinate, RunSet
 from flatplank_data.campaign import Campaign
@@ -42,12 +43,12 @@ NEEDED = ("time", "plank_position", "wheel_angle", "fx")
 INPUTS = ("fy", "fz", "mx", "mz")
 """channels with possible crosstalk into Fx"""
 STIFFNESS = 1.9e5
-"""[N/m] longitudinal stiffness of a car tire for short waves: force error per encoder error"""
+"""[N/m] longitudinal stiffness of the usual tire for short waves: force error per encoder error"""
 STANDING = ("nominal", "alpha", "gamma", "pressure", "start", "session")
 """facts of a run on which the forces of a wheel that stands depend"""
 START_TRAVEL, START_ROUGH = 0.08, 2.5
-"""[m], factor on the noise: over the first travel the locked tire is modelled only roughly, which
-is the same in all runs, so that no scatter shows it"""
+"""[m] of the usual tire, factor on the noise: over the first travel the locked tire is modelled
+only roughly, which is the same in all runs, so that no scatter shows it"""
 PINION_TURN = 2.0 * np.pi * 0.05
 """[m] plank travel per pinion turn, a placeholder"""
 SHARE = 0.8
@@ -267,6 +268,8 @@ def _assemble(
     measured = np.stack([stack[n] - load_mean if n == "fz" else stack[n] for n in channels])
     signs = wrong_signs(tables)
     slip = radius[:, None] * (angle - angle[:, :1]) - (position - position[:, :1])
+    usual = float(np.median(nominal))
+    stiffness = STIFFNESS * usual / USUAL_LOAD / contact_ratio(usual)
     runs = RunSet(
         names=tuple(t.info.name for t in tables),
         condition=condition,
@@ -278,9 +281,9 @@ def _assemble(
         coordinates=_coordinates(stack, position, since, turn, slip, load, facts),
         units=("N",) * len(channels),
         input_noise=tuple(
-            STIFFNESS * float(np.median(steps)) if n == "fx" else 0.0 for n in channels
+            stiffness * float(np.median(steps)) if n == "fx" else 0.0 for n in channels
         ),
-        roughness=roughness_of(position),
+        roughness=roughness_of(position, usual),
         facts=facts,
         contradicted=tuple(str(sign) for sign in signs),
     )
@@ -302,9 +305,10 @@ def _assemble(
     )
 
 
-def roughness_of(position: np.ndarray) -> np.ndarray:
-    """`RunSet.roughness` at plank positions [m]: the start is modelled less accurately."""
-    return 1.0 + (START_ROUGH - 1.0) * (position < START_TRAVEL)
+def roughness_of(position: np.ndarray, load: float) -> np.ndarray:
+    """`RunSet.roughness` at plank positions [m] under a load [N]: the start is modelled less
+    accurately."""
+    return 1.0 + (START_ROUGH - 1.0) * (position < START_TRAVEL * contact_ratio(load))
 
 
 def steps_along(values: np.ndarray) -> np.ndarray:

@@ -13,15 +13,14 @@ import numpy as np
 from flatplank_analysis.contact_patch import kernel
 from flatplank_analysis.contact_patch.grid import SPEED
 from flatplank_analysis.contact_patch.parameters import (
-    USUAL_HALF,
     among_loads,
     among_pressures,
     base_parameters,
-    contact_ratio,
     laws,
     other_starts,
     with_side_slip,
 )
+from flatplank_analysis.contact_patch.size import USUAL_HALF, contact_ratio
 from flatplank_analysis.contact_patch.tire_runs import TireRuns
 from flatplank_analysis.discovery.effect import call_hook, hook_error
 from flatplank_analysis.discovery.model import FormError, ParameterSet

@@ -13,14 +13,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from flatplank_analysis.contact_patch.size import USUAL_HALF, USUAL_LOAD, contact_ratio
 from flatplank_analysis.contact_patch.tire_runs import TireRuns
 from flatplank_analysis.discovery.parameters import Parameter
 
 BASE = "contact_patch"
 """name of the base in a model file"""
-USUAL_LOAD, USUAL_HALF = 3700.0, 0.07
-"""[N], [m] load and half contact length of the tire for which the ranges below are written; forces
-scale with the load, lengths with its square root, stiffnesses with their quotient"""
 LEAST_LOAD = 5.0
 """[N] root mean square of the load within a run, at `USUAL_LOAD`, below which it is treated as
 constant"""
@@ -37,11 +35,6 @@ SIDE_SLIP = 5e-3
 def moving_load(load: np.ndarray) -> float:
     """Root mean square of the load (runs, samples) about the mean of each run [N]."""
     return float(np.sqrt(np.mean((load - load.mean(axis=1, keepdims=True)) ** 2)))
-
-
-def contact_ratio(load: float) -> float:
-    """Contact length at a load [N], relative to that at `USUAL_LOAD`."""
-    return float(np.sqrt(load / USUAL_LOAD))
 
 
 def along_plank(data: TireRuns) -> float:

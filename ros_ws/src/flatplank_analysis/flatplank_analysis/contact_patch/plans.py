@@ -124,7 +124,7 @@ def planned_data(data: TireRuns, s: dict[str, Any]) -> TireRuns:
             "distance since the step": Coordinate(position - s["step_position"], "m", local=True)
         },
         units=data.runs.units,
-        roughness=roughness_of(position),
+        roughness=roughness_of(position, data.reference.load),
         facts=facts,
     )
     return replace(

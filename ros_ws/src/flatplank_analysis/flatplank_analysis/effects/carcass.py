@@ -8,13 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flatplank_analysis.contact_patch.size import contact_ratio, usual_load_of
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.effects.base import Tire, TireProperty, several_speeds
 
 TRANSIENT = 0.1
-"""[m] relaxation length along the wheel: at one speed a creep on a shorter way cannot be told from
-the transient of the tire"""
+"""[m] relaxation length of the usual tire along the wheel: at one speed a creep on a shorter way
+cannot be told from the transient of the tire"""
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,8 @@ class CarcassCreep(TireProperty):
     def separable(cls, runs: RunSet, values: Mapping[str, float] | None = None) -> bool:
         if values is None or several_speeds(runs):
             return True
-        return bool(values["time"] * runs.facts["speed"].max() > TRANSIENT)
+        travel = values["time"] * runs.facts["speed"].max()
+        return bool(travel > TRANSIENT * contact_ratio(usual_load_of(runs)))
 
     def tire(self, tire: Tire) -> None:
         tire.x.creep += self.per_run.share

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from flatplank_analysis.contact_patch.size import usual_load_of
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.effects.base import Signal, Tire, TireEffect
@@ -15,8 +16,9 @@ from flatplank_analysis.effects.base import Signal, Tire, TireEffect
 if TYPE_CHECKING:
     from flatplank_analysis.contact_patch.tire_runs import TireRuns
 
-LEAST = 100.0
-"""[N] root mean square of the lateral force below which its crosstalk is not tested"""
+LEAST = 0.027
+"""root mean square of the lateral force, as a share of the load, below which its crosstalk is not
+tested"""
 
 
 def other(data: TireRuns, channel: str, tared: np.ndarray) -> np.ndarray:
@@ -72,7 +74,8 @@ class CrosstalkFy(CrosstalkIntoFx):
     def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:
         """No variant where there is hardly a lateral force: its crosstalk would be below noise."""
         force = runs.measured[runs.channels.index("fy")] if "fy" in runs.channels else 0.0
-        return [{"tared": 1.0}] if float(np.sqrt(np.mean(force**2))) > LEAST else []
+        least = LEAST * usual_load_of(runs)
+        return [{"tared": 1.0}] if float(np.sqrt(np.mean(force**2))) > least else []
 
 
 @dataclass(frozen=True)

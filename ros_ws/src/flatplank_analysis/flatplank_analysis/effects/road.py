@@ -8,16 +8,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flatplank_analysis.contact_patch.size import contact_ratio, usual_load_of
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.effects.base import Motion, Tire, TireEffect
 
 BEFORE, AFTER, AFTER_START, AFTER_TURNED_START = 0.1, 0.2, 0.3, 0.6
-"""[m] distances before and after a step common to all runs, and after a common start without and
-with side slip, within which a patch cannot be told from the transient: two to three relaxation
-lengths, of 0.1 m along the wheel and 0.3 m across it"""
+"""[m] distances of the usual tire before and after a step common to all runs, and after a common
+start without and with side slip, within which a patch cannot be told from the transient: two to
+three relaxation lengths, of 0.1 m along the wheel and 0.3 m across it"""
 COMMON = 0.05
-"""[m] largest difference between places that are common to all runs"""
+"""[m] largest difference between places that are common to all runs, of the usual tire"""
 
 
 @dataclass(frozen=True)
@@ -145,15 +146,17 @@ class WornPatch(TireEffect):
 
 def _transients(runs: RunSet) -> list[tuple[float, float]]:
     """Stretches of the plank where all runs have a transient of the tire [m]."""
+    size = contact_ratio(usual_load_of(runs))
     steps = runs.facts.get("step", np.array([np.nan]))
     steps = steps[np.isfinite(steps)]
     out = []
-    if len(steps) and np.ptp(steps) < COMMON:
-        out.append((float(np.median(steps)) - BEFORE, float(np.median(steps)) + AFTER))
+    if len(steps) and np.ptp(steps) < COMMON * size:
+        step = float(np.median(steps))
+        out.append((step - BEFORE * size, step + AFTER * size))
     starts = runs.coordinates["plank position"].values[:, 0]
-    if np.ptp(starts) < COMMON:
+    if np.ptp(starts) < COMMON * size:
         turned = np.any(runs.facts.get("alpha", np.zeros(1)) != 0.0)
-        end = np.median(starts) + (AFTER_TURNED_START if turned else AFTER_START)
+        end = np.median(starts) + size * (AFTER_TURNED_START if turned else AFTER_START)
         # a straight wheel shows a patch from its first slip on
         out.append((-np.inf, float(end if turned else min(end, *steps, np.inf))))
     return out
