@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 UNITS = (
     "N|kN|Nm|kN/m|N/m|N/mm|Nm/deg|Nm/rad|N/rad|N/deg|kN/deg|N/%|m|mm|cm|km|um|%|bar|Pa|kPa|deg|rad|"
-    "1/m|s|ms|us|min|minutes|h|Hz|kHz|m/s|mm/s|rad/s|deg/s|N/s|%/kN|kg|B|kB|MB|GB"
+    "1/m|1/km|1/K|K|1/rad|s/m|s|ms|us|min|minutes|h|Hz|kHz|m/s|mm/s|rad/s|deg/s|N/s|%/kN|kg|B|kB|MB|GB"
 )
 """a number is followed by one of these, with or without a space"""
 COUNTED = (

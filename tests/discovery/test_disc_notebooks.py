@@ -21,6 +21,7 @@ from bristles import Truth, campaign, save
 from matplotlib.figure import Figure
 
 from flatplank_data.errors import FlatplankError
+from flatplank_validation.sweep_sets.brush import Brush, Plan, sweeps, text_of
 
 ROOT = Path(__file__).resolve().parents[2]
 BOOKS = ROOT / "examples" / "notebooks"
@@ -119,7 +120,7 @@ def here(tmp_path, monkeypatch):
 
 def test_every_notebook_is_run_here():
     names = {path.stem for path in BOOKS.glob("*.ipynb")}
-    assert names == {"slip_step", "discovery_loop", "own_effect"}
+    assert names == {"slip_step", "discovery_loop", "own_effect", "sweeps"}
 
 
 def test_a_slip_step_from_bag_to_report(tmp_path, monkeypatch):
@@ -154,3 +155,12 @@ def test_an_effect_of_ones_own(here):
     with pytest.raises(FlatplankError):
         names["model"].add("rail_friction")
     assert "rail_friction" not in sys.modules
+
+
+def test_from_sweeps_to_a_named_effect(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    columns = sweeps(Brush(over_temperature=0.003), Plan(), seed=31)
+    (tmp_path / "lateral.csv").write_text(text_of(columns), encoding="utf-8")
+    names, _ = run_cells(BOOKS / "sweeps.ipynb")
+    assert list(names["told"].effects["name"]) == ["grip_temperature"]
+    assert names["told"].verdict == "found" and names["grown"].verdict == "at floor"
