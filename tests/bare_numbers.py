@@ -9,7 +9,8 @@ from collections.abc import Iterator
 
 UNITS = (
     "N|kN|Nm|kN/m|N/m|N/mm|Nm/deg|Nm/rad|N/rad|N/deg|kN/deg|N/%|m|mm|cm|km|um|%|bar|Pa|kPa|deg|rad|"
-    "1/m|1/km|1/K|K|1/rad|s/m|s|ms|us|min|minutes|h|Hz|kHz|m/s|mm/s|rad/s|deg/s|N/s|%/kN|kg|B|kB|MB|GB"
+    "1/m|1/km|1/K|K|1/rad|s/m|s|ms|us|min|minutes|h|Hz|kHz|m/s|mm/s|rad/s|deg/s|N/s|%/kN|kg|B|kB|MB|GB|"
+    "N m s2|N m s|N m|kg m2|1/s2|1/s|m/s2|rad/s2|V"
 )
 """a number is followed by one of these, with or without a space"""
 COUNTED = (
@@ -40,7 +41,7 @@ _PARTS_OF_NAMES = re.compile(
     r"|\d{4}-\d\d-\d\d(?:[ T][\d:.]+)?"  # a date
     r"|\b\d+/\d+(?![\w/])"  # one of so many
     r"|[\w.-]*[/\\][\w./\\-]*[A-Za-z_][\w./\\-]*"  # a path
-    r"|\b[\w-]*[A-Za-z_][\w.]*-\d[\w.-]*"  # the name of a run
+    r"|\b(?!\d*e[-+]?\d)[\w-]*[A-Za-z_][\w.]*-\d[\w.-]*"  # the name of a run
     r"|\bv?\d+\.\d+\.\d+\b|^\s*\d+\.(?= )|`[^`]*`|--\w+ \S+"  # version, item, command, option
 )
 
@@ -75,7 +76,7 @@ def _bare(part: str) -> Iterator[str]:
 
 
 def _masked(name: re.Match[str]) -> str:
-    return name[0].replace("1/", "") if name[0] in UNITS.split("|") else "~" * len(name[0])
+    return "m" if name[0] in UNITS.split("|") else "~" * len(name[0])
 
 
 def _end_of_row(words: str, end: int) -> int:

@@ -44,5 +44,8 @@ def broken(result: Diagnosis) -> list[str]:
     }
     once = {n for n in ends if len(re.findall(rf"(?<![\w.]){re.escape(n)} = ", told)) == 1}
     if search.model.runs.units:
-        out += [f"without unit: {n}" for n in bare_numbers(text_of(result))]
+        text = text_of(result)
+        for name in search.model.runs.condition_names:  # as their machine names them
+            text = text.replace(name, "a condition")
+        out += [f"without unit: {n}" for n in bare_numbers(text)]
     return out + [f"not told once: {n}" for n in ends - once]
