@@ -3,10 +3,11 @@
 
 from __future__ import annotations
 
+import logging
 import multiprocessing
 import os
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import CancelledError, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import partial
@@ -143,8 +144,13 @@ def _dask(address: str) -> Iterator[Executor]:
     except (OSError, ValueError) as error:
         what = f"no scheduler ({error})"
         raise FlatplankError(what, address, "start one, or leave '--scheduler' out") from error
+    # its own report of a lost connection is a traceback
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
     with client:
-        yield Dask(client)
+        try:
+            yield Dask(client)
+        except CancelledError as error:
+            raise FlatplankError("the scheduler is gone", address, "start it again") from error
 
 
 def available_cores() -> int:

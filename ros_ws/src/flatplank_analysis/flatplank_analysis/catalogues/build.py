@@ -27,7 +27,7 @@ from flatplank_data.errors import FlatplankError
 from flatplank_data.folders import campaign_folders, stamp_of
 from flatplank_data.naming import FOLDERS as PARTS
 from flatplank_data.readers.cache import FOLDER
-from flatplank_data.readers.parquet import whole, write_checked
+from flatplank_data.readers.parquet import keep, whole
 
 FILE = "catalogue.parquet"
 FORMAT = "flatplank-catalogue/1"
@@ -126,15 +126,5 @@ def _stamp(folder: Path) -> str:
 
 
 def _keep(root: str, table: pa.Table, stamps: Stamps) -> bool:
-    path = file_of(root)
     text = json.dumps({"format": FORMAT, "folders": stamps}).encode()
-    part = path.with_name(f"{path.name}.{os.getpid()}.part")
-    try:
-        path.parent.mkdir(exist_ok=True)
-        write_checked(table.replace_schema_metadata({STAMPS: text}), part)
-        os.replace(part, path)
-    except OSError:
-        with contextlib.suppress(OSError):
-            part.unlink()
-        return False
-    return True
+    return keep(table.replace_schema_metadata({STAMPS: text}), file_of(root))

@@ -10,7 +10,6 @@ import contextlib
 import glob
 import hashlib
 import json
-import os
 from pathlib import Path
 
 import pyarrow as pa
@@ -18,7 +17,7 @@ import pyarrow.parquet as pq
 
 from flatplank_data.errors import FlatplankError
 from flatplank_data.readers.base import Loaded, Request
-from flatplank_data.readers.parquet import whole, write_checked
+from flatplank_data.readers.parquet import keep, whole
 from flatplank_data.store import LocalStore
 
 FOLDER = ".flatplank-cache"
@@ -67,16 +66,10 @@ def save_to_cache(request: Request, key: str, loaded: Loaded) -> None:
         _REMARKS: json.dumps(list(loaded.remarks)).encode(),
     }
     table = pa.table(dict(loaded.columns)).replace_schema_metadata(metadata)
-    part = path.with_name(f"{path.name}.{os.getpid()}.part")
-    try:
-        path.parent.mkdir(exist_ok=True)
-        for old in path.parent.glob(f"{glob.escape(request.name)}-{'?' * _KEY}.parquet"):
-            old.unlink()
-        write_checked(table, part)
-        os.replace(part, path)
-    except OSError:
+    for old in path.parent.glob(f"{glob.escape(request.name)}-{'?' * _KEY}.parquet"):
         with contextlib.suppress(OSError):
-            part.unlink()
+            old.unlink()
+    keep(table, path)
 
 
 def _path(request: Request, key: str) -> Path | None:

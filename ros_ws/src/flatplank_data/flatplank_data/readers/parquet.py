@@ -8,8 +8,9 @@ has them, as those have that are written here.
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -67,6 +68,20 @@ def describe_parquet(store: Store, name: str) -> dict:
 def write_checked(table: pa.Table, path: Path) -> None:
     """Write a table with page checksums."""
     pq.write_table(table, path, compression="zstd", use_dictionary=False, write_page_checksum=True)
+
+
+def keep(table: pa.Table, path: Path) -> bool:
+    """Replace a kept table in one step; False where it cannot be written (read-only disk)."""
+    part = path.with_name(f"{path.name}.{os.getpid()}.part")
+    try:
+        path.parent.mkdir(exist_ok=True)
+        write_checked(table, part)
+        os.replace(part, path)
+    except OSError:
+        with suppress(OSError):
+            part.unlink()
+        return False
+    return True
 
 
 @contextmanager
