@@ -21,6 +21,9 @@ NAMED = 0.95
 MEMBER = 0.05
 """probability of a member of a class, relative to the likeliest one"""
 
+LARGEST_LOG = 700.0
+"""logarithm of the largest odds that are told apart: a number of a computer holds no larger one"""
+
 Key = tuple[str, ...]
 
 
@@ -179,18 +182,32 @@ class Posterior:
         return [self.matters(weighed, i) * self.known(weighed, i) for i in places]
 
     def alternatives(self, weighed: Weighed, index: int) -> list[tuple[Weighed, int, float]]:
-        """What may stand for effect `index` of a set: sets with another effect in its place, the
-        place of that effect, and odds against the set; the likeliest first."""
+        """What may stand for effect `index` of a set: each effect that in its place is better than
+        none. The likeliest set with it and without the first, the place of the effect there, and
+        the odds of all such sets against those with the first; the likeliest first.
+
+        Beside the other effect another law may be needed, or none: the odds are those of all sets.
+        """
         own = weighed.names[index]
-        rest = _without(weighed.key, own)
+        rest, count = _without(weighed.key, own), weighed.key.count(own)
+        having = [key for key in self.sets if key.count(own) >= count]
+        others = sorted(self.sets.keys() - having, key=self.logs.__getitem__, reverse=True)
         out = []
-        for key, other in self.sets.items():
-            new = [n for n in key if rest == _without(key, n) and n != own]
-            if len(key) != len(weighed.key) or not new or key == weighed.key:
+        more = (n for key in others for n in key if key.count(n) > weighed.key.count(n))
+        for name in dict.fromkeys(more):
+            instead = self.logs.get(tuple(sorted((*rest, name))), -math.inf)
+            if instead <= self.logs.get(rest, -LARGEST_LOG):
                 continue
-            place = len(key) - 1 - other.names[::-1].index(new[0])
-            out.append((other, place, math.exp(self.logs[key] - self.logs[weighed.key])))
+            keys = [key for key in others if key.count(name) > weighed.key.count(name)]
+            other = self.sets[keys[0]]
+            place = len(other.names) - 1 - other.names[::-1].index(name)
+            out.append((other, place, self._odds(keys, having)))
         return sorted(out, key=lambda item: -item[2])
+
+    def _odds(self, keys: Iterable[Key], others: Iterable[Key]) -> float:
+        """Odds of some sets against others."""
+        one, two = (logsumexp([self.logs[k] for k in some]) for some in (keys, others))
+        return math.exp(min(float(one - two), LARGEST_LOG))
 
     def rivals(self, weighed: Weighed, index: int) -> tuple[Rival, ...]:
         """The same as rivals of the effect, of those whose size may be of consequence."""
