@@ -10,7 +10,7 @@ from collections.abc import Iterator
 UNITS = (
     "N|kN|Nm|kN/m|N/m|N/mm|Nm/deg|Nm/rad|N/rad|N/deg|kN/deg|N/%|m|mm|cm|km|um|%|bar|Pa|kPa|deg|rad|"
     "1/m|1/km|1/K|K|1/rad|s/m|s|ms|us|min|minutes|h|Hz|kHz|m/s|mm/s|rad/s|deg/s|N/s|%/kN|kg|B|kB|MB|GB|"
-    "N m s2|N m s|N m|kg m2|1/s2|1/s|m/s2|rad/s2|V"
+    "N/m3|N m s2|N m s|N m|kg m2|1/s2|1/s|m/s2|rad/s2|V"
 )
 """a number is followed by one of these, with or without a space"""
 COUNTED = (
@@ -21,7 +21,7 @@ COUNTED = (
 """a number before these counts or multiplies"""
 NUMBERED = (
     "P|p|e|chi2|starts?|step|stage|trial|seed|version|figure|table|section|Python|runs?|batch|"
-    "p above|at most|Magic Formula|gains|costs|below|other than"
+    "p above|order|at most|Magic Formula|gains|costs|below|other than"
 )
 """a number behind these is a probability, odds, an e-value, or one that names"""
 FACTORS = "peak|shape|round|denom|tread|patch_order|turn_y|turn_rate|grip_y|slip_turned|range"

@@ -130,5 +130,5 @@ def test_what_grows_from_run_to_run_is_judged_by_the_runs_that_there_are():
     (points,) = score(said("found", wear, runs=27), answer)["effects"]
     assert not points["covered"] and points["error"] == pytest.approx(-0.5)
     lines = text_of(answer | {"outside": None}, score(said("found", wear, runs=14), answer))
-    assert lines[0] == "hidden: wear, 0.13 over 27 runs"
-    assert lines[1] == "found as wear: 0.065 over 14 runs (+0 %), its interval covers the truth"
+    assert lines[0] == "hidden: wear, 13 % over 27 runs"
+    assert lines[1] == "found as wear: 6.5 % over 14 runs (+0 %), its interval covers the truth"

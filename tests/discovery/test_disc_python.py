@@ -94,7 +94,7 @@ def test_what_is_beyond_a_floor_is_the_error_less_the_floor(tmp_path):
         assert row.rmse > 2.0 * row.floor
         assert row.beyond == pytest.approx(np.sqrt(row.rmse**2 - row.floor**2), rel=1e-3)
     assert f"beyond it {found.numbers['beyond']:.1f} N" in repr(found)
-    assert "over wheel angle: " in repr(found)
+    assert "over the wheel angle: " in repr(found)
 
 
 def test_fit_has_the_numbers_of_compare(model, folder, capsys):

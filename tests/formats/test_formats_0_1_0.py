@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import yaml
 
-from flatplank_analysis.contact_patch.session import Session
+from flatplank_analysis.contact_patch.session import base_of
 from flatplank_analysis.discovery.modelfile import load_model, save_model
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.models.tire_record import read_record
@@ -72,7 +72,7 @@ def test_model_file(old) -> None:
     before, after = (yaml.safe_load((old / n).read_text()) for n in ("model.yaml", "again.yaml"))
     assert after == before
     assert model.undone().effects == ()
-    start = Session.start(model)
+    start = base_of(model)
     assert (start["patch_order"], start["denom"]) == (1.0822649551218924, 1.269716306624831)
 
 

@@ -6,30 +6,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from flatplank_data.errors import FlatplankError
-
-NEW_CLOCK = 1_000_000_000
-"""[ns] a sample that is later than this is of another clock"""
-
-
-class ClockWentBackError(FlatplankError):
-    """The bus was started anew: what a node remembers is of another bus time."""
-
-    def __init__(self, before: int, now: int) -> None:
-        super().__init__(
-            f"the bus was started anew, its time went back from {before * 1e-9:.2f} s to "
-            f"{now * 1e-9:.2f} s",
-            remedy="start this node anew, too",
-        )
-
 
 class CycleJoin:
     """Call `complete(at, samples)` once per bus cycle, in order, when every needed kind is there.
 
     `at`, the stamp of the inputs [ns], identifies a cycle. A later sample of the leading kind (the
     first of `kinds`) completes a waiting cycle as it is: the last sample of an ended source stays
-    in use, and the rules on stale data act. A late sample is kept as the latest of its kind; one
-    that is more than `NEW_CLOCK` late is of a bus that was started anew.
+    in use, and the rules on stale data act. A late sample is kept as the latest of its kind.
     `await_kinds` changes the needed ones.
     """
 
@@ -52,8 +35,6 @@ class CycleJoin:
     def put(self, kind: str, due: int, sample: Any) -> None:
         """Add a sample of the cycle whose inputs have the stamp `due` [ns]."""
         if self._due is not None and due < self._due:
-            if self._due - due > NEW_CLOCK:
-                raise ClockWentBackError(self._due, due)
             self._keep(kind, due, sample)
             return
         self._queues[kind][due] = sample

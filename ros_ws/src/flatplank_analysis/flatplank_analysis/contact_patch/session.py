@@ -37,6 +37,19 @@ from flatplank_data.table import MeasurementTable
 from flatplank_data.wording import six_digits
 
 
+def base_of(model: ModelFile) -> dict[str, float]:
+    """Base parameters of a model file under their names of today; FlatplankError for an unknown
+    base or parameter."""
+    where = model.path or "model file"
+    if model.base != BASE:
+        raise FlatplankError(f"no base '{model.base}'", where, f"write 'base: {BASE}'")
+    named = {FORMER.get(name, name): value for name, value in model.parameters.items()}
+    if unknown := [name for name in named if name not in NAMES]:
+        what = f"the base has no parameter '{unknown[0]}'"
+        raise FlatplankError(what, where, f"known: {', '.join(NAMES)}")
+    return named
+
+
 @dataclass
 class Session:
     """A campaign with the base of the search and the library of effects."""
@@ -103,14 +116,7 @@ class Session:
 
     def start(self, model: ModelFile) -> dict[str, float]:
         """Base parameters of a model file, also those that this campaign cannot determine."""
-        where = model.path or "model file"
-        if model.base != BASE:
-            raise FlatplankError(f"no base '{model.base}'", where, f"write 'base: {BASE}'")
-        named = {FORMER.get(name, name): value for name, value in model.parameters.items()}
-        if unknown := [name for name in named if name not in NAMES]:
-            what = f"the base has no parameter '{unknown[0]}'"
-            raise FlatplankError(what, where, f"known: {', '.join(NAMES)}")
-        return named
+        return base_of(model)
 
     def terms(self, model: ModelFile) -> tuple[Term, ...]:
         """Effects of a model file with their values; FlatplankError for an unknown one."""

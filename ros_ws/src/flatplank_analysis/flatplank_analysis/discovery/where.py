@@ -55,7 +55,10 @@ class Map:
             return "nothing beyond the floor"
         ends = (float(self.edges[0]), float(self.edges[-1]))
         share = quantity(self.place_share, "1", 2)
-        return f"{share} of it within {span(*self.place, self.unit, axis=ends)}"
+        place = span(*self.place, self.unit, axis=ends)
+        # what has no unit is told by its name
+        named = f"{self.coordinate} " if self.unit == "-" else ""
+        return f"{share} of it within {named}{place}"
 
 
 @dataclass(frozen=True)
