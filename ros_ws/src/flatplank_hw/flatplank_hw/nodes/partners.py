@@ -19,6 +19,8 @@ class Partners:
     def __init__(self) -> None:
         self._counts: dict[str, Callable[[], int]] = {}
         self._most: dict[str, int] = {}
+        self.silent: set[str] = set()
+        """kinds whose publisher has gone, and of which no sample has come since"""
 
     def add(self, kind: str, count: Callable[[], int]) -> None:
         """Add a kind of sample and the function that counts its publishers."""
@@ -32,4 +34,14 @@ class Partners:
             self._most[kind] = max(self._most[kind], here)
             if here < self._most[kind]:
                 found.add(kind)
+        self.silent |= found
         return found
+
+    def heard(self, kind: str) -> bool:
+        """Register a sample; True for the first one since the publisher was away. A node that was
+        started again may have missed the inputs of the present cycle: it is there once it speaks.
+        """
+        if kind not in self.silent:
+            return False
+        self.silent.discard(kind)
+        return True

@@ -102,6 +102,8 @@ class DriveNode(BenchNode):
 
         def take(sample: Any) -> None:
             self.join.put(kind, sample.stamp_ns, sample)
+            if self.partners.heard(kind):
+                self.await_partners()
 
         count = self.add_sample_subscription(exchange, topic, take, qos, needed=needed)
         self.partners.add(kind, count)
@@ -132,11 +134,13 @@ class DriveNode(BenchNode):
         self.await_partners()
 
     def await_partners(self) -> None:
-        """Await the samples of this mode in each cycle. When a node has gone, await none of the
-        others, which may lack its samples: the rules on stale samples act."""
+        """Await the samples of this mode in each cycle. When a node has gone, and until it speaks
+        again, await none of the others, which may lack its samples: the rules on stale samples
+        act."""
         led = bool(MODES[self.published_mode].source)
-        kinds = self.join.kinds if led else set(self.join.kinds) - {"reference"}
-        self.join.await_kinds(self.join.kinds[:1] if self.partners.gone() else kinds)
+        kinds = set(self.join.kinds) - (set() if led else {"reference"})
+        lacking = self.partners.gone() or self.partners.silent & kinds
+        self.join.await_kinds(self.join.kinds[:1] if lacking else kinds)
 
     # requests
     def enable(self) -> Answer:
