@@ -18,7 +18,6 @@ from flatplank_analysis.cli import loop
 from flatplank_analysis.discovery import verdict
 from flatplank_analysis.discovery.report.text import text_of
 from flatplank_analysis.effects import consent
-from flatplank_analysis.pages.provenance import provenance
 from flatplank_data.errors import FlatplankError
 
 if TYPE_CHECKING:
@@ -48,8 +47,8 @@ def diagnose(
     start = model.start if model else None
     result = session.diagnose(start, loop.progress, measured)
     loop.progress_done()
-    about = provenance(run.info for run in session.campaign.runs)
-    return Diagnosed(result, session.campaign.path, start.history if start else (), about)
+    history = start.history if start else ()
+    return Diagnosed(result, session.campaign.path, history, session.about)
 
 
 class Diagnosed:

@@ -66,11 +66,10 @@ def _report(folder: str, result: Diagnosis, session: Session, model: ModelFile |
     if result.search is None:
         return f"none, there is nothing to draw ({result.reason})"
     from flatplank_analysis.discovery.report.page import write_report
-    from flatplank_analysis.pages.provenance import provenance
 
     history = model.history if model else ()
-    about = provenance(run.info for run in session.campaign.runs)
-    return str(write_report(result, Path(folder), session.campaign.path, history, about))
+    path = session.campaign.path
+    return str(write_report(result, Path(folder), path, history, session.about))
 
 
 def starting_values(path: str | None) -> dict[str, dict[str, float]]:

@@ -30,6 +30,8 @@ from flatplank_analysis.effects.registry import find, library
 from flatplank_analysis.inference.beside import Beside
 from flatplank_analysis.inference.nextrun import next_run
 from flatplank_analysis.inference.search import run_search
+from flatplank_analysis.inference.searched import Searched
+from flatplank_analysis.pages.provenance import provenance
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError
 from flatplank_data.progress import Progress
@@ -110,6 +112,11 @@ class Session:
         return Session.open(folder, self.files, mapping)
 
     @property
+    def about(self) -> str:
+        """Where the runs come from, for the foot of a page."""
+        return provenance(run.info for run in self.campaign.runs)
+
+    @property
     def force(self) -> str:
         """Name of the first channel: 'Fx'."""
         return self.model.runs.channels[0].capitalize()
@@ -124,6 +131,18 @@ class Session:
         pairs = [(self.effect_of(e.name, e.parameters, where, e.file), e) for e in model.effects]
         return tuple(Term(f, f.vector(dict(e.parameters)), f.held()) for f, e in pairs)
 
+    def searched(
+        self,
+        model: ModelFile | None,
+        progress: Progress | None,
+        measured: Mapping[str, Mapping[str, float]] | None,
+    ) -> Searched:
+        """The search for missing effects, from a model file on; see `diagnose`."""
+        options = Options(progress=progress, measured=measured or {})
+        if model is not None:
+            options.start, options.terms = self.start(model), self.terms(model)
+        return run_search(self.model, list(self.effects.values()), options)
+
     def diagnose(
         self,
         model: ModelFile | None = None,
@@ -136,10 +155,7 @@ class Session:
             return verdict.undecidable_diagnosis(self.data.runs, time.perf_counter() - began)
         for name, numbers in (measured or {}).items():
             self.effect_of(name, numbers, "starting values")
-        options = Options(progress=progress, measured=measured or {})
-        if model is not None:
-            options.start, options.terms = self.start(model), self.terms(model)
-        search = run_search(self.model, list(self.effects.values()), options)
+        search = self.searched(model, progress, measured)
         plans = plans_for(self.model) if any(f.alike for f in search.last.found) else []
         proposal = next_run(search, plans)
         result = verdict.diagnose(search, proposal)

@@ -15,9 +15,8 @@ from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import verdict
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.modelfile import ModelFile
-from flatplank_analysis.discovery.opening import Options, opened
+from flatplank_analysis.discovery.opening import opened
 from flatplank_analysis.discovery.verdict import Diagnosis
-from flatplank_analysis.inference.search import run_search
 from flatplank_analysis.slip_sweeps.conditions import FORCE
 from flatplank_analysis.slip_sweeps.missing import missing_sweep
 from flatplank_analysis.slip_sweeps.model import sweep_model
@@ -121,10 +120,7 @@ class SweepSession(Session):
     ) -> Diagnosis:
         """Search for missing effects; measured: effect -> parameter -> start value [SI]."""
         began = time.perf_counter()
-        options = Options(progress=progress, measured=measured or {})
-        if model is not None:
-            options.start, options.terms = self.start(model), self.terms(model)
-        result = verdict.diagnose(run_search(self.model, list(self.effects.values()), options))
+        result = verdict.diagnose(self.searched(model, progress, measured))
         result = replace(result, next_run=missing_sweep(result), campaign=False)
         return replace(result, seconds=time.perf_counter() - began)
 

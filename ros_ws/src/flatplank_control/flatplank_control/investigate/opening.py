@@ -16,7 +16,6 @@ from flatplank_analysis.effects.grammar import file as proposal_file
 from flatplank_analysis.investigation.loop import Loop, Say
 from flatplank_analysis.investigation.notebook import text_of
 from flatplank_analysis.investigation.report import DIAGNOSIS, write_notebook
-from flatplank_analysis.pages.provenance import provenance
 from flatplank_analysis.proposal.propose import PROPOSED, propose_from_diagnosis
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.bench.simulator import simulator
@@ -112,8 +111,8 @@ def open_loop(
 
     def at_end(session: Session, result: Diagnosis) -> dict[str, Any] | None:
         if result.search is not None:
-            about = provenance(run.info for run in session.campaign.runs)
-            write_report(result, folder / REPORT / DIAGNOSIS, str(folder), about=about)
+            page = folder / REPORT / DIAGNOSIS
+            write_report(result, page, str(folder), about=session.about)
         return propose_effect(session, result, folder)
 
     return Loop(bench, DiskLog(folder), minutes, say, at_end=at_end)

@@ -259,14 +259,12 @@ def _kept(at: _Open, changed: ModelFile, step: Step) -> dict[str, Any]:
 def report(progress: Progress, folder: str, model: str, target: str) -> dict[str, Any]:
     """Write the report page of a diagnosis with its figures to the folder `target`."""
     from flatplank_analysis.discovery.report.page import write_report
-    from flatplank_analysis.pages.provenance import provenance
 
     at = _opened(progress, folder, model)
     result = _diagnosis(at, progress)
     progress("figures", 0.95)
-    campaign = at.session.campaign
-    about = provenance(run.info for run in campaign.runs)
-    page = write_report(result, Path(target), campaign.path, at.model.history, about)
+    path, about = at.session.campaign.path, at.session.about
+    page = write_report(result, Path(target), path, at.model.history, about)
     return {"page": str(page)}
 
 

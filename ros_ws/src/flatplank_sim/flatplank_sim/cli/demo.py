@@ -16,7 +16,6 @@ from flatplank_analysis.discovery.modelfile import ModelFile, save_model
 from flatplank_analysis.discovery.report.page import BEFORE_AND_AFTER, write_report
 from flatplank_analysis.discovery.report.text import to_do_lines
 from flatplank_analysis.discovery.verdict import Diagnosis
-from flatplank_analysis.pages.provenance import provenance
 from flatplank_analysis.report.analysis import analyse
 from flatplank_analysis.report.results import CampaignResult
 from flatplank_analysis.report_files.build import write
@@ -164,8 +163,8 @@ def _named(session: Session, result: Diagnosis, folder: Path, printer: Steps) ->
         printer.print_progress(lines[-1].strip())
     lines += [f"  {line}" for line in to_do_lines(result, str(folder))]
     printer.print_progress("page and figures")
-    about = provenance(run.info for run in session.campaign.runs)
-    page = write_report(result, folder / "report", session.campaign.path, model.history, about)
+    where = session.campaign.path
+    page = write_report(result, folder / "report", where, model.history, session.about)
     answer = unseal(folder)
     lines += [f"  {line}" for line in text_of(answer, score(data, answer))]
     if result.found:
