@@ -21,8 +21,8 @@ class CommandGate:
     def __init__(self) -> None:
         self.sent_ns = 0
         """stamp of the latest inputs [ns]"""
-        self._recent: dict[int, None] = {}
-        """stamps sent within `QUIET_NS`, in order [ns]"""
+        self._first_ns = 0
+        """stamp of the first inputs of this clock [ns]"""
         self._answered: dict[int, int] = {}
         self._inside: set[int] = set()
         self._contested_until: dict[int, int] = {}
@@ -30,10 +30,12 @@ class CommandGate:
 
     def send(self, stamp_ns: int) -> None:
         """Register the inputs that are about to be published."""
+        if stamp_ns < self.sent_ns:  # another clock, which no command has answered
+            self._first_ns = 0
+            self._answered.clear()
+            self._contested_until.clear()
+        self._first_ns = self._first_ns or stamp_ns
         self.sent_ns = stamp_ns
-        self._recent[stamp_ns] = None
-        while not stamp_ns - QUIET_NS < (oldest := next(iter(self._recent))) <= stamp_ns:
-            del self._recent[oldest]
 
     def accept(self, axis: int, stamp_ns: int, *, inside: bool = False) -> bool:
         """True for the first answer of the axis to published inputs. `inside`: it comes from a
@@ -45,7 +47,8 @@ class CommandGate:
             self._answered[axis] = stamp_ns
             return True
         self._refused[axis] += 1
-        if axis not in self._inside and stamp_ns <= last and stamp_ns in self._recent:
+        answers = stamp_ns > 0 and self._first_ns <= stamp_ns <= last
+        if axis not in self._inside and answers:
             self._contested_until[axis] = self.sent_ns + QUIET_NS
         return False
 
