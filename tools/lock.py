@@ -41,6 +41,7 @@ def compiled(inputs: list[str], keep: Path | None, *options: str) -> str:
     command += ["--no-header", "--no-annotate", *options]
     command += [str(REQUIREMENTS / f"{name}.in") for name in inputs]
     command += ["--constraints", str(keep)] if keep else []
+    command += ["--overrides", str(REQUIREMENTS / "left-out.in")]
     return subprocess.run(command, check=True, capture_output=True, text=True).stdout
 
 
@@ -49,8 +50,8 @@ def resolve(python: str, inputs: list[str], keep: Path | None) -> Hashes:
     text = compiled(inputs, keep, "--python-version", python, "--no-strip-extras")
     found = {}
     for line in text.replace("\\\n", "").splitlines():
-        name, version = re.split(r"==|[\s;]", line)[:2]
-        found[re.sub(r"\[.*", "", name), version] = set(re.findall(r"--hash=\S+", line))
+        name, version = re.split(r"==|[\s;]", re.sub(r"\[.*?\]", "", line))[:2]
+        found[name, version] = set(re.findall(r"--hash=\S+", line))
     return found
 
 

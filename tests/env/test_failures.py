@@ -50,6 +50,7 @@ ARGUMENTS: dict[str, list[str]] = {
     "esi": ["nowhere.xml"],
     "explain": ["nowhere"],
     "fit": ["nowhere"],
+    "fmu": ["nowhere.tir", "made.fmu"],
     "investigate": ["made", "--minutes", "-1"],
     "panel": ["--data", "made", "--port", "1"],
     "propose": ["nowhere"],

@@ -193,6 +193,9 @@ OUTPUTS: Mapping[str, Word] = {
     "r_e": Word("rolling radius", "Road per angle of the freely rolling wheel.", "mm", "r_e"),
     "kappa": Word("slip", "Driving above zero, braking below.", "%", "κ"),
     "sigma": Word("relaxation length", "Road over which the force follows a step.", "m", "σ"),
+    "FMU": Word(
+        "Functional Mock-up Unit", "A model in one file that programs of simulation import (FMI)."
+    ),
 }
 """words of the verbs' outputs"""
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads and replaces whole text files, so that no program reads a half-written one."""
+"""Reads and replaces whole files, so that no program reads a half-written one."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ PART = ".part"
 """suffix of a file that is being written; a leftover one may be deleted"""
 
 
-def write_atomic(path: str | os.PathLike[str], text: str, durable: bool = True) -> None:
-    """Replace a text file in one step, even when the program is killed or several write the file.
+def write_atomic(path: str | os.PathLike[str], content: str | bytes, durable: bool = True) -> None:
+    """Replace a file in one step, even when the program is killed or several write the file.
 
     durable: wait for the disk, so that also a power failure leaves the old file or the new one.
     Raises UnwritableError when the file cannot be written.
@@ -55,8 +55,8 @@ def write_atomic(path: str | os.PathLike[str], text: str, durable: bool = True) 
     temporary = None
     try:
         handle, temporary = tempfile.mkstemp(PART, f".{target.name}.", target.parent)
-        with os.fdopen(handle, "w", encoding="utf-8") as stream:
-            stream.write(text)
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(content.encode() if isinstance(content, str) else content)
             stream.flush()
             if durable:
                 os.fsync(stream.fileno())

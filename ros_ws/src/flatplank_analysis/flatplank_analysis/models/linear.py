@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from .base import RunInputs, column
@@ -29,10 +31,7 @@ def deflection(
     runs, samples), as does `sigma` [m]; `start` is u before sample 0 (sets, runs). At rest u
     follows the slip in full; over a long way it approaches sigma ds/|dx|.
     """
-    ratio = np.asarray(travel / sigma, float)
-    kept = np.exp(-ratio)
-    small = ratio < 1e-9
-    share = np.where(small, 1.0, -np.expm1(-ratio) / np.where(small, 1.0, ratio))
+    kept, share = relaxed(travel, sigma)
     gained = share * slip
     kept, gained = np.broadcast_arrays(kept, gained)
     # samples first, so that the loop works on contiguous (sets, runs) planes
@@ -43,3 +42,12 @@ def deflection(
         plane += factor * u
         u = plane
     return np.moveaxis(out, 0, -1)
+
+
+def relaxed(travel: Any, sigma: Any) -> tuple[Any, Any]:
+    """Share of the deflection that an increment of `travel` [m] keeps, and share of its slip that
+    becomes deflection [-] (7.9); `sigma` [m]."""
+    ratio = np.divide(travel, sigma)
+    small = ratio < 1e-9
+    share = np.where(small, 1.0, -np.expm1(-ratio) / np.where(small, 1.0, ratio))
+    return np.exp(-ratio), share

@@ -14,7 +14,10 @@ model with transient properties, Vehicle System Dynamics 27 (supplement).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,6 +31,7 @@ from flatplank_tire.magic_formula import (
 )
 from flatplank_tire.magic_formula import structure as shape
 from flatplank_tire.magic_formula.combined import SteadyForces
+from flatplank_tire.magic_formula.state import Value
 
 from .base import SPEED, RunInputs
 from .linear import deflection
@@ -95,28 +99,69 @@ class ContactPointMF(MFTyre):
 
     def simulate(self, params: np.ndarray, inputs: RunInputs) -> np.ndarray:
         """Fx [N] (1, runs, samples); side slip relaxes as in MF-Tyre."""
+        return self._march(inputs)[1][None]
+
+    def simulate_all(self, inputs: RunInputs) -> dict[str, np.ndarray]:
+        """All outputs: "fx", "fy" [N], "mz" [Nm], each (runs, samples)."""
+        slip, fx = self._march(inputs)
+        o = self._point(inputs)._replace(kappa=slip, alpha=self.contact_alpha(inputs))
+        forces = steady(self.coefficients, o)
+        return {"fx": fx} | {
+            n: np.broadcast_to(getattr(forces, n), fx.shape) for n in ("fy", "mz")
+        }
+
+    def _march(self, inputs: RunInputs) -> tuple[np.ndarray, np.ndarray]:
+        """Slip of the contact point [-] and Fx [N], each (runs, samples)."""
         c = self.coefficients
         o = self._point(inputs)._replace(alpha=self.contact_alpha(inputs))
         spring = np.broadcast_to(shape.stiffness_x(c, o), inputs.shape)
         points = _by_sample(o, inputs.shape)
-        slip = _start(c, points[0], inputs.start_fx)
-        out = np.empty(inputs.shape)
-        force, slope = _curve(c, points[0], slip)
-        moved = zip(points, inputs.travel.T, inputs.slip_x.T, spring.T, out.T, strict=True)
-        for point, travel, slid, stiffness, column in moved:
-            held, before = force, slip
-            late = late_weight(travel, np.maximum(slope / stiffness, SHORTEST)) * travel
-            goal = slid - (travel - late) * before
-            for _ in range(NEWTON):
-                force, slope = _curve(c, point, slip)
-                rising = slope > SHORTEST * stiffness
-                lag = np.where(rising, slope / stiffness, SHORTEST)
-                drawn = np.where(rising, (force - held) / stiffness, SHORTEST * (slip - before))
-                error = goal - drawn - late * slip
-                slip = slip + np.clip(error / (lag + late), -MOST, MOST)
-            force, slope = _curve(c, point, slip)
-            column[:] = force
-        return out[None]
+        slips, forces = np.empty(inputs.shape), np.empty(inputs.shape)
+        at = started(partial(_curve, c, points[0]), np.zeros(len(slips)), inputs.start_fx)
+        moved = zip(points, inputs.travel.T, inputs.slip_x.T, spring.T, strict=True)
+        for i, (point, travel, slid, stiffness) in enumerate(moved):
+            at = advanced(partial(_curve, c, point), travel, slid, stiffness, at)
+            slips[:, i], forces[:, i] = at.slip, at.force
+        return slips, forces
+
+
+class Contact(NamedTuple):
+    """Contact point: slip [-], force [N], slope of its curve [N]."""
+
+    slip: Value
+    force: Value
+    slope: Value
+
+
+Curve = Callable[[Value], tuple[Value, Value]]
+"""slip [-] -> force [N] and slope [N] of the steady curve"""
+
+
+def advanced(curve: Curve, travel: Value, slid: Value, stiffness: Value, at: Contact) -> Contact:
+    """The contact point after an increment of travel [m] and slip [m], on a spring [N/m]."""
+    late = late_weight(travel, np.maximum(at.slope / stiffness, SHORTEST)) * travel
+    goal = slid - (travel - late) * at.slip
+    slip = at.slip
+    for _ in range(NEWTON):
+        force, slope = curve(slip)
+        rising = slope > SHORTEST * stiffness
+        lag = np.where(rising, slope / stiffness, SHORTEST)
+        by_force = (force - at.force) / stiffness
+        drawn = np.where(rising, by_force, SHORTEST * (slip - at.slip))
+        error = goal - drawn - late * slip
+        slip = slip + np.clip(error / (lag + late), -MOST, MOST)
+    return Contact(slip, *curve(slip))
+
+
+def started(curve: Curve, zero: Value, force: Value) -> Contact:
+    """The contact point where the curve gives `force` [N], on the branch through zero slip."""
+    slip = zero
+    _, steepest = curve(slip)
+    for _ in range(12):
+        found, slope = curve(slip)
+        slope = np.maximum(slope, 0.05 * steepest)
+        slip = np.clip(slip + np.clip((force - found) / slope, -MOST, MOST), -0.2, 0.2)
+    return Contact(slip, *curve(slip))
 
 
 def _by_sample(o: OperatingPoint, full: tuple[int, ...]) -> list[OperatingPoint]:
@@ -129,23 +174,17 @@ def _by_sample(o: OperatingPoint, full: tuple[int, ...]) -> list[OperatingPoint]
 
 def _curve(c: Coefficients, o: OperatingPoint, slip: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Fx [N] and dFx/dkappa [N] at a slip, each of its shape."""
-    two = o._replace(kappa=np.stack([slip, slip + SMALL]))
-    force = pure.longitudinal(c, two).fx0 * combined.weight_x(c, two)
+    force = longitudinal_force(c, o, np.stack([slip, slip + SMALL]))
     return force[0], (force[1] - force[0]) / SMALL
 
 
-def _start(c: Coefficients, o: OperatingPoint, force: np.ndarray) -> np.ndarray:
-    """Slip at which the curve gives `force`, on the branch through zero slip."""
-    slip = np.zeros(force.shape)
-    _, steepest = _curve(c, o, slip)
-    for _ in range(12):
-        found, slope = _curve(c, o, slip)
-        slope = np.maximum(slope, 0.05 * steepest)
-        slip = np.clip(slip + np.clip((force - found) / slope, -MOST, MOST), -0.2, 0.2)
-    return slip
+def longitudinal_force(c: Coefficients, o: OperatingPoint, slip: Value) -> Value:
+    """Fx [N] at a slip, the other inputs being those of the operating point."""
+    at = o._replace(kappa=slip)
+    return pure.longitudinal(c, at).fx0 * combined.weight_x(c, at)
 
 
-def late_weight(travel: np.ndarray, sigma: np.ndarray) -> np.ndarray:
+def late_weight(travel: Value, sigma: Value) -> Value:
     """Weight of the end of an increment, 1/(1 - exp(-r)) - 1/r with r = travel / sigma.
 
     It is 1/2 for short increments and approaches 1 for long ones.

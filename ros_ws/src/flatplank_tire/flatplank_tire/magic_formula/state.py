@@ -43,7 +43,7 @@ def operating_point(
     """
     fz = np.maximum(fz, 0.0)
     fz0 = c.LFZO * c.FNOMIN
-    dpi = (np.asarray(pressure, float) - c.NOMPRES) / c.NOMPRES
+    dpi = np.subtract(pressure, c.NOMPRES) / c.NOMPRES
     return OperatingPoint(fz, kappa, alpha, gamma, (fz - fz0) / fz0, dpi, vx)
 
 
@@ -54,7 +54,7 @@ def cos_course(o: OperatingPoint) -> Value:
 
 def sign(x: Value) -> Value:
     """Sign with sign(0) = +1, as MF-Tyre has it."""
-    return np.where(np.asarray(x) < 0.0, -1.0, 1.0)
+    return np.where(np.less(x, 0.0), -1.0, 1.0)
 
 
 def away_from_zero(x: Value) -> Value:
