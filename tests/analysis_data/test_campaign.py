@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import pickle
 
 import numpy as np
@@ -11,6 +12,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
+from flatplank_analysis.pages.provenance import provenance
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError, NothingUsableError
 from flatplank_data.naming import facts_of_name, name_of, numbered
@@ -48,6 +50,20 @@ def test_without_campaign_yaml_names_and_metadata_tell(write_campaign, make_step
     info = Campaign.load(folder).infos[0]
     assert (info.kappa, info.start, info.fz, info.pressure) == (0.05, 2, 3700.0, 2.5)
     assert info.step_position == 1.5
+
+
+def test_records_have_what_only_the_files_of_the_runs_state(write_campaign, make_step):
+    table = make_step(0.05, 2)
+    own = {"started": "2026-05-01T10:00:00+00:00", "plant": {"seed": 7}, "fz": 1.0}
+    folder = write_campaign([table])
+    path = folder / table.info.file
+    whole = pq.read_table(path)
+    metadata = {INFO_KEY: json.dumps(table.info.to_dict() | own)}
+    pq.write_table(whole.replace_schema_metadata(metadata), path)
+    (record,) = Campaign.load(folder).records()
+    assert (record.day, record.bench, record.plant["seed"]) == ("2026-05-01", "simulated", 7)
+    assert record.fz == table.info.fz
+    assert "on the simulated bench (seed 7) measured 2026-05-01" in provenance([record])
 
 
 def test_merged_campaigns_keep_all_runs(write_campaign, make_step):

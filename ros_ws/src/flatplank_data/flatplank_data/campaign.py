@@ -70,6 +70,14 @@ class Run:
         table, remarks, _ = self._read(columns, check, further)
         return _selected(table, columns), remarks
 
+    def record(self) -> RunRecord:
+        """The record, completed by the run's own file where that can be read."""
+        try:
+            facts = turned_facts(dict(read_description(self.store, self.info.file)), self.mapping)
+        except FlatplankError:
+            return self.info  # reading its samples tells what is wrong with the file
+        return _merged(self.info, facts, self.given)
+
     def identity(self) -> Identity:
         """See `identity_of`; raises FlatplankError when the samples are unusable."""
         columns = () if self.info.measurement in checks.REQUIRED else None
@@ -263,6 +271,11 @@ class Campaign:
     def infos(self) -> list[RunRecord]:
         """Run records in the order of campaign.yaml, without it by file name."""
         return [run.info for run in self.runs]
+
+    def records(self) -> list[RunRecord]:
+        """Run records in the same order, each completed by the run's own file: date, bench, seed
+        and versions are there."""
+        return [run.record() for run in self.runs]
 
     def where(self, keep: Callable[[RunRecord], bool]) -> Campaign:
         """The runs for which `keep(info)` is true; shares the list of problems."""

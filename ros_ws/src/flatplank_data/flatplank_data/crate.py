@@ -84,7 +84,7 @@ def _said(campaign: Campaign, publication: Publication) -> Entity:
     """Texts of the whole."""
     infos = campaign.infos
     names = ", ".join(sorted({i.tire for i in infos if i.tire})) or "a tire"
-    days = sorted(d for d in (str(i.date or i.started)[:10] for i in infos) if d)
+    days = sorted({day for record in campaign.records() if (day := record.day)})
     kinds = sorted({i.kind for i in infos})
     usual = (
         f"{len(infos)} runs ({', '.join(kinds)}) of {names} on a flat plank tire tester: forces "

@@ -139,6 +139,11 @@ class RunRecord:
         return f"simulated {self.plant.get('preset') or ''}".strip()
 
     @property
+    def day(self) -> str:
+        """Day of the measurement: '2026-05-01'; empty when the record has none."""
+        return str(self.date or self.started)[:10]
+
+    @property
     def start_angle(self) -> float:
         """Wheel angle at the start [rad]."""
         given = self.start_angle_deg

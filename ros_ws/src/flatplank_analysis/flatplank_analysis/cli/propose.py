@@ -52,7 +52,7 @@ def _run(arguments: argparse.Namespace) -> int:
     if arguments.report:
         from flatplank_analysis.proposal.picture import write_proposal
 
-        page = write_proposal(result, Path(arguments.report), arguments.folder)
+        page = write_proposal(result, Path(arguments.report), arguments.folder, session.about)
         print(f"report: {page}", file=sys.stderr if arguments.json else sys.stdout)
     return 0
 

@@ -114,7 +114,7 @@ class Session:
     @property
     def about(self) -> str:
         """Where the runs come from, for the foot of a page."""
-        return provenance(run.info for run in self.campaign.runs)
+        return provenance(self.campaign.records())
 
     @property
     def force(self) -> str:

@@ -25,8 +25,11 @@ LEAST_LOG, MOST_LOG = -6.0, 30.0
 """range of decimal logarithms in the figure; values beyond are drawn at the edge"""
 
 
-def write_notebook(events: Sequence[Mapping[str, Any]], folder: Path, campaign: str) -> Path:
-    """Write page, figures and JSON of a log into a folder; return the page."""
+def write_notebook(
+    events: Sequence[Mapping[str, Any]], folder: Path, campaign: str, about: str = ""
+) -> Path:
+    """Write page, figures and JSON of a log into a folder; return the page. about: where the runs
+    come from."""
     folder.mkdir(parents=True, exist_ok=True)
     content = summary(events)
     write_atomic(folder / "investigation.json", json.dumps(content, indent=1) + "\n")
@@ -38,6 +41,7 @@ def write_notebook(events: Sequence[Mapping[str, Any]], folder: Path, campaign: 
         "notebook.html.j2",
         Path(__file__).parent,
         campaign=campaign,
+        about=about,
         content=content,
         verdict=verdict_of(content),
         entries=entries,

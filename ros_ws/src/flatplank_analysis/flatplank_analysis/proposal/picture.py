@@ -75,8 +75,8 @@ def picture(result: Proposal) -> Figure:
     return figure
 
 
-def write_proposal(result: Proposal, folder: Path, campaign: str) -> Path:
-    """Write page and figure; return the page."""
+def write_proposal(result: Proposal, folder: Path, campaign: str, about: str = "") -> Path:
+    """Write page and figure; return the page. about: where the runs come from."""
     book = Book(folder)
     drawn = book.add("proposal", picture(result)) if result.sentence is not None else None
     return write_page(
@@ -84,6 +84,7 @@ def write_proposal(result: Proposal, folder: Path, campaign: str) -> Path:
         "proposal.html.j2",
         Path(__file__).parent,
         campaign=campaign,
+        about=about,
         result=result,
         sentence=result.sentence.words() if result.sentence else "",
         picture_of=drawn,

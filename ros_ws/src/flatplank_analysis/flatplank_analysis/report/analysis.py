@@ -88,7 +88,7 @@ def analyse(
     name = campaign.tire or (names[0] if names else record.name)
     whole = CampaignResult(
         campaign.path, name, points, problems, extras, geometry=geometry, record=record,
-        about=provenance(run.info for run in campaign.runs),
+        about=provenance(campaign.records()),
     )  # fmt: skip
     if len(names) > 1:
         why = f"runs of {len(names)} tires ({', '.join(names)}): make one report for each"

@@ -108,13 +108,13 @@ QUANTITIES: dict[str, Quantity] = {
 
 def session_of(campaign: Campaign, result: CampaignResult) -> Session:
     """Values of the reference tire in one session, on the bench of its first run."""
-    dates = [str(i.date or i.started)[:10] for i in campaign.infos]
-    known = sorted(d for d in dates if d)
+    records = campaign.records()
+    known = sorted(day for record in records if (day := record.day))
     values = {
         name: [q.factor * v for v in q.read(result) if math.isfinite(v)]
         for name, q in QUANTITIES.items()
     }
-    bench = campaign.infos[0].bench
+    bench = records[0].bench
     return Session(Path(campaign.path).name, known[0] if known else "", values, bench)
 
 

@@ -17,6 +17,7 @@ from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.discovery.opening import opened
 from flatplank_analysis.discovery.verdict import Diagnosis
+from flatplank_analysis.pages.provenance import provenance
 from flatplank_analysis.slip_sweeps.conditions import FORCE
 from flatplank_analysis.slip_sweeps.missing import missing_sweep
 from flatplank_analysis.slip_sweeps.model import sweep_model
@@ -80,6 +81,13 @@ class SweepSession(Session):
         data: Any = SimpleNamespace(runs=model.runs)
         effects: dict[str, type[Effect]] = {e.identifier: e for e in whole.effects}
         return cls(Campaign(study.path, []), data, model, effects, tir=tir)
+
+    @property
+    def about(self) -> str:
+        """Where the sweeps come from, for the foot of a page."""
+        runs = self.model.runs
+        count = f"{len(runs.names)} sweeps" if len(runs.names) != 1 else "1 sweep"
+        return provenance((), f"{count} of {Path(self.campaign.path).name}")
 
     def beside(self, folder: str, mapping: Any = None) -> SweepSession:
         """The session of other sweeps, with the same tire file."""

@@ -105,12 +105,14 @@ class CampaignBench:
 
     def files(self) -> list[str]:
         """Files of the existing slip runs."""
-        return [r.info.file for r in self._campaign().runs if r.info.measurement == "slip"]
+        return [
+            r.info.file for r in campaign_so_far(self.folder).runs if r.info.measurement == "slip"
+        ]
 
     def session(self, files: Collection[str]) -> Session:
         """Session with these runs."""
         wanted = set(files)
-        campaign = self._campaign().where(lambda info: info.file in wanted)
+        campaign = campaign_so_far(self.folder).where(lambda info: info.file in wanted)
         if lost := wanted - {r.info.file for r in campaign.runs}:
             raise FlatplankError(
                 "a run of the investigation is gone", str(self.folder / min(lost)),
@@ -160,7 +162,7 @@ class CampaignBench:
     def _known(self) -> tuple[dict[tuple[float, float, float], float], int]:
         """Known rolling radii by condition, and the number of the next run."""
         if self._radii is None:
-            infos = self._campaign().infos
+            infos = campaign_so_far(self.folder).infos
             radii = {
                 (float(round(i.fz)), round(i.pressure, 3), round(i.alpha_deg, 3)):
                     float(i.effective_rolling_radius)
@@ -177,9 +179,10 @@ class CampaignBench:
             self._radii = radii, max(last + 1, len(there))
         return self._radii
 
-    def _campaign(self) -> Campaign:
-        """The campaign so far; an empty one when there are no runs yet."""
-        try:
-            return Campaign.load(self.folder)
-        except NothingUsableError:
-            return Campaign(str(self.folder), [])
+
+def campaign_so_far(folder: Path) -> Campaign:
+    """The campaign of a folder; an empty one when there are no runs yet."""
+    try:
+        return Campaign.load(folder)
+    except NothingUsableError:
+        return Campaign(str(folder), [])

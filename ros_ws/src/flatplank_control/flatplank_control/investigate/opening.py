@@ -16,11 +16,12 @@ from flatplank_analysis.effects.grammar import file as proposal_file
 from flatplank_analysis.investigation.loop import Loop, Say
 from flatplank_analysis.investigation.notebook import text_of
 from flatplank_analysis.investigation.report import DIAGNOSIS, write_notebook
+from flatplank_analysis.pages.provenance import provenance
 from flatplank_analysis.proposal.propose import PROPOSED, propose_from_diagnosis
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.bench.simulator import simulator
 from flatplank_control.calibration.book import book_for
-from flatplank_control.investigate.bench import REPORT, CampaignBench, Execute
+from flatplank_control.investigate.bench import REPORT, CampaignBench, Execute, campaign_so_far
 from flatplank_control.runner.campaign import CampaignPlan, Conductor, Journal
 from flatplank_control.runner.campaign.journal import write_line
 from flatplank_control.runner.campaign.tires import TireEntry, known_tires
@@ -121,7 +122,8 @@ def open_loop(
 def save_notebook(loop: Loop, folder: Path) -> Path:
     """Write the notebook as text and as a page; returns the page."""
     write_atomic(folder / NOTEBOOK, text_of(loop.log.events) + "\n")
-    return write_notebook(loop.log.events, folder / REPORT, str(folder))
+    about = provenance(campaign_so_far(folder).records())
+    return write_notebook(loop.log.events, folder / REPORT, str(folder), about)
 
 
 def tire_of(name: str, folder: Path) -> TireEntry:

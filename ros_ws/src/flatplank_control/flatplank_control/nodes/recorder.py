@@ -34,7 +34,7 @@ from flatplank_control.recording.topics import (
     run_message,
 )
 from flatplank_control.recording.typestore import message_definition, type_hash
-from flatplank_control.runner.provenance import InForce, complete_record, software_version
+from flatplank_control.runner.provenance import InForce, complete_record, software_version, utc_now
 from flatplank_data.errors import RecordingError
 from flatplank_data.params import Params, param
 from flatplank_data.run_record import RunRecord
@@ -77,10 +77,6 @@ def message_class(name: str) -> type:
 def relative(topic: str) -> str:
     """Name in the namespace of the bench of a topic in the bag, which has none."""
     return topic.removeprefix("/")
-
-
-def utc_now() -> str:
-    return datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds")
 
 
 class RecorderNode(BenchNode):

@@ -90,6 +90,11 @@ def simulated_by(in_force: InForce) -> dict[str, Any] | None:
     return None
 
 
+def utc_now() -> str:
+    """Present time as a run record has it."""
+    return datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds")
+
+
 @lru_cache(maxsize=1)
 def software_version() -> str:
     """Version of this package, with the commit when it runs from its repository."""

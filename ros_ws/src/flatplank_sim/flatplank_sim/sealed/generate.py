@@ -30,6 +30,8 @@ from flatplank_sim.sealed.seal import seal, seal_plant, unseal
 from flatplank_sim.twin.campaign import SLIPS
 
 NAME = "TOY"
+PLANT = {"tire": "toyo"}
+"""the simulated bench, as the records of the runs state it"""
 TIRE_SCATTER = 0.01
 """standard deviation of friction and stiffness from run to run [-]"""
 NOISE = 15.0
@@ -192,7 +194,7 @@ def _measure(
     progress: Progress,
 ) -> Iterator[MeasurementTable]:  # fmt: skip
     """Measure runs; `first` is the number of the first one, `stream` seeds their noise."""
-    plain = PlantConfig.load("toyo")
+    plain = PlantConfig.load(PLANT["tire"])
     stiffness = plain.tire.vertical_stiffness
     for done, p in enumerate(runs, start=1):
         index = first + done - 1
@@ -211,7 +213,7 @@ def _measure(
         label = f"{NAME}_REL_LNG_{100 * p.kappa:g}perc_T_p25_Fz{p.fz:g}_{p.start:g}"
         if stream:
             label += f"_run{index}"
-        info = RunRecord(file=f"{label}.parquet", tire=NAME, **known)
+        info = RunRecord(file=f"{label}.parquet", tire=NAME, plant=PLANT, **known)
         progress(done, len(runs), label)
         yield MeasurementTable({c: columns[c] for c in COLUMNS}, info)
 
@@ -236,7 +238,7 @@ def _scattered(plain: PlantConfig, defects: Defects, random: np.random.Generator
     """Configuration of the bench for one run, with random scatter of the tire."""
     names = ("friction", "tread_stiffness_x", "carcass_stiffness_x")
     tire = {n: getattr(plain.tire, n) * (1 + TIRE_SCATTER * random.normal()) for n in names}
-    return PlantConfig.load("toyo", overrides={"defects": defects, "tire": tire})
+    return PlantConfig.load(PLANT["tire"], overrides={"defects": defects, "tire": tire})
 
 
 def _add_noise(columns: dict[str, np.ndarray], random: np.random.Generator) -> None:

@@ -15,7 +15,7 @@ from flatplank_control.runner import steps as S
 from flatplank_control.runner.conditions import QUANTITIES, condition_of, prompt_of
 from flatplank_control.runner.moves import by_drive
 from flatplank_control.runner.plans import release_axes, safe_end
-from flatplank_control.runner.provenance import complete_record
+from flatplank_control.runner.provenance import complete_record, utc_now
 from flatplank_control.runner.steps import CHUNK, StopDetector, WaitMonitor
 from flatplank_data.run_record import record_from_dict
 from flatplank_hw.drive import AxisDrive
@@ -125,7 +125,7 @@ class TwinBench:
     def _record(self, step: S.Record) -> None:
         s = self.snapshot()
         book = CalibrationBook(Path(self.twin.setup.calibration))
-        record = record_from_dict(step.record)
+        record = record_from_dict(step.record).with_changes(started=utc_now())
         record = complete_record(record, self.twin.in_force(), book, date.today())
         self._log.start(record, s.encoders.stamp_ns if s else 0, step.at_once)
         self._recording = True
