@@ -10,34 +10,46 @@ from collections.abc import Iterator
 UNITS = (
     "N|kN|Nm|kN/m|N/m|N/mm|Nm/deg|Nm/rad|N/rad|N/deg|kN/deg|N/%|m|mm|cm|km|um|%|bar|Pa|kPa|deg|rad|"
     "1/m|1/km|1/K|K|1/rad|s/m|s|ms|us|min|minutes|h|Hz|kHz|m/s|mm/s|rad/s|deg/s|N/s|%/kN|kg|B|kB|MB|GB|"
-    "N/m3|N m s2|N m s|N m|kg m2|1/s2|1/s|m/s2|rad/s2|V"
+    "N/m3|N m s2|N m s|N m|kg m2|1/s2|1/s|m/s2|rad/s2|V|km/h"
 )
 """a number is followed by one of these, with or without a space"""
 COUNTED = (
-    "axes|batches|campaigns|candidates|channels|columns|conditions|cycles|decoys|effects|faults|"
-    "files|floors|others|parameters|problems|runs?|samples|slips|starts|steps|sweeps|times|"
-    "random arrangements|cases|degrees of freedom|lost|more"
+    "axes|bins|angles|pressures|slip levels|investigations|batches|campaigns|candidates|"
+    "channels|columns|conditions|cycles|decoys|effects|faults|files|floors|loads?|"
+    "operating points?|others|parameters|problems|runs?|samples|slips|starts|steps|sweeps|"
+    "times|random arrangements|cases|degrees of freedom|lost|more"
 )
 """a number before these counts or multiplies"""
 NUMBERED = (
-    "P|p|e|chi2|starts?|step|stage|trial|seed|version|figure|table|section|Python|runs?|batch|"
-    "p above|order|at most|Magic Formula|gains|costs|below|other than"
+    "P|p|e|chance|ISO|accepted|minute|ratio of|[Aa]bove|condition|chi2|starts?|step|stage|"
+    "trial|seeds?|version|figure|[Tt]ables?|section|Python|runs?|batch|[Tt]hesis|Pacejka|"
+    "by these data: ±|p above|order|at most|Magic Formula|gains|costs|below|other than"
 )
 """a number behind these is a probability, odds, an e-value, or one that names"""
-FACTORS = "peak|shape|round|denom|tread|patch_order|turn_y|turn_rate|grip_y|slip_turned|range"
-"""parameters that are plain factors"""
+FACTORS = (
+    "peak|shape|round|denom|tread|patch_order|turn_y|turn_rate|grip_y|slip_turned|range"
+    r"|P[A-Z]{2}\d"
+)
+"""parameters that are plain factors, those of the Magic Formula among them"""
+PLAIN = r"corr\(σ, F\)|rest / rolling|cycles lost|C|E|R2"
+"""columns of plain factors and counts"""
+UNIT_OF_ROW = "unit"
+"""column with the unit of the other cells of its row"""
 JOINTS = r"to|and|or|by|->|,|/|±|of|before|after"
 """between numbers that share the unit behind the last"""
 BLOCKS = r"p|li|ul|ol|h\d|div|figcaption|figure|section|dt|dd|br|summary"
 """elements of a page that begin a line"""
 
-_NUMBER = r"[-+−±]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?"
+_NUMBER = r"[-+−±–]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?"
+_POWER = re.compile(r"(?<![\w.])[-+−]?\d+(?:\.\d+)?e[-+−]?\d+(?!\w)")
 _FREE = re.compile(rf"(?<![\w.=/\\-]){_NUMBER}(?!\.?\w)|(?<=\w=){_NUMBER}")
 _UNIT = re.compile(rf"\s?(?:{UNITS})(?![\w/])|\s+(?:\w+ )?(?:{COUNTED})\b")
 _JOINED = re.compile(rf"\s*(?:{JOINTS})\s*(?={_NUMBER})")
 _NAMED = re.compile(rf"(?:^|[\s(.])(?:{NUMBERED}|{FACTORS})\s?(?:=|<|>|at most|at least|:)?\s?$")
 _PARTS_OF_NAMES = re.compile(
-    r"\(\d+\.\d+[a-z]?\)"  # an equation of the thesis
+    r"\(\d+\.\d+[a-z]?(?:, \d+\.\d+[a-z]?)*\)|\b[A-Z]\.\d+(?:, \d+\.\d+)*"  # of the thesis
+    r"|\(1 \+ [^)]*\)|[<>=] 0\b(?!\.)"  # equations, comparisons with 0
+    r"|\w+_deg: \[[^]]*\]|(?<=[.;:] )-?\d: "  # a line of a plan, what a value means
     r"|\d{4}-\d\d-\d\d(?:[ T][\d:.]+)?"  # a date
     r"|\b\d+/\d+(?![\w/])"  # one of so many
     r"|[\w.-]*[/\\][\w./\\-]*[A-Za-z_][\w./\\-]*"  # a path
@@ -48,20 +60,25 @@ _PARTS_OF_NAMES = re.compile(
 
 def bare_numbers(text: str) -> Iterator[str]:
     """'number in: line', for every number of an output that has no unit and is no count; a cell of
-    a table has the unit of its column."""
+    a table has the unit of its column. And every number that is written with a power of ten."""
     header: list[str] = []
-    for line in text.splitlines():
-        cells = re.split(r"\s{2,}", line.strip())
-        row = len(cells) > 2 and (not header or len(cells) == len(header))
-        header = (header or cells) if row else []
-        columns = zip(cells, header, strict=True) if row else [(line, "")]
+    title = ""
+    for line in filter(str.strip, text.splitlines()):
+        yield from (f"{number} in: {line}" for number in _POWER.findall(line))
+        cells = re.split(r"\t|\s{2,}", line.strip())
+        row = "\t" in line.strip() or len(cells) > 2
+        row = row and (not header or len(cells) <= len(header))
+        header, title = ((header or cells), title) if row else ([], line)
+        columns = zip(cells, header, strict=False) if row else [(line, "")]
+        given = row and (_has_unit(title) or UNIT_OF_ROW in header)
         for part in [part for part, head in columns if not _has_unit(head)]:
-            yield from (f"{number} in: {line}" for number in _bare(part))
+            if not (given and re.fullmatch(rf"\(?{_NUMBER}\)?|~", part)):
+                yield from (f"{number} in: {line}" for number in _bare(part))
 
 
 def _has_unit(head: str) -> bool:
     """True for a column whose cells need no unit of their own."""
-    return bool(re.search(r"\[.+\]", head) or re.fullmatch(f"{COUNTED}|{NUMBERED}", head))
+    return bool(re.search(r"\[.+\]", head) or re.fullmatch(f"{COUNTED}|{NUMBERED}|{PLAIN}", head))
 
 
 def _bare(part: str) -> Iterator[str]:
@@ -76,7 +93,7 @@ def _bare(part: str) -> Iterator[str]:
 
 
 def _masked(name: re.Match[str]) -> str:
-    return "m" if name[0] in UNITS.split("|") else "~" * len(name[0])
+    return "m" if name[0].rstrip(".") in UNITS.split("|") else "~" * len(name[0])
 
 
 def _end_of_row(words: str, end: int) -> int:
@@ -87,8 +104,12 @@ def _end_of_row(words: str, end: int) -> int:
 
 
 def text_of_page(page: str) -> str:
-    """The running text of a page, without pictures, scripts and tables; a line for each block."""
-    page = re.sub(r"(?s)<(style|script|svg|table|pre|head)\b.*?</\1>", "", page).replace("\n", " ")
+    """The text of a page, without pictures and scripts; a line for each block and each row."""
+    page = re.sub(r"(?s)<(style|script|svg|pre|head)\b.*?</\1>", "", page).replace("\n", " ")
+    page = re.sub(r"(<t[dh]\b[^>]*>)\s*(?=</t[dh]>)", r"\1~", page)
+    page = re.sub(r"</t[dh]>", "\0", re.sub(r"(?i)</?tr\b[^>]*>", "\n", page))
+    page = page.replace("</b><span>", "</b> ")  # a number and its caption
     page = re.sub(rf"(?i)</?(?:{BLOCKS})\b[^>]*>", "\n", page)
     words = html.unescape(re.sub(r"<[^>]+>", "", page)).replace("\xa0", " ")
-    return "\n".join(" ".join(line.split()) for line in words.splitlines())
+    lines = (" ".join(line.split()) for line in words.split("\n"))
+    return "\n".join(re.sub(" ?\0 ?", "\t", line).rstrip("\t") for line in lines)

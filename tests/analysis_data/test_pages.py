@@ -92,7 +92,5 @@ def test_the_origin_counts_what_is_too_long_to_be_listed():
         RunRecord(tire=f"T{i}", date=f"2026-05-0{i + 1}", plant={"seed": 5}) for i in range(5)
     ]
     told = provenance(records)
-    assert told.startswith(
-        "5 runs of T0, T1, T2 and 2 more on the simulated bench (seed 5) measured"
-    )
+    assert told.startswith("5 runs of T0, T1, T2 and 2 more on the simulated bench (seed 5)")
     assert "measured 2026-05-01 to 2026-05-05. Evaluated" in told

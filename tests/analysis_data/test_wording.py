@@ -17,14 +17,15 @@ from flatplank_data.wording import plain, quantity, sized, span
         (0.0009123, 3, "0.000912"),
         (-83_012.0, 3, "-83000"),
         (0.05, 3, "0.05"),
-        (2.5e-6, 3, "2.5e-06"),
-        (3.2e7, 2, "3.2e+07"),
+        (2.5e-6, 3, "0.0000025"),
+        (3.2e7, 2, "32000000"),
+        (-3e-9, 3, "0"),
         (0.0, 3, "0"),
         (math.nan, 3, "nan"),
         (math.inf, 3, "inf"),
     ],
 )
-def test_no_power_of_ten_where_a_plain_number_does(value, digits, text):
+def test_a_number_for_people_has_no_power_of_ten(value, digits, text):
     assert plain(value, digits) == text
 
 

@@ -85,7 +85,7 @@ def test_peak_of_sine_and_triangle_is_limited():
     for name in ("sine", "triangle"):
         values = {"amplitude": 0.3, "offset": 0.3}
         answer = SlipSequencer(P).set_waveform(name, values, 1.0, RE)
-        assert answer.reason == f"waveform {name}: the slip reaches 0.6, beyond 0.5"
+        assert answer.reason == f"waveform {name}: the slip reaches 60 %, beyond 50 %"
 
 
 def test_reference_speed():
@@ -143,8 +143,13 @@ def test_without_a_waveform_the_reference_is_not_valid():
     ("kappa", "start", "radius", "reason"),
     [
         (math.nan, 1.5, RE, "kappa is nan, must be finite"),
-        (BEYOND, 1.5, RE, f"kappa is {BEYOND:g}, must be within {-MAX_SLIP:g} .. {MAX_SLIP:g}"),
-        (-BEYOND, 1.5, RE, f"kappa is {-BEYOND:g}"),
+        (
+            BEYOND,
+            1.5,
+            RE,
+            f"kappa is {100 * BEYOND:g} % (kappa = {BEYOND:g}), must be within -50 .. 50 %",
+        ),
+        (-BEYOND, 1.5, RE, f"kappa is {-100 * BEYOND:g} %"),
         (0.05, math.nan, RE, "must be finite"),
         (0.05, 1.5, math.inf, "must be finite"),
         (0.05, 1.5, -0.3, "must be within 0.175 .. 0.387"),

@@ -15,6 +15,7 @@ from bare_numbers import bare_numbers, text_of_page
 from flatplank_analysis.cli.main import main
 from flatplank_analysis.effects.registry import library
 from flatplank_sim.sealed.seal import seal
+from flatplank_validation.sweep_sets.brush import BASE, Brush, Plan, sweeps, text_of
 
 SHARE = "drive_brake_asymmetry"
 HIDDEN = {"name": SHARE, "size": 0.1, "unit": "1", "class": []}
@@ -48,6 +49,24 @@ def folder(tmp_path_factory):
 def test_every_number_that_a_verb_prints_has_its_unit(folder, words):
     told = said(*words.split(), folder)
     assert told and list(bare_numbers(told)) == [], told
+
+
+def test_every_number_of_a_report_has_its_unit(folder, tmp_path):
+    told = said("report", folder, "--out", tmp_path)
+    page = text_of_page((tmp_path / "report.html").read_text(encoding="utf-8"))
+    assert "Steps as they were" in page
+    assert list(bare_numbers(told + page)) == []
+
+
+def test_every_number_about_sweeps_has_its_unit(tmp_path):
+    file = tmp_path / "hot.csv"
+    file.write_text(text_of(sweeps(Brush(over_temperature=0.003), Plan(), 1)), encoding="utf-8")
+    told = said("sweeps", file, "--tir", BASE) + said("sweeps", file, "--fit", tmp_path / "a.tir")
+    assert list(bare_numbers(told)) == [], told
+
+
+def test_every_number_of_the_glossary_has_its_unit():
+    assert list(bare_numbers(said("explain"))) == []
 
 
 @pytest.mark.parametrize("name", library())

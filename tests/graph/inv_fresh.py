@@ -43,5 +43,5 @@ def investigated(folder: Path, challenge: Path, *words: str) -> None:
     assert told["log_e"] >= -math.log(ALPHA), (seed, told)
     assert told["minutes"] <= float(MINUTES)
     notebook = (folder / "investigation.txt").read_text()
-    assert "over the whole loop, at least the 20" in notebook
+    assert "over the whole loop, at least the e = 20" in notebook
     print(f"{seed}\n{notebook}")

@@ -100,7 +100,7 @@ REFUSED = [
     (LoadParasiticFit, "/measurement_hub/load_parasitic_fit", {"file": ""}, "no file is named"),
 ]
 NO_PLANS = {
-    "kappa: 9": "must be within -0.5 .. 0.5",
+    "kappa: 9": "kappa is 900 % (kappa = 9), must be within -50 .. 50 %",
     "kappa: .nan": "must be finite",
     "{kappa: 0.02, effective_rolling_radius: -1}": "must be within 0.175",
     "{kappa: 0.02, step_position: 9}": "must be within 0 .. 4.2",

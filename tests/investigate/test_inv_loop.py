@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from markupsafe import escape
 
+from bare_numbers import bare_numbers, text_of_page
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.investigation.evidence import ALPHA
 from flatplank_analysis.investigation.loop import Loop, MemoryLog
@@ -41,12 +42,13 @@ def test_something_hidden_is_found_and_confirmed(tmp_path):
     assert told["log_e"] >= -math.log(ALPHA)
     assert told["minutes"] <= 100.0
     assert "runs 1 to 6: six runs to begin with" in text
-    assert "against the tire alone over the whole loop, at least the 20" in text
+    assert "against the tire alone over the whole loop, at least the e = 20" in text
     assert json.loads((tmp_path / "investigation.json").read_text()) == told
     json.dumps(told, allow_nan=False)
     decoys = told["decoys"]
     assert decoys["looked_at"] >= 5 * len(told["batches"])
     page = (tmp_path / "index.html").read_text()
+    assert list(bare_numbers(text + text_of_page(page))) == []
     for words in (
         f"Decoys accepted: {len(decoys['accepted'])} of {decoys['looked_at']}",
         "1. six runs to begin with", "nothing is known yet", "minute 0 to",

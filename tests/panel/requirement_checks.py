@@ -242,7 +242,7 @@ def slip_over_the_road(who, observer, data):
     page = who.page
     who.tab("Drive")
     who.fill("Starts at [m]", 0.06)
-    who.fill("kappa", 0.3)
+    who.fill("kappa [%]", 30)
     who.click("Set slip control")
     who.said("mode slip")
     who.tab("Measure")

@@ -48,7 +48,7 @@ BASE: Mapping[str, Word] = {
     ),
     "patch_order": Word(
         "memory of the patch",
-        "How the force of the patch follows a step of the slip: 1 for a row of bristles.",
+        "How the force of the patch follows a step of the slip. 1: as in a row of bristles.",
         "-",
     ),
     "slip_offset": Word("slip offset", "Slip at which the tire rolls freely.", "1"),
@@ -108,7 +108,7 @@ COORDINATES: Mapping[str, Word] = {
     ),
     "time": Word("time", "Time from the begin of a run.", "s"),
     "load": Word("load", "Vertical load on the tire.", "N"),
-    "run order": Word("run order", "Number of a run in the campaign, from 0.", "-"),
+    "run order": Word("run order", "Number of a run in the campaign; the first is run 0.", "-"),
 }
 """coordinates over which effects and residuals show"""
 

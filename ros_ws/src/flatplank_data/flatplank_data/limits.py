@@ -8,6 +8,10 @@ import math
 from typing import NamedTuple
 
 from flatplank_data.machine import ROAD_LENGTH, USABLE_ROAD
+from flatplank_data.wording import displayed
+
+SHARE = "1"
+"""unit of a share, of a slip: people read it in %"""
 
 
 class Limit(NamedTuple):
@@ -35,8 +39,12 @@ class Limit(NamedTuple):
             return ""
         if not math.isfinite(value):
             return f"{name} is {value}, must be finite"
-        amount = f"{value:g} {self.unit}".rstrip()
-        return f"{name} is {amount}, must be within {self.low:g} .. {self.high:g}"
+        factor, unit = displayed(self.unit) if self.unit == SHARE else (1.0, self.unit)
+        amount = f"{factor * value:g} {unit}".rstrip()
+        given = f" ({name} = {value:g})" if factor != 1.0 else ""
+        ends = f"{factor * self.low:g} .. {factor * self.high:g}"
+        shown = f" {unit}" if given else ""
+        return f"{name} is {amount}{given}, must be within {ends}{shown}"
 
 
 TIRE_RADIUS = (0.210, 0.387)
@@ -45,7 +53,7 @@ _MOUNTED = "The allowable tire radius that can be mounted ranges from 0.210 m to
 _ROAD = f"the road length is now equal to {ROAD_LENGTH} m"
 
 LIMITS: dict[str, Limit] = {
-    "kappa": Limit(-0.5, 0.5, "", "placeholder: the measured steps go to 30 %, figure 2.5"),
+    "kappa": Limit(-0.5, 0.5, SHARE, "placeholder: the measured steps go to 30 %, figure 2.5"),
     "fz": Limit(
         0.0, 8000.0, "N", "thesis 2.2", "The maximum allowed vertical force is 8 kN."
     ),

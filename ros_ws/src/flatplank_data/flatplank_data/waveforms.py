@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import ClassVar
 
-from flatplank_data.limits import LIMITS
+from flatplank_data.limits import LIMITS, SHARE
 from flatplank_data.params import Params, param, parameter_infos
 
 SLIP = LIMITS["kappa"].bounds
@@ -39,8 +39,8 @@ def in_words(wave: Params, given: Iterable[str]) -> str:
         if info.name not in given:
             continue
         value = getattr(wave, info.name)
-        slip = info.bounds == SLIP and info.unit == "-"
-        amount = f"{100 * value:+g} %" if slip else f"{value:g} {info.unit}".removesuffix(" -")
+        plain = f"{value:g} {info.unit}".removesuffix(" -")
+        amount = f"{100 * value:+g} %" if info.unit == SHARE else plain
         words.append(amount if info.name == "kappa" else f"{info.name} {amount}")
     return ", ".join(words) or "its defaults"
 
@@ -49,14 +49,16 @@ def in_words(wave: Params, given: Iterable[str]) -> str:
 class Wave(Waveform):
     """Periodic slip without end."""
 
-    amplitude: float = param(0.0, "amplitude of the slip", bounds=SLIP)
+    amplitude: float = param(0.0, "amplitude of the slip", unit=SHARE, bounds=SLIP)
     wavelength: float = param(1.0, "wavelength on the road", unit="m", bounds=LENGTH)
-    offset: float = param(0.0, "mean slip", bounds=SLIP)
+    offset: float = param(0.0, "mean slip", unit=SHARE, bounds=SLIP)
 
     def check(self) -> str | None:
         """Reason of a refusal when the largest slip is exceeded, else None."""
         peak = abs(self.offset) + abs(self.amplitude)
-        return f"the slip reaches {peak:g}, beyond {MAX_SLIP:g}" if peak > MAX_SLIP else None
+        if peak <= MAX_SLIP:
+            return None
+        return f"the slip reaches {100.0 * peak:g} %, beyond {100.0 * MAX_SLIP:g} %"
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,7 @@ class Constant(Waveform):
     motion on."""
 
     name = "constant"
-    kappa: float = param(0.0, "slip", bounds=SLIP)
+    kappa: float = param(0.0, "slip", unit=SHARE, bounds=SLIP)
 
     def slip(self, distance: float) -> float:
         return self.kappa
@@ -76,7 +78,7 @@ class Step(Waveform):
     """kappa after the step; back to free rolling after `length`."""
 
     name = "step"
-    kappa: float = param(0.0, "slip after the step", bounds=SLIP)
+    kappa: float = param(0.0, "slip after the step", unit=SHARE, bounds=SLIP)
     length: float = param(100.0, "length of the step", unit="m", bounds=LENGTH)
 
     def slip(self, distance: float) -> float:
@@ -88,8 +90,8 @@ class DoubleStep(Waveform):
     """kappa_1 for `length`, then kappa_2."""
 
     name = "double_step"
-    kappa_1: float = param(0.0, "slip after the first step", bounds=SLIP)
-    kappa_2: float = param(0.0, "slip after the second step", bounds=SLIP)
+    kappa_1: float = param(0.0, "slip after the first step", unit=SHARE, bounds=SLIP)
+    kappa_2: float = param(0.0, "slip after the second step", unit=SHARE, bounds=SLIP)
     length: float = param(1.0, "road from the first step to the second", unit="m", bounds=LENGTH)
 
     def slip(self, distance: float) -> float:

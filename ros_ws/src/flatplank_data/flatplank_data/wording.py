@@ -25,10 +25,16 @@ def six_digits(value: float) -> float | None:
     return float(f"{value:.6g}") if np.isfinite(value) else None
 
 
+SEEN = 1e-7
+"""numbers below this are printed as 0, in whatever display unit"""
+
+
 def plain(value: float, digits: int = 3) -> str:
-    """The number with significant digits; powers of ten only for very large or small ones."""
-    if not 1e-4 <= abs(value) < 1e6:
-        return f"{value:.{digits}g}"
+    """The number with significant digits, without powers of ten; 0 for one below `SEEN`."""
+    if not np.isfinite(value):
+        return f"{value:g}"
+    if abs(value) < SEEN:
+        return "0"
     return np.format_float_positional(
         value, precision=digits, unique=False, fractional=False, trim="-"
     )
@@ -67,9 +73,10 @@ def quantity(value: float, unit: str, digits: int = 3, axis: Sequence[float] = (
 
 def span(low: float, high: float, unit: str, digits: int = 3, axis: Sequence[float] = ()) -> str:
     """A range in its display unit, or in that of the axis whose ends are given: '1.54 to 1.64
-    m'."""
+    m'; an end that is nothing beside the other is 0."""
     factor, name = displayed(unit, *(axis or (low, high)))
-    ends = (plain(factor * end, digits) for end in (low, high))
+    least = 0.1**digits * min(max(abs(low), abs(high)), np.finfo(float).max)
+    ends = (plain(factor * end if abs(end) >= least else 0.0, digits) for end in (low, high))
     return behind(" to ".join(ends), name)
 
 

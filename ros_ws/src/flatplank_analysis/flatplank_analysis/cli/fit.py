@@ -32,6 +32,7 @@ from flatplank_analysis.report.steps import extra_points, read_group, read_later
 from flatplank_analysis.report.tire import geometry_of_campaigns, record_for, tires_of
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError
+from flatplank_data.wording import plain
 from flatplank_tire.tir import write_tir
 
 FORMAT = "flatplank-fit/1"
@@ -172,7 +173,7 @@ def _row(condition: str, slip: str, e: Estimate, beside: str = "") -> tuple[str,
     else:
         notes = "; ".join(filter(None, (e.note, beside)))
         remark = f"at its {e.at_bound} bound" if e.at_bound else notes
-    error = f"{e.std_error:.2g}" if e.determined and math.isfinite(e.std_error) else "-"
+    error = plain(e.std_error, 2) if e.determined and math.isfinite(e.std_error) else "-"
     return (condition, slip, e.name, e.text, error, e.unit, remark)
 
 

@@ -133,8 +133,11 @@ def _tell(found: Study) -> None:
         if h.name in same and h.name not in stated
     ]
     print(f"the same in all conditions: {', '.join(alike)}\n" if alike else "")
-    header = ("", "swept", *(f"{h.title} [{h.unit}]" for h in held), "samples",
-              "floor [N]", *NAMES[:4], "BCD", "rms [N]")  # fmt: skip
+    units = list(dict.fromkeys(c.slip.unit for c in found.conditions))
+    per = units[0] if len(units) == 1 else f"({' or '.join(units)})"
+    header = ("condition", "swept", *(f"{h.title} [{h.unit}]" for h in held), "samples",
+              "floor [N]", f"B [1/{per}]", "C", "D [N]", "E", f"BCD [N/{per}]",
+              "rms [N]")  # fmt: skip
     rows = []
     for k, (c, curve, formula) in enumerate(
         zip(found.conditions, found.curves, found.formulas, strict=True), start=1
@@ -146,7 +149,7 @@ def _tell(found: Study) -> None:
     common.print_rows(header, rows)
     sources = sorted({curve.floor_from for curve in found.curves})
     print(f"\nfloor: from {'; or '.join(sources)}")
-    print("B and BCD per deg of slip angle or % of slip; in brackets: not known to a half")
+    print("in brackets: not known to a half")
 
 
 def _cells(formula: Formula | None, per: float) -> tuple[str, ...]:
@@ -157,6 +160,11 @@ def _cells(formula: Formula | None, per: float) -> tuple[str, ...]:
     numbers = {n: f"{scale[n] * formula.values[n]:.4g}" for n in NAMES[:4]}
     cells = (text if formula.known(n) else f"({text})" for n, text in numbers.items())
     return (*cells, f"{per * formula.stiffness:.4g}", f"{formula.rms:.1f}")
+
+
+def _chance(value: float) -> str:
+    """A chance with one digit; below 0.0001 its limit."""
+    return f"{value:.1g}" if value >= 1e-4 else "<0.0001"
 
 
 def _tell_failures(found: Study, tir: TirFile, name: str, signs: str) -> None:
@@ -170,10 +178,18 @@ def _tell_failures(found: Study, tir: TirFile, name: str, signs: str) -> None:
         ratio = f"{f.error / curve.floor:.1f}" if curve.floor > 0.0 else "-"
         at = f"{c.slip.scale * f.worst_slip:+.1f} {c.slip.unit}"
         force = FORCE[c.swept].capitalize()
-        chance = f"{f.chance:.1g}" if np.isfinite(f.chance) else "-"
+        chance = _chance(f.chance) if np.isfinite(f.chance) else "-"
         rows.append((str(k + 1), f"{f.error:.0f}", f"{100.0 * f.share:.0f}", ratio, chance,
                      f"{force} {f.worst:+.0f} N at {at}", c.label))  # fmt: skip
-    header = ("", "error [N]", "of the largest force [%]", "floors", "chance", "off most", "")
+    header = (
+        "condition",
+        "error [N]",
+        "of the largest force [%]",
+        "floors",
+        "chance",
+        "off most",
+        "where",
+    )
     common.print_rows(header, rows)
     for line in by_level(found.conditions, failures):
         print(line)

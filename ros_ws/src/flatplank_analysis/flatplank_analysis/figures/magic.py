@@ -74,7 +74,7 @@ def magic_lateral(result: CampaignResult) -> Iterator[Figure]:
         label = f"{fz:g} N, {bar:g} bar, γ {gamma:g}°"
         reach = (alpha.min(), alpha.max())
         series += pieces.with_model(label, color, (alpha, force), reach, there)
-    caption = f"Points: mean of the last half metre at κ = 0. {COEFFICIENTS}"
+    caption = f"Points: mean of the last half metre at 0 % slip. {COEFFICIENTS}"
     panels = [pieces.panel(pieces.ALPHA, "steady Fy [N]", series)]
     yield from pieces.figure("magic_formula_fy", "Magic Formula, Fy", caption, panels, "7.27")
 

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 from scipy.special import stdtrit
 
+from flatplank_data.wording import plain
+
 NORMAL_90 = 1.645
 """half width of a two-sided 90 % interval of a normal distribution, in standard deviations"""
 
@@ -35,7 +37,8 @@ class Estimate:
     @property
     def text(self) -> str:
         """The value with five digits, in parentheses where it is not determined."""
-        return f"{self.value:.5g}" if self.determined else f"({self.value:.5g})"
+        text = plain(self.value, 5)
+        return text if self.determined else f"({text})"
 
     def interval(self, level: float = 0.90) -> tuple[float, float]:
         """Interval that contains the true value with this probability; infinite if unknown."""

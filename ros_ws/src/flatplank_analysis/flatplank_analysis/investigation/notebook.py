@@ -138,6 +138,6 @@ def verdict_of(log: Mapping[str, Any]) -> str:
     sure = "at least" if enough else "less than"
     return (
         f"{what}; {e_value_words(log['log_e'])} against the tire alone over the whole loop, "
-        f"{sure} the {limit:.0f} that is asked for"
+        f"{sure} the e = {limit:.0f} that is asked for"
         + ("" if enough else ": not confirmed by runs that had no part in finding it")
     )

@@ -89,7 +89,7 @@ def rmse_tables(result: CampaignResult) -> list[Table]:
         (f"{100 * k:+g} %" if k else "0 %", lambda errors, k=k: errors.get(k, math.nan))
         for k in levels
     ]
-    note = "Over the transient part of the mean response; at κ = 0 all that follows the step."
+    note = "Over the transient part of the mean response; at 0 % slip all that follows the step."
     titles = {name: m.title for p in reversed(result.points) for name, m in p.models.items()}
     out = []
     for name in dict.fromkeys(name for p in result.points for name in p.models):
@@ -127,7 +127,7 @@ def geometry_table(result: CampaignResult) -> Table:
     ]
     mu = friction([s.linear.steady_force.value for s in deep], [s.facts.fz_after for s in deep])
     rows: list[list[Cell]] = [
-        ["m_c", 1.0, "kg", "not fitted: quasi-static, as if it were 0"],
+        ["m_c", 1.0, "kg", "not fitted: quasi-static, as if there were none"],
         ["r_0", c.free_radius, "m", g.source("free_radius")],
         ["μ", mu, "-", "mean |Fx,ss|/Fz at ±10 % (the fits: largest of their point)"],
         ["q_ra1", c.q_ra1, "-", g.source("q_ra1")],
@@ -139,7 +139,7 @@ def geometry_table(result: CampaignResult) -> Table:
     if nominal is not None and nominal.carcass is not None:
         fit = nominal.carcass
         tied = fit.slip_stiffness.value / (2.0 * fit.half_length**2)
-        rows.append(["c_px", tied, "N/m²", "tied: 2 c_px a² = C_Fκ at the nominal point"])
+        rows.append(["c_px", tied, "N/m²", "tied: C_Fκ = 2a² c_px at the nominal point"])
     note = "At the nominal pressure. What was not measured is the tire record's."
     title = "Parameters of the nonlinear model (Table 7.2)"
     return Table("model_parameters", title, ("parameter", "value", "unit", "from"), rows, note)
@@ -173,12 +173,12 @@ def carcass_table(result: CampaignResult) -> Table:
 def magic_table(result: CampaignResult) -> Table:
     """Table I.1 with standard errors, and coefficients that are not determined."""
     fitted: Sequence[Estimate] = list(result.magic.estimates.values()) if result.magic else ()
-    rows: list[list[Cell]] = [[e.name, e.text, error_of(e), remark_of(e)] for e in fitted]
+    rows: list[list[Cell]] = [[e.name, e.text, error_of(e), e.unit, remark_of(e)] for e in fitted]
     note = (
         "Fitted in stages, then jointly per output; fitted.tir beside this page has them all. In "
         "parentheses: not determined by these runs, near its start value."
     )
-    header = ("coefficient", "value", "±", "remark")
+    header = ("coefficient", "value", "±", "unit", "remark")
     return Table("magic_formula", "Magic Formula (Table I.1)", header, rows, note)
 
 

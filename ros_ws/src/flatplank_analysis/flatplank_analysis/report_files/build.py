@@ -22,7 +22,7 @@ from flatplank_analysis.report.analysis import Progress, analyse
 from flatplank_analysis.report.radii import radius_values
 from flatplank_analysis.report.results import CampaignResult
 from flatplank_analysis.report.sessions import charts_of, session_of
-from flatplank_analysis.report.table import Table
+from flatplank_analysis.report.table import Cell, Table
 from flatplank_analysis.report.tables import all_tables
 from flatplank_analysis.report.tire import record_for
 from flatplank_data.campaign import Campaign
@@ -30,6 +30,12 @@ from flatplank_data.files import write_atomic
 from flatplank_tire.tir import write_tir
 
 PAGE = "report.html"
+MOST_PLACES = 6
+"""decimal places of a number without a unit, at most"""
+PLACES = {
+    "%": 2, "N": 2, "kN": 4, "N m": 3, "mm": 3, "mm/s": 2, "m": 5, "kN/m": 3, "°": 3, "bar": 3,
+}  # fmt: skip
+"""decimal places of a unit, at most: what is finer no instrument of the bench shows"""
 
 
 def build(
@@ -210,12 +216,20 @@ def _sections(
 
 
 def _cells(table: Table) -> list[list[str]]:
-    digits = [2 if name.startswith("±") else 4 for name in table.header]
-    return [[number(c, d) for c, d in zip(row, digits, strict=True)] for row in table.rows]
+    columns = [_column(*column) for column in zip(table.header, *table.rows, strict=True)]
+    return [list(row) for row in zip(*columns, strict=True)]
 
 
-def number(value: str | float, digits: int = 4) -> str:
-    """A number as text with these digits and a minus sign, a dash for NaN; a text as it is.
+def _column(name: str, *cells: Cell) -> list[str]:
+    """The cells of a column as text; its numbers end where people stop to read that unit."""
+    digits = 2 if name.startswith("±") else 4
+    unit = name.rpartition("[")[2].rstrip("]")
+    return [number(cell, digits, PLACES.get(unit, MOST_PLACES)) for cell in cells]
+
+
+def number(value: str | float, digits: int = 4, places: int = MOST_PLACES) -> str:
+    """A number as text with these digits, at most so many decimal places, and a minus sign; a
+    dash for NaN; a text as it is.
 
     A text that begins with a hyphen gets a minus sign.
     """
@@ -225,11 +239,9 @@ def number(value: str | float, digits: int = 4) -> str:
         return "–"
     if value == 0.0:
         return "0"
-    if abs(value) < 10.0 ** (digits - 7):
-        return f"{value:.{digits - 1}e}".replace("e-0", "e-").replace("-", "−")
-    places = max(0, digits - 1 - math.floor(math.log10(abs(value))))
-    text = f"{value:.{min(places, 6)}f}"
-    return text.replace("-", "−")
+    wanted = max(0, digits - 1 - math.floor(math.log10(abs(value))))
+    text = f"{value:.{min(wanted, places)}f}"
+    return (text if float(text) else text.lstrip("-")).replace("-", "−")
 
 
 def _cards(result: CampaignResult) -> Iterator[tuple[str, str]]:

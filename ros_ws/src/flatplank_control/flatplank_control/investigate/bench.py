@@ -105,9 +105,7 @@ class CampaignBench:
 
     def files(self) -> list[str]:
         """Files of the existing slip runs."""
-        return [
-            r.info.file for r in campaign_so_far(self.folder).runs if r.info.measurement == "slip"
-        ]
+        return [i.file for i in campaign_so_far(self.folder).infos if i.measurement == "slip"]
 
     def session(self, files: Collection[str]) -> Session:
         """Session with these runs."""

@@ -13,6 +13,7 @@ from flatplank_control.free_rolling import FreeRollingParameters
 from flatplank_data.machine import USABLE_ROAD, USUAL_RADIUS
 from flatplank_data.params import parameter_infos
 from flatplank_data.waveforms import WAVEFORMS
+from flatplank_data.wording import behind, displayed
 from flatplank_panel.operator import PREDETERMINED, VALUES, waveform_of
 from flatplank_panel.views.page import Page
 from flatplank_panel.views.plots import ACTUAL, AXIS_LINE, SOFT
@@ -66,6 +67,11 @@ def preview(name: str, values: dict[str, Any], start: float) -> list[list[float]
     return [[round(float(p), 4), round(s, 4)] for p, s in zip(x, slip, strict=True)]
 
 
+def in_si(value: Any, factor: float) -> Any:
+    """The number of a field in SI; what is no number, as an empty field, stays as it is."""
+    return value / factor if isinstance(value, (int, float)) else value
+
+
 def chart_options(data: list[list[float]]) -> dict[str, Any]:
     axis = {"type": "value", "axisLabel": {"color": SOFT, "fontSize": 11}}
     style = {"fontSize": 12, "fontWeight": 400, "color": SOFT}
@@ -89,10 +95,11 @@ def _waveform(page: Page) -> None:
     inputs = page.row()
     chart = ui.echart(chart_options([])).style("height:150px; width:100%")
     hint = ui.label("").classes("fp-quiet")
-    fields: dict[str, Any] = {}
+    fields: dict[str, tuple[Any, float]] = {}
+    """parameter -> its field, and the factor from SI to what the field shows"""
 
     def values() -> dict[str, Any]:
-        return {name: field.value for name, field in fields.items()}
+        return {n: in_si(field.value, factor) for n, (field, factor) in fields.items()}
 
     def redraw() -> None:
         try:
@@ -110,9 +117,10 @@ def _waveform(page: Page) -> None:
         fields.clear()
         with inputs:
             for info in parameter_infos(WAVEFORMS[kind.value]):
-                unit = "" if info.unit == "-" else info.unit
-                field = page.number(info.name, START.get(info.name, info.default), unit, 0.01)
-                fields[info.name] = field.on_value_change(redraw)
+                factor, unit = displayed(info.unit)
+                shown = factor * START.get(info.name, info.default)
+                field = page.number(info.name, shown, behind("", unit).strip(), 0.01 * factor)
+                fields[info.name] = field.on_value_change(redraw), factor
         redraw()
 
     kind.on_value_change(rebuild)

@@ -12,6 +12,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from flatplank_data.wording import behind, plain
+
 from ..lateral import zero_warning
 from ..least_squares import Solution, linearise, solve
 from ..noise import Covariance, PropagatedErrors, run_covariance
@@ -127,7 +129,7 @@ def _estimates(
             out.append(Estimate(name, value, unit, at_bound=edge, determined=False, note=note))
             continue
         error, dof, is_open = next(rows)
-        size = f"{error:.2g}" if unit == "-" else f"{error:.2g} {unit}"
+        size = behind(plain(error, 2), unit)
         cause = BY_LAW if name in by_law else "by these data"
         note = f"not determined {cause}: ± {size}" if is_open else ""
         if not is_open and spare < 1 and name not in problem.priors:
