@@ -78,7 +78,7 @@ REFUSED = [
     (SetOperationMode, "/wheel_drive/set_operation_mode", {"mode": "follow"}, "follow"),
     (SetValue, "/wheel_drive/set_trigger", {"value": 1e-9}, "1e-09"),
     (Advance, "/simulated_plant/advance", {"cycles": 2**64 - 1}, "cycles"),
-    (SetSlipStep, "/slip_sequencer/set_slip_step", STEP | {"kappa": 9.0}, "within -0.5 .. 0.5"),
+    (SetSlipStep, "/slip_sequencer/set_slip_step", STEP | {"kappa": 9.0}, "within -50 .. 50 %"),
     (
         SetSlipStep,
         "/slip_sequencer/set_slip_step",
