@@ -13,7 +13,7 @@ from typing import Any
 from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.sources import NONE, PARTLY
 from flatplank_analysis.discovery.steps import AcceptedEffect
-from flatplank_data.wording import one_of, probability_words, quantity, six_digits, sized
+from flatplank_data.wording import one_of, plain, probability_words, quantity, six_digits, sized
 
 
 @dataclass(frozen=True)
@@ -175,6 +175,6 @@ def stored(effect: Mapping[str, Any]) -> dict[str, Any]:
         "name": one_of([effect["name"], *effect["class"]]),
         "title": effect["title"],
         "size": sized(effect["size"], effect["interval"], effect["unit"]),
-        "probability": f"p = {effect['p_value']:.2g}" if "p_value" in effect else "",
+        "probability": f"p = {plain(effect['p_value'], 2)}" if "p_value" in effect else "",
     }
     return {**effect, "members": effect.get("members") or effect.get("advice") or [], "text": text}

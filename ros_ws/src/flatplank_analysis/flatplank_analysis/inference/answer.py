@@ -16,7 +16,7 @@ from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.steps import AcceptedEffect
 from flatplank_analysis.inference.posterior import MEMBER, NAMED, Posterior
 from flatplank_analysis.inference.weigh import Weighed
-from flatplank_data.wording import quantity, six_digits
+from flatplank_data.wording import plain, probability_words, quantity, six_digits
 
 SHOWN = 8
 """most sets and effects that are told"""
@@ -110,7 +110,7 @@ def doubt_about(posterior: Posterior, weighed: Weighed, index: int, probability:
     """Why an effect of a set that is not probable enough has no name."""
     if posterior.matters(weighed, index) < 0.5:
         return NEGLIGIBLE
-    return f"P = {probability:.2g}, below {NAMED:g}"
+    return f"{probability_words(probability)}, below {NAMED:g}"
 
 
 def present_without_name(answer: Answer, held: int) -> list[Decision]:
@@ -135,10 +135,11 @@ def runners_up(answer: Answer) -> Iterator[str]:
     flat = {f.decision.term.effect.identifier for f in answer.flat}
     for name, p in answer.posterior.marginal.items():
         if name in flat - named:
-            yield f"{name}: P = {p:.2g}, but {FLAT}: not named"
+            yield f"{name}: {probability_words(p)}, but {FLAT}: not named"
         elif name not in named and p > MEMBER:
             why = _against(answer.posterior, name)
-            yield f"{name}: P = {p:.2g}, below {NAMED:g}: not named; {why}"
+            below = f", below {NAMED:g}" if p < NAMED else ""
+            yield f"{name}: {probability_words(p)}{below}: not named; {why}"
 
 
 def _against(posterior: Posterior, name: str) -> str:
@@ -151,14 +152,15 @@ def _against(posterior: Posterior, name: str) -> str:
         most = max(posterior.matters(best, i) for i in inside)
         known = max(posterior.known(best, i) for i in inside)
         if known < most:
-            return f"it may be scatter or an unknown fault, P = {1.0 - known:.2g}"
-        return f"larger than {quantity(least.matters, least.unit)} with P = {most:.2g}"
+            return f"it may be scatter or an unknown fault, {probability_words(1.0 - known)}"
+        return f"larger than {quantity(least.matters, least.unit)} with {probability_words(most)}"
     other = posterior.sets[next(k for k in posterior.probability if name in k)]
     gain = -0.5 * posterior.excess(other, best)
     price = posterior.fit_and_price(best)[1] - posterior.fit_and_price(other)[1]
     beside = ", ".join(n for n in other.names if n != name)
     where = f"beside {beside}" if beside else "alone"
-    return f"{where} it gains {gain:.2g} by its fit and costs {price:.2g} (logarithms of odds)"
+    balance = f"gains {plain(gain, 2)} by its fit and costs {plain(price, 2)}"
+    return f"{where} it {balance} (logarithms of odds)"
 
 
 def to_dict(posterior: Posterior) -> dict[str, Any]:

@@ -35,6 +35,7 @@ from flatplank_analysis.proposal.exchange import POWERS, exchange_test
 from flatplank_analysis.proposal.search import Outcome, Proposer, RefittedSentence
 from flatplank_analysis.proposal.sites import varying_coordinates
 from flatplank_data.progress import Progress
+from flatplank_data.wording import probability_words
 
 PROPOSED, NOTHING = "proposed", "nothing to propose"
 STEADY = ("fx", "gain", "friction", "slip")
@@ -242,7 +243,7 @@ def reason_against(numbers: dict[str, Any], at_floor: bool = False) -> str:
     if low <= 0.0 <= high:
         return "its interval covers zero"
     if numbers["probability"] < NAMED:
-        return f"it may be chance, P = {numbers['probability']:.2g}"
+        return f"it may be chance, {probability_words(numbers['probability'])}"
     if numbers["acts_in_runs"] < LEAST_RUNS:
         return f"it acts in {numbers['acts_in_runs']:.1f} runs, and one run repeats nothing"
     if numbers["held_out_gain"] <= HELD_OUT:
