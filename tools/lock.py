@@ -41,7 +41,7 @@ def compiled(inputs: list[str], keep: Path | None, *options: str) -> str:
     command += ["--no-header", "--no-annotate", *options]
     command += [str(REQUIREMENTS / f"{name}.in") for name in inputs]
     command += ["--constraints", str(keep)] if keep else []
-    command += ["--overrides", str(REQUIREMENTS / "left-out.in")]
+    command += ["--overrides", str(REQUIREMENTS / "overrides.in")]
     return subprocess.run(command, check=True, capture_output=True, text=True).stdout
 
 

@@ -21,7 +21,7 @@ from flatplank_data.store import LocalStore
 from flatplank_data.table import STANDARD_COLUMNS
 from flatplank_tire.tydex import parse_tydex
 
-TOLERANCE = {".parquet": 0.0, ".csv": 1e-12, ".tdx": 2e-6}
+TOLERANCE = {".parquet": 0.0, ".csv": 1e-12, ".tdx": 2e-6, ".mf4": 0.0}
 
 
 @pytest.mark.parametrize("suffix", sorted(EXPORTERS))
@@ -39,7 +39,7 @@ def test_every_exporter_is_read_back(suffix, write_campaign, make_step):
 
 
 def test_readers_are_registered():
-    assert {".parquet", ".csv", ".mat", ".tdx", ".mcap", ".db3"} <= set(suffixes())
+    assert {".parquet", ".csv", ".mat", ".tdx", ".mf4", ".mcap", ".db3"} <= set(suffixes())
 
 
 def _only_run(folder, name, **entry):

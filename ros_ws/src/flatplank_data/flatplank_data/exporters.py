@@ -16,6 +16,7 @@ from flatplank_data.campaign import CAMPAIGN_FILE, FORMAT
 from flatplank_data.condition import is_nan
 from flatplank_data.errors import FlatplankError
 from flatplank_data.files import write_atomic
+from flatplank_data.mdf import write_mdf4
 from flatplank_data.naming import name_of, numbered
 from flatplank_data.readers.parquet import INFO_KEY, write_checked
 from flatplank_data.readers.tydex import CHANNELS, CONSTANTS
@@ -79,6 +80,7 @@ EXPORTERS: dict[str, Callable[[MeasurementTable, Path], None]] = {
     ".parquet": write_parquet,
     ".csv": write_csv,
     ".tdx": write_tydex,
+    ".mf4": write_mdf4,
 }
 
 

@@ -29,7 +29,7 @@ FILE_NAME = "run.yaml"
 SLOW_BELOW = 0.01
 """runs at a plank speed below this are a kind of their own, no repeats of usual ones [m/s]"""
 KNOWN_SUFFIXES = (
-    ".zstd", ".parquet", ".csv", ".mat", ".tdx", ".tydex", ".mcap", ".db3", ".bag",
+    ".zstd", ".parquet", ".csv", ".mat", ".tdx", ".tydex", ".mf4", ".mcap", ".db3", ".bag",
 )  # fmt: skip
 """suffixes of files with samples, lower case; that of a compressed file first"""
 
