@@ -9,6 +9,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 import pytest
+from rocrate.rocrate import ROCrate
 from steptable import step_table
 
 from flatplank_analysis.cli.publish import main as publish
@@ -78,6 +79,30 @@ def test_what_datacite_requires_is_there(folder: Path) -> None:
     assert authors == ["Grace Hopper", "Ada Lovelace"]
     assert found["https://orcid.org/0000-0002-1825-0097"]["@type"] == "Person"
     assert found["#publisher"]["name"] == "4TU.ResearchData"
+
+
+def test_rocrate_reads_the_crate_and_writes_it_again(folder: Path, tmp_path: Path) -> None:
+    words = ["--doi", "10.4121/abc.v1", "--date", "2026-06-01", "--title", "Slip steps"]
+    ours = crate(folder, *words, "--author", "Grace Hopper 0000-0002-1825-0097")
+    read = ROCrate(folder)
+    assert read.version == "1.1" and read.name == "Slip steps"
+    assert read.datePublished.isoformat().startswith("2026-06-01")
+    assert read.license["name"] == "CC-BY-4.0"
+    assert read.publisher["name"] == "4TU.ResearchData"
+    author = read.root_dataset["author"]
+    (author,) = author if isinstance(author, list) else [author]
+    assert (author.id, author["name"]) == ("https://orcid.org/0000-0002-1825-0097", "Grace Hopper")
+    files = {entity.id for entity in read.data_entities if entity.type == "File"}
+    assert files == {k for k, v in ours.items() if v["@type"] == "File"}
+    # what it writes has our files and every entity with its properties
+    read.write(tmp_path / "again")
+    for place in map(unquote, files):
+        assert (tmp_path / "again" / place).read_bytes() == (folder / place).read_bytes()
+    text = (tmp_path / "again" / "ro-crate-metadata.json").read_text(encoding="utf-8")
+    again = {entity["@id"]: entity for entity in json.loads(text)["@graph"]}
+    assert again.keys() == ours.keys()
+    for name, entity in ours.items():
+        assert entity.items() <= again[name].items(), name
 
 
 def test_a_bag_is_a_dataset_of_its_files(tmp_path: Path) -> None:
