@@ -16,9 +16,9 @@ from steptable import step_table
 from flatplank_data.bags.cdr import decode_one, parse_definition
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError
+from flatplank_data.parquet_files import KEPT
 from flatplank_data.readers import cache
 from flatplank_data.readers.base import Loaded, Request
-from flatplank_data.readers.cache import FOLDER
 from flatplank_data.store import LocalStore
 
 NAME = "TOY_REL_LNG_5perc_T_p25_Fz3700_1"
@@ -65,14 +65,14 @@ def test_own_topics(tmp_path, source, compression):
 def test_the_second_reading_comes_from_the_cache(tmp_path, bag, source):
     folder = shutil.copytree(bag, tmp_path / "copy")
     first = Campaign.load(folder).runs[0].table()
-    kept = list((folder / FOLDER).glob("*.parquet"))
+    kept = list((folder / KEPT).glob("*.parquet"))
     assert len(kept) == 1
     second = Campaign.load(folder).runs[0].table(["fx"])
     np.testing.assert_array_equal(first["fx"], second["fx"])
     mcap = next(folder.rglob("*.mcap"))
     mcap.write_bytes(mcap.read_bytes() + b" ")
     Campaign.load(folder).runs[0].table()
-    assert [p.name for p in (folder / FOLDER).glob("*.parquet")] != [p.name for p in kept]
+    assert [p.name for p in (folder / KEPT).glob("*.parquet")] != [p.name for p in kept]
 
 
 def test_the_cache_of_a_run_with_a_longer_name_stays(tmp_path):
@@ -81,7 +81,7 @@ def test_the_cache_of_a_run_with_a_longer_name_stays(tmp_path):
     cache.save_to_cache(longer, "0" * 16, loaded)
     for key in ("1" * 16, "2" * 16):
         cache.save_to_cache(run, key, loaded)
-    names = sorted(p.name for p in (tmp_path / FOLDER).iterdir())
+    names = sorted(p.name for p in (tmp_path / KEPT).iterdir())
     assert names == [f"A-1-{'0' * 16}.parquet", f"A-{'2' * 16}.parquet"]
 
 

@@ -6,6 +6,8 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +16,8 @@ import pytest
 from steptable import step_table
 
 import flatplank_analysis as fp
-from flatplank_analysis.catalogues import build
+from flatplank_analysis.catalogues.build import updated
+from flatplank_analysis.catalogues.kept import Update, file_of, stored
 from flatplank_analysis.cli.catalogue import main as verb
 from flatplank_data.errors import FlatplankError
 from flatplank_data.exporters import export_campaign
@@ -51,7 +54,7 @@ def test_every_run_below_the_folder_is_a_row(root: Path) -> None:
     assert rows.groupby("folder").size().to_dict() == {"2026/june": 4, "bags": 1, "may": 4}
     assert set(rows["quality"]) == {"ok"} and rows["error"].isna().all()
     assert rows.attrs["units"]["fz"] == "N"
-    table = build.stored(root).table
+    table = stored(root).table
     assert table.schema.field("pressure").metadata == {b"unit": b"bar"}
 
 
@@ -68,6 +71,8 @@ def test_every_run_below_the_folder_is_a_row(root: Path) -> None:
         ({"date": "2026-05-03"}, 4),
         ({"quality": "ok", "kind": "slip", "folder": "2026"}, 4),
         ({"bench": "hall 2"}, 0),
+        ({"bench": ""}, 9),
+        ({"effect": "wear"}, 0),
     ],
 )
 def test_runs_are_selected(root: Path, conditions: dict, count: int) -> None:
@@ -89,18 +94,18 @@ def test_a_wrong_condition_is_told_in_a_line(root: Path, conditions: dict, said:
 
 
 def test_only_what_changed_is_read_again(root: Path) -> None:
-    assert sorted(build.updated(root).read) == ["2026/june", "bags", "may"]
-    again = build.updated(root)
+    assert sorted(updated(root).read) == ["2026/june", "bags", "may"]
+    again = updated(root)
     assert not again.read and not again.gone and again.table.num_rows == 9
     bag(root / "bags" / "two", kappa=0.02)
     shutil.rmtree(root / "may")
-    third = build.updated(root)
+    third = updated(root)
     assert (third.read, third.gone) == (["bags"], ["may"])
     assert third.table.num_rows == 6
-    whole = build.Update(third.table, third.stamps)
-    assert build.stored(root) == whole
-    build.file_of(root).unlink()
-    assert build.updated(root).table == third.table
+    whole = Update(third.table, third.stamps)
+    assert stored(root) == whole
+    file_of(root).unlink()
+    assert updated(root).table == third.table
 
 
 def test_a_file_that_cannot_be_read_is_a_row_with_its_error(root: Path, capsys) -> None:
@@ -129,9 +134,9 @@ def test_the_verdict_of_a_diagnosis_stands_at_its_runs(root: Path) -> None:
 
 
 def test_the_same_from_processes(root: Path) -> None:
-    here = build.updated(root).table
-    build.file_of(root).unlink()
-    assert build.updated(root, jobs=2).table == here
+    here = updated(root).table
+    file_of(root).unlink()
+    assert updated(root, jobs=2).table == here
 
 
 def test_the_verb_answers_from_the_kept_catalogue(root: Path, capsys) -> None:
@@ -147,14 +152,31 @@ def test_the_verb_answers_from_the_kept_catalogue(root: Path, capsys) -> None:
     assert "5 runs in 2 folders, 0 read, 1 gone" in capsys.readouterr().out
 
 
+SLOW_TO_IMPORT = ("pandas", "numba", "matplotlib", "scipy", "flatplank_data.campaign")
+ASK = """
+import sys
+from flatplank_analysis.cli.main import main
+words = ["--where", "tire=toy", "pressure=2.5bar", "since=2026-05-01"]
+code = main(["catalogue", sys.argv[1], *words])
+print(code, [name for name in sys.argv[2:] if name in sys.modules])
+"""
+
+
+def test_a_selection_imports_nothing_that_takes_long(root: Path) -> None:
+    fp.catalogue(root)
+    command = [sys.executable, "-c", ASK, str(root), *SLOW_TO_IMPORT]
+    told = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    assert "4 runs" in told and told.endswith("0 []\n")
+
+
 def test_a_folder_that_cannot_be_written_is_asked_all_the_same(root: Path, monkeypatch) -> None:
     def refuse(*_words, **_more):
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(os, "replace", refuse)
-    found = build.updated(root)
+    found = updated(root)
     assert not found.kept and found.table.num_rows == 9
-    assert not list(build.file_of(root).parent.iterdir())
+    assert not list(file_of(root).parent.iterdir())
 
 
 def test_the_reference_tire_is_charted_over_days_and_benches(tmp_path: Path, capsys) -> None:

@@ -18,7 +18,8 @@ from flatplank_data.errors import FlatplankError
 from flatplank_data.files import write_atomic
 from flatplank_data.mdf import write_mdf4
 from flatplank_data.naming import name_of, numbered
-from flatplank_data.readers.parquet import INFO_KEY, write_checked
+from flatplank_data.parquet_files import write_checked
+from flatplank_data.readers.parquet import INFO_KEY
 from flatplank_data.readers.tydex import CHANNELS, CONSTANTS
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import COLUMN_UNITS, MeasurementTable

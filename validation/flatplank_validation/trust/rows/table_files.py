@@ -14,9 +14,10 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import scipy.io
 
+from flatplank_data.parquet_files import write_checked
 from flatplank_data.readers.base import Loaded, Request
 from flatplank_data.readers.mat import variables
-from flatplank_data.readers.parquet import read_parquet, write_checked
+from flatplank_data.readers.parquet import read_parquet
 from flatplank_data.store import LocalStore
 from flatplank_validation.trust.files.judge import judged
 from flatplank_validation.trust.files.matlab73 import write_mat73

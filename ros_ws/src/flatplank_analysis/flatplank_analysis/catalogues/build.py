@@ -11,62 +11,20 @@ import contextlib
 import hashlib
 import json
 import os
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
 import pyarrow as pa
 import pyarrow.compute as pc
-import pyarrow.parquet as pq
 
-from flatplank_analysis.catalogues.rows import DIAGNOSIS, SCHEMA, Row, rows_of
+from flatplank_analysis.catalogues.kept import SCHEMA, Update, store, stored
+from flatplank_analysis.catalogues.rows import DIAGNOSIS, Row, rows_of
 from flatplank_analysis.parallel import open_executor
 from flatplank_analysis.report.analysis import Progress
 from flatplank_data.errors import FlatplankError
 from flatplank_data.folders import campaign_folders, stamp_of
 from flatplank_data.naming import FOLDERS as PARTS
-from flatplank_data.readers.cache import FOLDER
-from flatplank_data.readers.parquet import keep, whole
-
-FILE = "catalogue.parquet"
-FORMAT = "flatplank-catalogue/1"
-STAMPS = b"flatplank.catalogue"
-"""key of the metadata: format, and the stamp of every folder"""
-Stamps = Mapping[str, str]
-
-
-@dataclass(frozen=True)
-class Update:
-    """What bringing a catalogue up to date has done."""
-
-    table: pa.Table
-    """columns of `rows.SCHEMA`, a row per run, in the order of the folders"""
-    stamps: Stamps
-    read: Sequence[str] = ()
-    """folders that are new or have changed"""
-    gone: Sequence[str] = ()
-    """folders that are no longer there"""
-    kept: bool = True
-    """False: the file could not be written, and is made anew each time"""
-
-
-def file_of(root: str | os.PathLike[str]) -> Path:
-    """The Parquet file of a catalogue; it may be deleted."""
-    return Path(root) / FOLDER / FILE
-
-
-def stored(root: str | os.PathLike[str]) -> Update | None:
-    """The catalogue as it was kept; None where there is none, or one that cannot be read."""
-    path = file_of(root)
-    try:
-        with whole(str(path)):
-            table = pq.read_table(path)
-            said = json.loads(table.schema.metadata[STAMPS])
-            stamps = dict(said["folders"]) if said["format"] == FORMAT else None
-    except (FlatplankError, KeyError, TypeError):
-        return None
-    return Update(table.cast(SCHEMA), stamps) if stamps is not None else None
 
 
 def updated(
@@ -96,7 +54,7 @@ def updated(
             if progress:
                 progress(done, len(read), read[done - 1])
     table = _joined(before.table, rows, {*read, *gone})
-    return Update(table, stamps, read, gone, _keep(base, table, stamps))
+    return Update(table, stamps, read, gone, store(base, table, stamps))
 
 
 def _folders(base: str) -> list[str]:
@@ -123,8 +81,3 @@ def _stamp(folder: Path) -> str:
         stat = (folder / DIAGNOSIS).stat()
         parts.append((DIAGNOSIS, stat.st_mtime_ns, stat.st_size))
     return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:16]
-
-
-def _keep(root: str, table: pa.Table, stamps: Stamps) -> bool:
-    text = json.dumps({"format": FORMAT, "folders": stamps}).encode()
-    return keep(table.replace_schema_metadata({STAMPS: text}), file_of(root))

@@ -6,24 +6,37 @@ from __future__ import annotations
 import dataclasses
 import os
 from collections.abc import Iterator
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import pandas as pd
+import pyarrow as pa
+import pyarrow.compute as pc
 
-from flatplank_analysis.catalogues import build
 from flatplank_analysis.catalogues.conditions import keeps
-from flatplank_analysis.report.analysis import Progress
-from flatplank_data.campaign import Campaign
+from flatplank_analysis.catalogues.kept import stored
 from flatplank_data.run_record import UNITS
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from flatplank_analysis.report.analysis import Progress
+    from flatplank_data.campaign import Campaign
 
 
 @dataclasses.dataclass(frozen=True)
 class Catalogue:
-    """Runs below a folder; `rows`: a pandas table with a run per row, units in its `attrs`."""
+    """Runs below a folder; `table`: a run per row, in Arrow; its fields have their units."""
 
     root: Path
-    rows: pd.DataFrame
+    table: pa.Table
+
+    @cached_property
+    def rows(self) -> pd.DataFrame:
+        """The runs as a pandas table, units in its `attrs`."""
+        rows = self.table.to_pandas(use_threads=False)
+        rows.attrs["units"] = {name: UNITS[name] for name in rows if name in UNITS}
+        return rows
 
     def where(self, **conditions: Any) -> Catalogue:
         """The runs that fulfil all conditions: `tire="TOY", pressure=2.5, since="2026-05-01"`.
@@ -34,28 +47,34 @@ class Catalogue:
         Raises:
             FlatplankError: an unknown name, or a value that cannot be read.
         """
-        rows = self.rows
+        table = self.table
         for name, wanted in conditions.items():
-            rows = rows[keeps(name, wanted)(rows)]
-        return dataclasses.replace(self, rows=rows)
+            table = table.filter(keeps(name, wanted)(table))
+        return Catalogue(self.root, table)
 
     @property
     def unusable(self) -> Catalogue:
         """The files that cannot be used; column `error` says why."""
-        return dataclasses.replace(self, rows=self.rows[self.rows["error"].notna()])
+        return Catalogue(self.root, self.table.filter(pc.is_valid(self.table["error"])))
 
     def campaigns(self) -> Iterator[Campaign]:
         """The campaigns of the rows, each with the runs of the rows alone."""
-        usable = self.rows[self.rows["kind"].notna()]
-        for folder, rows in usable.groupby("folder"):
-            whole, files = Campaign.load(self.root / str(folder)), set(rows["file"])
-            yield dataclasses.replace(whole, runs=[r for r in whole.runs if r.info.file in files])
+        from flatplank_data.campaign import Campaign
+
+        usable = self.table.filter(pc.is_valid(self.table["kind"]))
+        files: dict[str, set[str]] = {}
+        for folder, file in zip(*(usable[k].to_pylist() for k in ("folder", "file")), strict=True):
+            files.setdefault(folder, set()).add(file)
+        for folder in sorted(files):
+            whole = Campaign.load(self.root / folder)
+            own = [r for r in whole.runs if r.info.file in files[folder]]
+            yield dataclasses.replace(whole, runs=own)
 
     def __len__(self) -> int:
-        return len(self.rows)
+        return self.table.num_rows
 
     def __repr__(self) -> str:
-        folders = self.rows["folder"].nunique()
+        folders = pc.count_distinct(self.table["folder"])
         return f"{self.root}: {len(self)} runs in {folders} folders"
 
 
@@ -70,12 +89,9 @@ def catalogue(
     update: look for what changed since the catalogue was kept; False: as it was kept. Raises
     FlatplankError when `root` is no folder.
     """
-    kept = None if update else build.stored(root)
-    return of(root, kept or build.updated(root, jobs=jobs, progress=progress))
+    found = None if update else stored(root)
+    if found is None:
+        from flatplank_analysis.catalogues.build import updated
 
-
-def of(root: str | os.PathLike[str], found: build.Update) -> Catalogue:
-    """The object of a catalogue that was read."""
-    rows = found.table.to_pandas()
-    rows.attrs["units"] = {name: UNITS[name] for name in rows if name in UNITS}
-    return Catalogue(Path(root), rows)
+        found = updated(root, jobs=jobs, progress=progress)
+    return Catalogue(Path(root), found.table)

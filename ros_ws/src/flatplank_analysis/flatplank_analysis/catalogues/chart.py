@@ -30,7 +30,7 @@ def write_chart(
 
     Raises FlatplankError for runs of several tires, and without a quantity in two sessions.
     """
-    tires = sorted({t for t in runs.rows["tire"].dropna() if t})
+    tires = sorted({t for t in runs.table["tire"].to_pylist() if t})
     if len(tires) != 1:
         named = ", ".join(tires) or "no tire"
         what = f"a control chart is of one tire, and these runs are of {named}"

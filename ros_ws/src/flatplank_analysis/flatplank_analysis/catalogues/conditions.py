@@ -4,12 +4,14 @@
 from __future__ import annotations
 
 import re
+import struct
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import date, datetime, timedelta
 from typing import Any
 
-import pandas as pd
+import pyarrow as pa
+import pyarrow.compute as pc
 
 from flatplank_data.errors import FlatplankError
 from flatplank_data.names import nearest_hint
@@ -20,8 +22,23 @@ NOMINAL = 0.02
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _QUANTITY = re.compile(rf"({_NUMBER})(?:\s*\.\.\s*({_NUMBER}))?\s*(.*)")
 
-Keep = Callable[[pd.DataFrame], pd.Series]
+Keep = Callable[[pa.Table], pa.ChunkedArray]
 """rows -> True for those that are wanted"""
+
+
+def constant(value: str | float) -> pa.Scalar:
+    """A number or text to compare with, made of its bytes: `pa.scalar` brings pandas with it,
+    which takes a second."""
+    if isinstance(value, float):
+        kind, parts = pa.float64(), [struct.pack("=d", value)]
+    else:
+        said = value.encode()
+        kind, parts = pa.string(), [struct.pack("=ii", 0, len(said)), said]
+    return pa.Array.from_buffers(kind, 1, [None, *map(pa.py_buffer, parts)])[0]
+
+
+def _equals(own: pa.ChunkedArray, text: str) -> pa.ChunkedArray:
+    return pc.equal(own, constant(text))
 
 
 @dataclass(frozen=True)
@@ -29,24 +46,15 @@ class Text:
     """A text, whatever its case: the whole one, or as `compare` says."""
 
     column: str
-    compare: Callable[[pd.Series, str], pd.Series] = pd.Series.eq
+    compare: Callable[[pa.ChunkedArray, str], pa.ChunkedArray] = _equals
 
     def keep(self, wanted: Any, _where: str) -> Keep:
-        text = str(wanted).casefold()
-
-        def kept(rows: pd.DataFrame) -> pd.Series:
-            own = rows[self.column].fillna("").str.casefold()
-            return self.compare(own, text)
-
-        return kept
+        text = str(wanted).lower()
+        return lambda rows: self.compare(pc.utf8_lower(_texts(rows, self.column)), text)
 
 
-def _begins(own: pd.Series, text: str) -> pd.Series:
-    return own.str.startswith(text)
-
-
-def _contains(own: pd.Series, text: str) -> pd.Series:
-    return own.str.contains(text, regex=False)
+def _texts(rows: pa.Table, column: str) -> pa.ChunkedArray:
+    return pc.coalesce(rows[column], constant(""))
 
 
 @dataclass(frozen=True)
@@ -64,7 +72,10 @@ class Number:
             raise FlatplankError(what, where, f"write 2.5 or 2..3, in {self.unit}")
         low, high = (self._own(n, found[3], where) for n in (found[1], found[2] or found[1]))
         slack = 0.0 if found[2] else NOMINAL * abs(low)
-        return lambda rows: rows[self.column].between(low - slack, high + slack)
+        return lambda rows: pc.and_(
+            pc.greater_equal(rows[self.column], constant(low - slack)),
+            pc.less_equal(rows[self.column], constant(high + slack)),
+        )
 
     def _own(self, number: str, unit: str, where: str) -> float:
         """A number in the unit of the column."""
@@ -83,6 +94,7 @@ class Day:
 
     first: bool = False
     last: bool = False
+    column: str = "date"
 
     def keep(self, wanted: Any, where: str) -> Keep:
         try:
@@ -92,11 +104,14 @@ class Day:
             raise FlatplankError(what, where, "write it as 2026-05-01") from None
         low = "" if self.last else day.isoformat()
         high = "9" if self.first else (day + timedelta(days=1)).isoformat()
-        return lambda rows: _dates(rows).between(low, high, inclusive="left") & _dates(rows).ne("")
 
+        def kept(rows: pa.Table) -> pa.ChunkedArray:
+            own = _texts(rows, self.column)
+            stated = pc.not_equal(own, constant(""))
+            since = pc.and_(stated, pc.greater_equal(own, constant(low)))
+            return pc.and_(since, pc.less(own, constant(high)))
 
-def _dates(rows: pd.DataFrame) -> pd.Series:
-    return rows["date"].fillna("")
+        return kept
 
 
 CONDITIONS: Mapping[str, Text | Number | Day] = {
@@ -114,10 +129,10 @@ CONDITIONS: Mapping[str, Text | Number | Day] = {
     "bench": Text("bench"),
     "operator": Text("operator"),
     "status": Text("status"),
-    "quality": Text("quality", _begins),
+    "quality": Text("quality", pc.starts_with),
     "verdict": Text("verdict"),
-    "effect": Text("effects", _contains),
-    "folder": Text("folder", _begins),
+    "effect": Text("effects", pc.match_substring),
+    "folder": Text("folder", pc.starts_with),
 }
 """name of a condition -> what it compares"""
 

@@ -9,37 +9,17 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-import pyarrow as pa
-
+from flatplank_analysis.catalogues.kept import OF_THE_RECORD
 from flatplank_data.campaign import Campaign
 from flatplank_data.condition import is_nan
 from flatplank_data.errors import FlatplankError
 from flatplank_data.files import read_text
 from flatplank_data.folders import verdicts
-from flatplank_data.run_record import UNITS, RunRecord
+from flatplank_data.run_record import RunRecord
 
 Row = Mapping[str, Any]
 DIAGNOSIS = "diagnosis.json"
 """what `diagnose DIR --out DIR/diagnosis.json` writes"""
-OF_THE_RECORD = {
-    "tire": pa.string(), "serial": pa.string(), "name": pa.string(), "uuid": pa.string(),
-    "kappa": pa.float64(), "fz": pa.float64(), "pressure": pa.float64(), "alpha_deg": pa.float64(),
-    "gamma_deg": pa.float64(), "speed": pa.float64(), "start": pa.int64(), "repeat": pa.int64(),
-    "run_index": pa.int64(), "effective_rolling_radius": pa.float64(), "operator": pa.string(),
-    "status": pa.string(), "cycles_lost": pa.int64(), "software_version": pa.string(),
-    "notes": pa.string(),
-}  # fmt: skip
-"""keys of the run record that are columns under their own name"""
-DERIVED = ("folder", "file", "kind", "date", "bench", "quality", "verdict", "effects", "error")
-"""texts: folder relative to the root, its file, kind of measurement, date (ISO 8601, empty: not
-stated), bench, quality as in the panel, verdict and named effects of the diagnosis, and why a run
-cannot be used"""
-SCHEMA = pa.schema(
-    [
-        pa.field(name, kind, metadata={"unit": UNITS[name]} if name in UNITS else None)
-        for name, kind in {**dict.fromkeys(DERIVED, pa.string()), **OF_THE_RECORD}.items()
-    ]
-)
 
 
 def rows_of(root: str, folder: str) -> list[Row]:

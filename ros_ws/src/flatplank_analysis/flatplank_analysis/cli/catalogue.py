@@ -7,16 +7,16 @@ Record, quality and verdict of each; kept in one Parquet file.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
+import pyarrow.compute as pc
 
-from flatplank_analysis.catalogues import build
-from flatplank_analysis.catalogues.catalogue import Catalogue, of
+from flatplank_analysis.catalogues.catalogue import Catalogue
 from flatplank_analysis.catalogues.conditions import CONDITIONS
+from flatplank_analysis.catalogues.kept import FORMAT, Update, file_of, stored
 from flatplank_analysis.cli import common
 from flatplank_data.arguments import Parser, add_json
 from flatplank_data.errors import FlatplankError
@@ -44,12 +44,14 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _run(o: argparse.Namespace) -> int:
     conditions = dict(_condition(text) for text in o.where)
-    found = build.stored(o.root) if conditions else None
+    keeps = {name: CONDITIONS[name].column for name in conditions if name in CONDITIONS}
+    columns = None if o.json or o.chart else {*SHOWN_COLUMNS, *keeps.values()}
+    found = stored(o.root, columns) if conditions else None
     if found is None:
-        found = build.updated(
-            o.root, jobs=o.jobs, scheduler=o.scheduler, progress=common.show_progress
-        )
-    runs = of(o.root, found).where(**conditions)
+        from flatplank_analysis.catalogues.build import updated
+
+        found = updated(o.root, jobs=o.jobs, scheduler=o.scheduler, progress=common.show_progress)
+    runs = Catalogue(Path(o.root), found.table).where(**conditions)
     page = _chart(runs, o) if o.chart else None
     if o.json:
         common.print_json(_told(o.root, found, runs if conditions else None, page))
@@ -76,21 +78,18 @@ def _chart(runs: Catalogue, o: argparse.Namespace) -> Path:
     )
 
 
-def _told(
-    root: str, found: build.Update, runs: Catalogue | None, page: Path | None
-) -> dict[str, Any]:
+def _told(root: str, found: Update, runs: Catalogue | None, page: Path | None) -> dict[str, Any]:
     said: dict[str, Any] = {
-        "format": build.FORMAT, "file": str(build.file_of(root)), "folders": len(found.stamps),
+        "format": FORMAT, "file": str(file_of(root)), "folders": len(found.stamps),
         "runs": found.table.num_rows, "read": list(found.read), "gone": list(found.gone),
     }  # fmt: skip
     if runs is not None:
-        rows = runs.rows.astype(object)
-        said["rows"] = rows.where(rows.notna(), None).to_dict("records")
+        said["rows"] = runs.table.to_pylist()
     return said | ({"page": str(page)} if page else {})
 
 
-def _headline(root: str, found: build.Update, asked: bool) -> str:
-    path = build.file_of(root)
+def _headline(root: str, found: Update, asked: bool) -> str:
+    path = file_of(root)
     size = f"{found.table.num_rows} runs in {len(found.stamps)} folders"
     if asked and not found.read:
         when = datetime.fromtimestamp(path.stat().st_mtime).strftime("%Y-%m-%d %H:%M")
@@ -102,26 +101,47 @@ def _headline(root: str, found: build.Update, asked: bool) -> str:
 
 def _print(runs: Catalogue, asked: bool) -> None:
     """The selected runs; without a selection the files that cannot be used."""
-    rows = runs.rows
+    table = runs.table
     if asked:
-        header = ("folder", "run", "tire", "Fz [N]", "p [bar]", "kappa [%]", "date", "bench",
-                  "quality", "verdict")  # fmt: skip
-        usual = rows[rows["kind"].notna()]
-        slips = (100.0 * usual["kappa"]).round(3)
-        columns = [usual["folder"], usual["file"], usual["tire"], usual["fz"], usual["pressure"],
-                   slips, usual["date"].str[:10], usual["bench"], usual["quality"],
-                   usual["verdict"]]  # fmt: skip
-        cells = [[_text(v) for v in column.head(SHOWN)] for column in columns]
+        usable = table.filter(pc.is_valid(table["kind"]))
+        shown = usable.slice(0, SHOWN)
+        cells = [
+            [_text(text(value)) for value in shown[name].to_pylist()]
+            for name, (_, text) in SHOWN_COLUMNS.items()
+        ]
+        header = [title for title, _ in SHOWN_COLUMNS.values()]
         common.print_rows(header, list(zip(*cells, strict=True)))
-        print(f"{len(usual)} runs" + (f", {SHOWN} shown" if len(usual) > SHOWN else ""))
+        size = usable.num_rows
+        print(f"{size} runs" + (f", {SHOWN} shown" if size > SHOWN else ""))
         return
-    for folder, error in rows[["folder", "error"]].head(SHOWN).itertuples(index=False):
-        print(f"{folder}: {error}")
-    if len(rows) > SHOWN:
-        print(f"and {len(rows) - SHOWN} more")
+    for row in table.slice(0, SHOWN).to_pylist():
+        print(f"{row['folder']}: {row['error']}")
+    if table.num_rows > SHOWN:
+        print(f"and {table.num_rows - SHOWN} more")
+
+
+def _same(value: Any) -> Any:
+    return value
+
+
+def _percent(value: float | None) -> float | None:
+    return None if value is None else round(100.0 * value, 3)
+
+
+def _day(value: str | None) -> str:
+    return (value or "")[:10]
+
+
+SHOWN_COLUMNS: Mapping[str, tuple[str, Callable[[Any], Any]]] = {
+    "folder": ("folder", _same), "file": ("run", _same), "tire": ("tire", _same),
+    "fz": ("Fz [N]", _same), "pressure": ("p [bar]", _same), "kappa": ("kappa [%]", _percent),
+    "date": ("date", _day), "bench": ("bench", _same), "quality": ("quality", _same),
+    "verdict": ("verdict", _same), "kind": ("kind", _same),
+}  # fmt: skip
+"""column -> title and what is shown of a value"""
 
 
 def _text(value: Any) -> str:
-    if pd.isna(value) or value == "":
+    if value is None or value == "":
         return "-"
     return f"{value:.6g}" if isinstance(value, float) else str(value)

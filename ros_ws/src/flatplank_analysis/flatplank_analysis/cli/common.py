@@ -7,15 +7,15 @@ import argparse
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from flatplank_analysis.effects import consent
 from flatplank_data.arguments import Parser, add_json, json_text
-from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError, NothingUsableError
 from flatplank_data.problem import Problem
-from flatplank_data.yaml_text import load_yaml
 from flatplank_tire.numbers import number_of
+
+if TYPE_CHECKING:  # a campaign brings every reader: half a second that not every verb needs
+    from flatplank_data.campaign import Campaign
 
 NOTHING_USABLE = 2
 
@@ -49,6 +49,8 @@ def effect_arguments(parser: argparse.ArgumentParser) -> None:
 
 def effect_files(arguments: argparse.Namespace) -> list[str]:
     """The user's effect files, after consent to those of `--trust`."""
+    from flatplank_analysis.effects import consent
+
     consent.give(arguments.trust)
     return [*arguments.effects, *arguments.trust]
 
@@ -67,6 +69,8 @@ def parallel_arguments(parser: argparse.ArgumentParser) -> None:
 
 def load_folder(folder: str, mapping: str | None = None) -> Campaign:
     """The campaign in a folder, with the mapping file when there is one."""
+    from flatplank_data.campaign import Campaign
+
     return Campaign.load(folder, mapping=read_mapping(mapping))
 
 
@@ -74,6 +78,8 @@ def read_mapping(path: str | None) -> dict[str, Any] | None:
     """Content of a mapping file, None without one."""
     if path is None:
         return None
+    from flatplank_data.yaml_text import load_yaml
+
     found = load_yaml(Path(path).read_bytes(), path)
     if not isinstance(found, dict):
         raise FlatplankError("no mapping", path, "write 'topics:' or 'columns:'")

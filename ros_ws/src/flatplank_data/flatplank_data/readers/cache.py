@@ -16,11 +16,10 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from flatplank_data.errors import FlatplankError
+from flatplank_data.parquet_files import KEPT, keep, whole
 from flatplank_data.readers.base import Loaded, Request
-from flatplank_data.readers.parquet import keep, whole
 from flatplank_data.store import LocalStore
 
-FOLDER = ".flatplank-cache"
 _VERSION = 3
 _KEY = 16
 """length of a key"""
@@ -75,4 +74,4 @@ def save_to_cache(request: Request, key: str, loaded: Loaded) -> None:
 def _path(request: Request, key: str) -> Path | None:
     if not isinstance(request.store, LocalStore):
         return None
-    return Path(request.store.root) / FOLDER / f"{request.name}-{key}.parquet"
+    return Path(request.store.root) / KEPT / f"{request.name}-{key}.parquet"

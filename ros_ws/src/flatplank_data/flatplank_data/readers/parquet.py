@@ -8,10 +8,6 @@ has them, as those have that are written here.
 from __future__ import annotations
 
 import json
-import os
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,6 +18,7 @@ import pyarrow.types as kinds
 
 from flatplank_data.errors import FlatplankError
 from flatplank_data.guard import Budget
+from flatplank_data.parquet_files import whole
 from flatplank_data.readers.base import (
     Loaded,
     Request,
@@ -63,38 +60,6 @@ def describe_parquet(store: Store, name: str) -> dict:
     """The run record in the schema metadata of our own exports."""
     with store.open(name) as stream, whole(name):
         return _facts(pq.read_schema(stream).metadata)
-
-
-def write_checked(table: pa.Table, path: Path) -> None:
-    """Write a table with page checksums."""
-    pq.write_table(table, path, compression="zstd", use_dictionary=False, write_page_checksum=True)
-
-
-def keep(table: pa.Table, path: Path) -> bool:
-    """Replace a kept table in one step; False where it cannot be written (read-only disk)."""
-    part = path.with_name(f"{path.name}.{os.getpid()}.part")
-    try:
-        path.parent.mkdir(exist_ok=True)
-        write_checked(table, part)
-        os.replace(part, path)
-    except OSError:
-        with suppress(OSError):
-            part.unlink()
-        return False
-    return True
-
-
-@contextmanager
-def whole(name: str) -> Iterator[None]:
-    """Turns what the Parquet library raises on a damaged file into FlatplankError."""
-    try:
-        yield
-    except FlatplankError:
-        raise
-    except (pa.ArrowException, OSError, ValueError, LookupError, MemoryError) as error:
-        raise FlatplankError(
-            f"not a whole Parquet file ({error})", name, "export or copy it again"
-        ) from error
 
 
 def _check(file: pq.ParquetFile, schema: pa.Schema, request: Request) -> None:
