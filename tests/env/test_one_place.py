@@ -67,7 +67,7 @@ def test_text_files_are_replaced_in_one_place() -> None:
     files = [*SOURCES.glob("flatplank_*/flatplank_*/**/*.py")]
     assert sorted(f.name for f in files if "os.replace(" in f.read_text(encoding="utf-8")) == [
         "files.py",
-        "parquet.py",
+        "parquet_files.py",
     ]
 
 
