@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatplank_analysis.discovery.noise import Whitener
-from flatplank_analysis.discovery.runs import RunSet
 
 AT_ONCE = 200
 """runs whose columns are in memory at once, in units of the noise: about 2 MB each"""
@@ -72,19 +71,29 @@ class Metric:
         """directions (d, channels, runs, samples) of the scatter, with standard deviations
         scatter (d,)."""
         self.whitener, self.scatter = whitener, scatter
-        self._sideways = None
+        self._sideways: np.ndarray | None = None
+        self.volume = 0.0
+        """logarithm of the volume that the scatter takes from the data"""
         if np.any(scatter > 0.0):
-            loose = np.moveaxis(self._white(directions), 0, 1) * scatter[:, None]
+            loose = np.moveaxis(self.white(directions), 0, 1) * scatter[:, None]
             values, vectors = np.linalg.eigh(loose @ np.swapaxes(loose, 1, 2))
             values = np.maximum(values, 1e-30)
             # with G = loose, Q = vectors, s = share: the square root of 1 - G'(1 + GG')^-1 G is
             # 1 - G'Q s Q'G
             share = (1.0 - 1.0 / np.sqrt(1.0 + values)) / values
             self._sideways = np.swapaxes(vectors, 1, 2) @ loose * np.sqrt(share)[:, :, None]
+            self.volume = -0.5 * float(np.sum(np.log1p(values)))
 
     def __call__(self, values: np.ndarray) -> np.ndarray:
         """Values (n, channels, runs, samples) in units of the noise: (n, runs, m)."""
-        white = self._white(values)
+        return self.beside_scatter(self.white(values))
+
+    def along(self, directions: np.ndarray) -> Metric:
+        """The same noise and scatter, along the directions that the tire has at another fit."""
+        return Metric(self.whitener, directions, self.scatter)
+
+    def beside_scatter(self, white: np.ndarray) -> np.ndarray:
+        """Values (n, runs, m) in units of the noise with the scatter down-weighted, in place."""
         if self._sideways is not None:
             for r, side in enumerate(self._sideways):
                 white[:, r] -= (white[:, r] @ side.T) @ side
@@ -113,7 +122,8 @@ class Metric:
             part._sideways = None if self._sideways is None else self._sideways[rows]
             yield rows, part
 
-    def _white(self, values: np.ndarray) -> np.ndarray:
+    def white(self, values: np.ndarray) -> np.ndarray:
+        """Values (n, channels, runs, samples) in units of the noise alone: (n, runs, m)."""
         count, channels, runs, _ = values.shape
         out = np.zeros((count, runs, channels, len(self.whitener.picks)))
         for c in range(channels):
@@ -121,62 +131,6 @@ class Metric:
             if len(alive):
                 out[alive, :, c] = self.whitener.apply(values[alive, c], c)
         return out.reshape(count, runs, -1)
-
-
-def scatter_of(
-    runs: RunSet, whitener: Whitener, contrast: np.ndarray, directions: np.ndarray,
-    assumed: Sequence[float] = (),
-) -> np.ndarray:  # fmt: skip
-    """Standard deviation from run to run along the directions of the scatter, beyond the noise
-    (d,).
-
-    assumed: values where no repeat shows them; without these there is no scatter.
-    A linear trend over the order of the runs is removed first: it is a candidate effect (wear,
-    drift), which would otherwise hide behind the scatter that it causes itself.
-    """
-    d = len(directions)
-    if not d:
-        return np.zeros(0)
-    if not runs.repeated:
-        return np.array(assumed if len(assumed) == d else np.zeros(d), dtype=float)
-    gram = Metric(whitener, directions, np.zeros(d)).gram(contrast, directions)
-    sizes = np.array([len(runs.groups[c]) for c in runs.condition])
-    extra = np.zeros(d)
-    order = np.array(runs.order, dtype=float)
-    order = order - np.array([order[runs.condition == c].mean() for c in runs.condition])
-    for i in range(d):
-        h = gram.products[:, i, i]
-        use = (sizes > 1) & (h > 1e-9)
-        if not use.any():
-            continue
-        size = gram.scores[use, i] / h[use]
-        share = 1.0 - 1.0 / sizes[use]
-        # weighted method of moments; the most precise runs have the largest weight
-        weight = h[use]
-        along = float(np.sum(weight * order[use] ** 2))
-        free = float(np.sum(share))
-        if along > 0.0 and free > 2.0:
-            size = size - order[use] * float(np.sum(weight * size * order[use])) / along
-            free -= 1.0
-        seen = float(np.sum(weight * size**2))
-        spread = float(np.sum(weight * share)) * free / float(np.sum(share))
-        extra[i] = max((seen - free) / spread, 0.0)
-    return np.sqrt(extra)
-
-
-def likeliest_scatter(
-    whitener: Whitener, residual: np.ndarray, directions: np.ndarray, scatter: np.ndarray
-) -> np.ndarray:
-    """Part of a residual (channels, runs, samples) that the scatter explains best: each run's most
-    probable amounts of the directions (d, channels, runs, samples), with standard deviations
-    scatter (d,)."""
-    used = np.flatnonzero(scatter > 0.0)
-    if not used.size:
-        return np.zeros_like(residual)
-    gram = Metric(whitener, directions, np.zeros(len(directions))).gram(residual, directions[used])
-    precision = gram.products + np.diag(1.0 / scatter[used] ** 2)
-    amounts = np.linalg.solve(precision, gram.scores[..., None])[..., 0]
-    return np.einsum("rd,dcrs->crs", amounts, directions[used])
 
 
 def solve(products: np.ndarray, scores: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -19,6 +19,7 @@ from flatplank_analysis.discovery.fit import Fit, Fitter, Term, Whitened, fit_wh
 from flatplank_analysis.discovery.model import Model, ParameterSet, form_error_of, usual_scatter
 from flatplank_analysis.discovery.patterns import Patterns
 from flatplank_analysis.discovery.runs import RunSet
+from flatplank_analysis.discovery.scatter import likeliest_scatter, scatter_of
 from flatplank_analysis.discovery.sources import can_show, scatter_lower_bound, source_of
 from flatplank_data.errors import FlatplankError
 
@@ -170,7 +171,7 @@ def make_state(
     beside = _candidates(model, fit, effects, residual) if known is None else known
     cleaned, levels = _cleaned(runs, fit, beside, residual), []
     contrasts = np.stack([one.contrasts for one in cleaned])
-    directions = scatter_columns(model, fit)
+    directions = scatter_columns(model, near or fit)
     bound = source_of(runs).lower_bound
     model_noise = noises.fit_noise(runs, residual if bound else contrasts, residual, directions)
     form = [form_error_of(model).share(c) for c in range(len(residual))]
@@ -178,13 +179,15 @@ def make_state(
     with_form = list(map(noises.no_quieter, model_noise, seen))
     # repeats scatter by the noise alone
     alone = noises.make_whitener(runs, model_noise)
-    scatter = grams.scatter_of(runs, alone, contrasts, directions, usual_scatter(model))
+    scatter = scatter_of(runs, alone, contrasts, directions, usual_scatter(model))
     metric = grams.Metric(noises.make_whitener(runs, with_form), directions, scatter)
     found = fit_whitened(metric, fitter, near or fit)
     found = replace(found, fit=fitter.derivative(found.fit))
+    # a gap of the machine turns the directions of the scatter where the force crosses it
+    metric = metric.along(scatter_columns(model, found.fit))
     least, left = np.zeros((len(residual), len(runs.groups))), found.fit.residual(runs.measured)
     if bound:
-        left -= grams.likeliest_scatter(alone, left, directions, scatter)
+        left -= likeliest_scatter(alone, left, directions, scatter)
         least = _least(runs, residual - left)
     # in the first channel the verdict says what is left beyond the noise alone
     for c, noise in enumerate([model_noise[0], *with_form[1:]]):

@@ -48,9 +48,14 @@ class WithLawErrors(Metric):
     def __init__(self, plain: Metric, groups: Sequence[np.ndarray], loose: np.ndarray) -> None:
         """groups: rows of the runs of one law; loose (k, channels, runs, samples): columns of the
         errors, each with its standard deviation. `factor` is how much larger they are here."""
-        self.whitener, self.scatter, self.plain = plain.whitener, plain.scatter, plain
         self.groups, self.factor = groups, WORSE[0]
-        self.parts = [_principal(plain(loose)[:, rows]) for rows in groups]
+        self._loose = plain.white(loose)
+        self._take(plain)
+
+    def _take(self, plain: Metric) -> None:
+        self.whitener, self.scatter, self.plain = plain.whitener, plain.scatter, plain
+        loose = plain.beside_scatter(self._loose.copy())
+        self.parts = [_principal(loose[:, rows]) for rows in self.groups]
 
     def __call__(self, values: np.ndarray) -> np.ndarray:
         """Values (n, channels, runs, samples) in units of the noise: (n, runs, m)."""
@@ -60,6 +65,12 @@ class WithLawErrors(Metric):
         """The metric in which the errors are larger by a factor."""
         other = copy(self)
         other.factor = factor
+        return other
+
+    def along(self, directions: np.ndarray) -> WithLawErrors:
+        """The same errors, and scatter along the directions that the tire has at another fit."""
+        other = copy(self)
+        other._take(self.plain.along(directions))
         return other
 
     def by_runs(self, runs: int) -> Iterator[tuple[slice, Metric]]:
@@ -78,9 +89,12 @@ class WithLawErrors(Metric):
             out[:, rows] = left.reshape(white[:, rows].shape)
         return out
 
-    def volume(self, factor: float) -> float:
-        """Logarithm of the volume that model errors, larger by a factor, take from the data."""
-        return -0.5 * sum(float(np.sum(np.log1p((factor * s) ** 2))) for s, _ in self.parts)
+    def volume_with(self, factor: float) -> float:
+        """Logarithm of the volume that scatter, and model errors larger by a factor, take from the
+        data."""
+        return self.plain.volume - 0.5 * sum(
+            float(np.sum(np.log1p((factor * s) ** 2))) for s, _ in self.parts
+        )
 
 
 def _principal(loose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -122,7 +122,7 @@ class Explorer:
         other = replace(known, effects=(*known.effects, (term.effect, term.values)))
         changed = self.scales.state.model.predict([other])[0]
         pair = np.stack([fit.predicted, changed]) - rest.predicted
-        one, two = self.scales.metric.plain(pair).reshape(2, -1)
+        one, two = self.scales.metric_at(fit).plain(pair).reshape(2, -1)
         return float(one @ two) > ALIKE * float(np.linalg.norm(one) * np.linalg.norm(two))
 
     def extend(self, fit: Fit) -> None:

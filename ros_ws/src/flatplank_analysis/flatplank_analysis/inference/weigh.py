@@ -25,7 +25,12 @@ from flatplank_analysis.discovery.fit import (
 )
 from flatplank_analysis.discovery.gram import Gram
 from flatplank_analysis.discovery.screen import Screen, screen
-from flatplank_analysis.discovery.state import State, make_candidates, term_with
+from flatplank_analysis.discovery.state import (
+    State,
+    make_candidates,
+    scatter_columns,
+    term_with,
+)
 from flatplank_analysis.inference import priors
 from flatplank_analysis.inference.errors import (
     FORMS,
@@ -127,9 +132,13 @@ class Scales:
         """Degrees of freedom of the noise level: those of the repeats and of the residual."""
         return self.state.floors[0].freedom + self.state.independent
 
+    def metric_at(self, fit: Fit) -> WithLawErrors:
+        """The metric with the scatter along the directions that the tire has at a fit."""
+        return self.metric.along(scatter_columns(self.state.model, fit))
+
     def fitted(self, start: Fit, most: int = JACOBIANS) -> Weighed:
         """Joint fit of the base and of all effects from a start, and its evidence."""
-        metric = self.metric
+        metric = self.metric_at(start)
         if metric.factor > WORSE[0]:
             # as large as the base needs them; a set that lacks less needs smaller ones
             metric = metric.larger(WORSE[self.weighed(start).rank])
@@ -142,17 +151,17 @@ class Scales:
 
     def weighed(self, fit: Fit) -> Weighed:
         """Evidence of the set of effects of a fit, whose Jacobian is that of its parameters."""
-        rows, effects = fit.loose(), range(len(fit.terms))
+        rows, effects, metric = fit.loose(), range(len(fit.terms)), self.metric_at(fit)
         errors = [effect_errors(self.state.model, fit, i) for i in effects]
         residual = fit.residual(self.state.runs.measured)
         whole = [fit.predicted - self.fitter.without_term(fit, i).predicted for i in effects]
         late = shared_errors(self.state.model, fit.predicted)
         columns = [fit.jacobian[rows], late, *errors, *(w[None] for w in whole), residual[None]]
-        white = self.metric.plain(np.concatenate(columns))
+        white = metric.plain(np.concatenate(columns))
         fixed = self._fixed(fit, rows)
         parts, best = [], []
         for factor in WORSE:
-            gram = gram_of(self.metric.down_weighted(white, factor))
+            gram = gram_of(metric.down_weighted(white, factor))
             spreads = [self._dispersion(fit, len(rows), i, gram) for i in effects]
             forms = self._by_form(gram, fixed, len(rows), spreads, factor)
             form = max(forms, key=lambda f: forms[f].log)
@@ -160,7 +169,7 @@ class Scales:
             # the average over the forms: where they fit alike, none has a price
             volume = result.volume
             volume += float(logsumexp([r.log - result.log for r in forms.values()]))
-            size = self.metric.volume(factor) - math.log(len(forms)) - 2.0 * math.log(factor)
+            size = metric.volume_with(factor) - math.log(len(forms)) - 2.0 * math.log(factor)
             parts.append((result.chi2, volume + size))
             best.append((volume + size - 0.5 * result.chi2, gram, spreads, form, result))
         rank = max(range(len(WORSE)), key=lambda r: best[r][0])
@@ -236,7 +245,7 @@ class Scales:
         offered = partial(make_candidates, self.state.model, fit, self.effects, residual)
         whitened = Whitened(fit, math.nan)
         state = replace(
-            self.state, fit=fit, residual=residual, offered=offered, metric=self.metric,
+            self.state, fit=fit, residual=residual, offered=offered, metric=self.metric_at(fit),
             whitened=whitened,
         )  # fmt: skip
         return state, screen(state)

@@ -19,10 +19,11 @@ from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import invariants
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import scale_of
-from flatplank_analysis.discovery.gram import Metric, scatter_of, solve
+from flatplank_analysis.discovery.gram import Metric, solve
 from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.discovery.noise import make_whitener
+from flatplank_analysis.discovery.scatter import scatter_of
 from flatplank_analysis.discovery.state import State, scatter_columns
 from flatplank_analysis.discovery.steps import Step
 from flatplank_analysis.identify.results import NORMAL_90
