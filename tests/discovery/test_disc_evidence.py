@@ -38,9 +38,15 @@ class _Plain:
     """A metric of white noise of unit size."""
 
     whitener = scatter = None
+    volume = 0.0
 
-    def __call__(self, values: np.ndarray) -> np.ndarray:
+    def white(self, values: np.ndarray) -> np.ndarray:
         return values[:, 0]
+
+    __call__ = white
+
+    def beside_scatter(self, white: np.ndarray) -> np.ndarray:
+        return white
 
 
 def columns_and_residual(seed: int = 3) -> tuple[np.ndarray, np.ndarray]:

@@ -2,8 +2,9 @@
 """Scatter of the tire from run to run along given directions: a gain, a slip offset.
 
 The amounts of a run are Gaussian with a standard deviation per direction, which the differences
-among repeats show beside the noise: restricted maximum likelihood (H. D. Patterson and R. Thompson,
-Biometrika 58, 1971), so that runs count by what noise and scatter leave of their information.
+among repeats show beside the noise: restricted maximum likelihood (H. D. Patterson and
+R. Thompson, Biometrika 58, 1971), so that runs count by what noise and scatter leave of their
+information.
 """
 
 from __future__ import annotations
