@@ -39,10 +39,10 @@ def scatter_of(
     size = np.array([len(runs.groups[c]) for c in runs.condition])
     order = np.array(runs.order, dtype=float)
     order -= np.array([order[runs.condition == c].mean() for c in runs.condition])
-    return _likeliest(gram, 1.0 - 1.0 / size, order)
+    return likeliest_deviations(gram, 1.0 - 1.0 / size, order)
 
 
-def _likeliest(gram: Gram, share: np.ndarray, order: np.ndarray) -> np.ndarray:
+def likeliest_deviations(gram: Gram, share: np.ndarray, order: np.ndarray) -> np.ndarray:
     """Likeliest standard deviations (d,) of the amounts of the columns.
 
     share (runs,): part of a run that the mean of its condition leaves; order (runs,): its place

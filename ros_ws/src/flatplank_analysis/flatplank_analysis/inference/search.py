@@ -20,6 +20,7 @@ from flatplank_analysis.discovery.steps import AcceptedEffect, Step
 from flatplank_analysis.inference.answer import (
     Answer,
     answer_of,
+    decision_of,
     present_without_name,
     runners_up,
     to_dict,
@@ -79,7 +80,7 @@ class _Inference:
         self.say("answer", 0.9)
         held = len(self.options.terms)
         answer, state = self.with_a_fall(base, answer_of(posterior, held), scales.state)
-        answer = replace(answer, named=tuple(self.named(answer, state)))
+        answer = replace(answer, named=tuple(self.named(answer, state, scales)))
         last = Step(state, screen(state), list(answer.named), present_without_name(answer, held))
         steps = [first, last] if answer.terms[held:] else [last]
         return Searched(
@@ -106,12 +107,20 @@ class _Inference:
             fits.append(state.fitter.fit(cold, [*state.fit.terms, term]))
         return fits
 
-    def named(self, answer: Answer, state: State) -> Iterator[AcceptedEffect]:
-        """The named effects with what they predict of left-out conditions."""
-        first = len(state.fit.terms) - len(answer.named)
+    def named(self, answer: Answer, state: State, scales: Scales) -> Iterator[AcceptedEffect]:
+        """The named effects with what they predict of left-out conditions, and their sizes in the
+        model that has them: without an effect that has no name they may be others."""
+        first, posterior = len(state.fit.terms) - len(answer.named), answer.posterior
+        told = None
+        if key_of(answer.terms) != posterior.best.key:
+            told = scales.fitted(state.whitened.fit)
         for index, found in enumerate(answer.named, first):
+            own = found.decision
+            if told is not None:
+                there = decision_of(posterior, told, index, own.probability)
+                own = replace(own, term=there.term, interval=there.interval)
             gain = heldout.gain(state, state.fit, index)
-            yield replace(found, decision=replace(found.decision, held_out_gain=gain))
+            yield replace(found, decision=replace(own, held_out_gain=gain))
 
     def say(self, text: str, share: float) -> None:
         if self.options.progress is not None:
