@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatplank_analysis.contact_patch.size import contact_ratio, usual_load_of
+from flatplank_analysis.contact_patch.size import USUAL_HALF, contact_ratio, usual_load_of
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.effects.base import Motion, Tire, TireEffect
@@ -120,10 +120,13 @@ class WornPatch(TireEffect):
 
     @classmethod
     def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:
-        """Places over the plank, without those of transients that all runs have."""
+        """Places over the plank, a contact apart, without those of transients that all runs have:
+        patches of a contact and a half."""
         last = float(runs.coordinates["plank position"].values.max())
-        places = [{"position": float(p), "width": 0.2} for p in np.arange(0.2, last, 0.16)]
-        return [p for p in places if cls.separable(runs, p)]
+        width = 1.5 * _contact_of(runs)
+        places = np.arange(width, last, _contact_of(runs))
+        each = ({"position": float(p), "width": width} for p in places)
+        return [one for one in each if cls.separable(runs, one)]
 
     @classmethod
     def separable(cls, runs: RunSet, values: Mapping[str, float] | None = None) -> bool:
@@ -134,7 +137,9 @@ class WornPatch(TireEffect):
 
     @classmethod
     def scanned(cls, runs: RunSet) -> int:
-        return 30
+        """Number of places that a contact tells apart."""
+        place = next(p for p in cls.parameters() if p.name == "position")
+        return max(round((place.upper - place.lower) / _contact_of(runs)), 1)
 
     def tire(self, tire: Tire) -> None:
         away = tire.data.position - self.position
@@ -142,6 +147,11 @@ class WornPatch(TireEffect):
         cover = _edge((away + half) / self.blur) - _edge((away - half) / self.blur)
         most = _edge(half / self.blur) - _edge(-half / self.blur)
         tire.friction *= 1.0 - self.depth * cover / most
+
+
+def _contact_of(runs: RunSet) -> float:
+    """Contact length at the usual load [m]."""
+    return 2.0 * USUAL_HALF * contact_ratio(usual_load_of(runs))
 
 
 def _transients(runs: RunSet) -> list[tuple[float, float]]:
