@@ -17,7 +17,7 @@ from flatplank_analysis.discovery.fit import Fit, Fitter, effect_contribution, w
 from flatplank_analysis.discovery.gram import Metric, solve
 from flatplank_analysis.discovery.model import Model, ParameterSet, same_law
 from flatplank_analysis.discovery.noise import make_whitener
-from flatplank_analysis.discovery.state import State
+from flatplank_analysis.discovery.state import State, scatter_columns
 from flatplank_analysis.inference.errors import (
     FORMS,
     SHARED,
@@ -79,7 +79,8 @@ class Contrast:
         self.errors, self.factor = LawErrors.of(scales.state), scales.metric.factor
         state = self.state
         predicted = state.model.predict(self.true)
-        self.old = self._parts(state.model, state.metric, other, predicted)
+        metric = state.metric.along(scatter_columns(state.model, other))
+        self.old = self._parts(state.model, metric, other, predicted)
         self.priors = self._priors(state.fitter, other)
         self._settled = {
             part.law: Part(part.law, 0, part.free, settled([part], part.free)) for part in self.old
