@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
-from scipy.special import logsumexp
+from scipy.special import logsumexp, softmax
 from scipy.stats import norm
 
 from flatplank_analysis.discovery.dispersion import among_repeats, scores_of
@@ -159,7 +159,7 @@ class Scales:
         columns = [fit.jacobian[rows], late, *errors, *(w[None] for w in whole), residual[None]]
         white = metric.plain(np.concatenate(columns))
         fixed = self._fixed(fit, rows)
-        parts, best = [], []
+        parts, best, mixed = [], [], []
         for factor in WORSE:
             gram = gram_of(metric.down_weighted(white, factor))
             spreads = [self._dispersion(fit, len(rows), i, gram) for i in effects]
@@ -171,10 +171,11 @@ class Scales:
             volume += float(logsumexp([r.log - result.log for r in forms.values()]))
             size = metric.volume_with(factor) - math.log(len(forms)) - 2.0 * math.log(factor)
             parts.append((result.chi2, volume + size))
+            mixed += [(r.log + size, r) for r in forms.values()]
             best.append((volume + size - 0.5 * result.chi2, gram, spreads, form, result))
         rank = max(range(len(WORSE)), key=lambda r: best[r][0])
         _, gram, spreads, form, result = best[rank]
-        sizes = tuple(self._size(fit, rows, i, result) for i in effects)
+        sizes = tuple(self._size(fit, rows, i, mixed) for i in effects)
         price = priors.of_set(len(fit.terms), self.library)
         price += sum(priors.of_term(t, t.effect.scanned(self.state.runs)) for t in fit.terms)
         price += sum(_inside(t.effect, s) for t, s in zip(fit.terms, sizes, strict=True))
@@ -298,19 +299,25 @@ class Scales:
         return math.sqrt(max(excess, 0.0) / known) if known > 0.0 else 0.0
 
     def _size(
-        self, fit: Fit, rows: Sequence[int], index: int, result: Evidence
+        self, fit: Fit, rows: Sequence[int], index: int, mixed: Sequence[tuple[float, Evidence]]
     ) -> tuple[float, float]:
-        """Most probable size of an effect and its standard deviation, by the relative change of
-        all its linear parameters together."""
+        """Mean size of an effect and its standard deviation, by the relative change of all its
+        linear parameters together, over all sizes of the model errors and of the form errors.
+
+        mixed: logarithm of the weight of each, and its evidence.
+        """
         along = doubling_step(fit, index)[rows]
         size, length = fit.terms[index].size, float(along @ along)
         if length == 0.0:
             return size, max(abs(size), 1e-30)
         count = len(rows)
-        step = float(along @ result.step[:count]) / length
-        variance = float(along @ result.covariance[:count, :count] @ along) / length**2
-        spread = math.sqrt(max(variance * self.dispersion, 0.0))
-        return size * (1.0 + step), max(abs(size) * spread, 1e-30)
+        logs, each = zip(*mixed, strict=True)
+        weights = softmax(logs)
+        steps = np.array([float(along @ e.step[:count]) for e in each]) / length
+        variances = np.array([along @ e.covariance[:count, :count] @ along for e in each])
+        step = float(weights @ steps)
+        variance = float(weights @ (variances / length**2 * self.dispersion + (steps - step) ** 2))
+        return size * (1.0 + step), max(abs(size) * math.sqrt(max(variance, 0.0)), 1e-30)
 
 
 def gram_of(white: np.ndarray) -> Gram:
