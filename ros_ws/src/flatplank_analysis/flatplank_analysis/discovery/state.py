@@ -79,7 +79,8 @@ class State:
         runs, noise, groups = self.runs, self.noise, self.runs.groups
         if not runs.repeated:
             return np.zeros((len(groups), runs.samples))
-        sideways = scatter_columns(self.model, self.fit)[:, 0] * self.metric.scatter[:, None, None]
+        directions = scatter_columns(self.model, self.whitened.fit)[:, 0]
+        sideways = directions * self.metric.scatter[:, None, None]
         variance = noise.weights.sum() * noise.scale[:, None] ** 2 + np.sum(sideways**2, axis=0)
         return np.sqrt([np.sum(variance[g], axis=0) / len(g) ** 2 for g in groups])
 

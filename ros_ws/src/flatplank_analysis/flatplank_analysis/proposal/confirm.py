@@ -229,7 +229,7 @@ def _known(state: State) -> tuple[list[str], np.ndarray]:
 def _metric(state: State, new: TireModel, directions: np.ndarray) -> Metric:
     """Metric with noise and scatter of the first campaign, for runs of another one."""
     runs, whitener = state.runs, state.metric.whitener
-    own = scatter_columns(state.model, state.fit)
+    own = scatter_columns(state.model, state.whitened.fit)
     scatter = scatter_of(runs, whitener, runs.contrast(state.residual), own)
     even = np.ones(new.runs.runs)
     keep = [runs.channels.index(c) for c in new.runs.channels]
