@@ -139,8 +139,14 @@ class Explorer:
         """Weigh a fit with one more effect, the more accurately the more probable the set is."""
         weighed = self.scales.with_term(fit, term, ROUGH)
         self.keep(weighed)
-        if self.posterior.logs.get(weighed.key, -math.inf) > -FAR:
+        near = self.posterior.logs.get(weighed.key, -math.inf) > -FAR
+        if near or self._is_worse(weighed, key_of(fit.terms)):
             self.keep(self.scales.fitted(weighed.fit))
+
+    def _is_worse(self, weighed: Weighed, without: Key) -> bool:
+        """True when a set fits worse than the set without its last effect: it is not fitted yet."""
+        known = self.sets.get(without)
+        return known is not None and weighed.parts[known.rank][0] > known.parts[known.rank][0]
 
     def _promising(
         self, state: State, items: Sequence[ScreenResult], lacking: float
