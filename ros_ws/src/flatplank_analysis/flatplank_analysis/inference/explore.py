@@ -144,7 +144,7 @@ class Explorer:
             self.keep(self.scales.fitted(weighed.fit))
 
     def _is_worse(self, weighed: Weighed, without: Key) -> bool:
-        """True when a set fits worse than the one without its last effect: it is not fitted yet."""
+        """True when a set fits worse than without its last effect: it is not fitted yet."""
         known = self.sets.get(without)
         return known is not None and weighed.parts[known.rank][0] > known.parts[known.rank][0]
 
