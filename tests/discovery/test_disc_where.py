@@ -52,7 +52,7 @@ def test_a_map_holds_means_and_shares_of_its_bins():
     np.testing.assert_allclose(found.share[10:13], [0.1, 0.6, 0.3], atol=0.02)
     assert found.place == (found.edges[11], found.edges[12])
     assert found.place_share == pytest.approx(found.share[11])
-    assert found.words().startswith(f"{100.0 * found.share[11]:.2g} % of it within 2.2")
+    assert found.words().startswith(f"{100.0 * found.share[11]:.2g} % of the residual within 2.2")
 
 
 def test_the_floor_is_taken_out_of_a_map():

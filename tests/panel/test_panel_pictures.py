@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pictures of every page, kept as build products; keyboard and accessibility on the way.
 
-`FLATPLANK_PICTURES=docs/images ./flatplank test -k pictures` makes those of the documents.
+`FLATPLANK_PICTURES=docs/images ./flatplank test tests/panel -k "pictures or by_mouse"` makes those
+of the documents.
 """
 
 from __future__ import annotations

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
+from flatplank_analysis.column_words import COLUMNS, SWEEPS
 from flatplank_analysis.words import BASE, COORDINATES, OUTPUTS, Word
 from flatplank_data.wording import NO_UNIT, displayed
 
@@ -24,7 +25,9 @@ def page() -> str:
     """The whole file."""
     parts = [HEAD, "## Words of the outputs\n", _table(OUTPUTS)]
     parts += ["\n## Coordinates of effects and residuals\n", _table(COORDINATES)]
-    return "\n".join([*parts, "\n## Parameters of the base of the search\n", _table(BASE)]) + "\n"
+    parts += ["\n## Parameters of the base of the search\n", _table(BASE)]
+    parts += ["\n## Parameters and coordinates of sweeps\n", _table(SWEEPS)]
+    return "\n".join([*parts, "\n## Columns of tables\n", _table(COLUMNS)]) + "\n"
 
 
 def _shown(unit: str) -> str:

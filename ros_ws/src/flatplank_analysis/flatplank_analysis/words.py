@@ -5,21 +5,12 @@ them."""
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
 
+from flatplank_analysis.column_words import COLUMNS, SWEEPS, coefficient
+from flatplank_analysis.word import Word
 from flatplank_data.errors import FlatplankError
 from flatplank_data.names import similar_names
 from flatplank_data.wording import NO_UNIT, displayed
-
-
-class Word(NamedTuple):
-    """A word of an output or a parameter of the base."""
-
-    title: str
-    sentence: str
-    unit: str = ""
-    symbol: str = ""
-
 
 BASE: Mapping[str, Word] = {
     "stiff": Word("slip stiffness", "Slope of Fx over the slip at zero slip.", "N", "C_Fk"),
@@ -201,18 +192,26 @@ OUTPUTS: Mapping[str, Word] = {
 """words of the verbs' outputs"""
 
 
-ALL: Mapping[str, Word] = {**BASE, **COORDINATES, **OUTPUTS}
+ALL: Mapping[str, Word] = {**SWEEPS, **BASE, **COORDINATES, **COLUMNS, **OUTPUTS}
+
+
+def known(name: str) -> Word | None:
+    """The word of that name or symbol, or of that column with its unit in brackets."""
+    plain = name.partition(" [")[0]
+    symbols = {word.symbol: word for word in ALL.values() if word.symbol}
+    return ALL.get(name) or ALL.get(plain) or symbols.get(plain) or coefficient(plain)
 
 
 def explain(name: str) -> Word:
     """The word of that name; FlatplankError names the nearest."""
-    if name not in ALL:
+    word = known(name)
+    if word is None:
         near = ", ".join(similar_names(name, ALL, 0.5, most=3))
         raise FlatplankError(
             f"'{name}' is no word of the glossary",
             remedy=f"the nearest: {near}" if near else "`flatplank explain` lists them",
         )
-    return ALL[name]
+    return word
 
 
 def line(name: str, word: Word) -> str:

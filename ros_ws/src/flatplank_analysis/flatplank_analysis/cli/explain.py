@@ -11,7 +11,18 @@ from collections.abc import Sequence
 from flatplank_analysis import words
 from flatplank_analysis.cli import common, effects
 from flatplank_analysis.effects.registry import library
+from flatplank_analysis.slip_sweeps import effects as sweeps
 from flatplank_data.arguments import Parser, add_json
+
+
+def sweep_effects() -> dict[str, words.Word]:
+    """Effects that only sweeps show, as words."""
+    return {
+        e.identifier: words.Word(
+            e.title, f"{e.what[0].upper()}{e.what[1:]}.", e.main_parameter().unit
+        )
+        for e in sweeps.effects()
+    }
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -23,7 +34,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     name = " ".join(options.word)
     if name in library():
         return effects.main([name, *["--json"] * options.json])
-    chosen = {name: words.explain(name)} if name else words.ALL
+    chosen = {name: sweep_effects().get(name) or words.explain(name)} if name else words.ALL
     if options.json:
         common.print_json({key: word._asdict() for key, word in chosen.items()})
     else:

@@ -58,7 +58,7 @@ class Map:
         place = span(*self.place, self.unit, axis=ends)
         # what has no unit is told by its name
         named = f"{self.coordinate} " if self.unit == "-" else ""
-        return f"{share} of it within {named}{place}"
+        return f"{share} of the residual within {named}{place}"
 
 
 @dataclass(frozen=True)

@@ -98,7 +98,7 @@ SECTIONS = {
     "measurements": Section(
         "Measurements",
         "Signals over road displacement: interpolated to a common grid, averaged over the runs of "
-        "a condition, low-passed without phase at 323 1/m (10 Hz at 30.92 mm/s).",
+        "a condition, low-passed without phase shift at 323 1/m (10 Hz at 30.92 mm/s).",
         (chapter6.nominal_forces, chapter6.road_speed, chapter6.varied_forces,
          chapter6.crossed_forces),
         ("steps",),

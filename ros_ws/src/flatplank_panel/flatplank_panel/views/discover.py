@@ -227,7 +227,7 @@ class _Discover:
         f = self.found
         took = f" ({f['seconds']:.0f} s)" if f.get("seconds") else ""
         self.show_status(f"{f['verdict']}: {f['reason']}{took}")
-        self.verdict.set_text(f"Verdict: {f['verdict']}. {f['reason']}")
+        self.verdict.set_text(f"Verdict: {f['verdict']}: {f['reason']}")
         self.meaning.set_text(sentence(f["verdict"]))
         self.draw_ranking()
         self.draw_to_do(f["to_do"])
