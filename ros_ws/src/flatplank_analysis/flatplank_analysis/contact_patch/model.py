@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -36,7 +37,8 @@ otherwise, which shows as a difference between driving and braking, or as a carc
 the load"""
 STRETCH_WITH_SIDE_SLIP = 0.012
 """`FormError.stretch` where runs have side slip: the forces turn while they rise"""
-THREADS = min(4, os.cpu_count() or 1)
+THREADS = min(4, os.cpu_count() or 1) if multiprocessing.parent_process() is None else 1
+"""a worker process has a core of its own"""
 _POOL = ThreadPoolExecutor(max_workers=THREADS)
 
 
