@@ -63,7 +63,9 @@ def test_every_manual_step_has_a_prompt_and_a_check(steps):
         ({"kappa": math.nan}, "kappa is nan, must be finite"),
         (
             {"kappa": 2.0},
-            "kappa is 2, must be within {:g} .. {:g}".format(*LIMITS["kappa"].bounds),
+            "kappa is 200 % (kappa = 2), must be within {:g} .. {:g} %".format(
+                *(100.0 * end for end in LIMITS["kappa"].bounds)
+            ),
         ),
         ({"fz": 9000}, "fz is 9000 N, must be within 0 .. 8000"),
         ({"effective_rolling_radius": -0.3}, "effective_rolling_radius is -0.3"),
