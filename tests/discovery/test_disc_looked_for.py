@@ -51,12 +51,12 @@ def test_settings_that_depend_on_the_runs():
     def places(**facts):
         return [v["position"] for v in patch(placed(np.zeros((24, 400)), **facts), runs.measured)]
 
-    whole = [0.2 + 0.16 * i for i in range(24)]
+    whole = [0.21 + 0.14 * i for i in range(28)]
     # the first 0.3 m are the start of all runs, unless some of them slip there already
     every = whole[1:]
     assert places() == pytest.approx(every)
     assert places(step=np.linspace(0.1, 2.0, 24)) == pytest.approx(whole)
-    assert {v["width"] for v in patch(runs, runs.measured)} == {0.2}
+    assert [v["width"] for v in patch(runs, runs.measured)] == pytest.approx([0.21] * len(every))
     free = [p for p in every if p < 1.9 or p > 2.2]
     assert places(step=np.full(24, 2.0)) == pytest.approx(free)
     assert places(step=np.linspace(2.0, 2.1, 24)) == pytest.approx(every)

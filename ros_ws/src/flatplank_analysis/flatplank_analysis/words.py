@@ -184,7 +184,7 @@ OUTPUTS: Mapping[str, Word] = {
     "r_e": Word("rolling radius", "Road per angle of the freely rolling wheel.", "mm", "r_e"),
     "kappa": Word("slip", "Driving above zero, braking below.", "%", "κ"),
     "sigma": Word("relaxation length", "Road over which the force follows a step.", "m", "σ"),
-    "MDF4": Word("measurement data format 4", "Files of channels with units over time (ASAM)."),
+    "MDF4": Word("measurement data format", "Files of channels with units over time (ASAM)."),
     "FMU": Word(
         "Functional Mock-up Unit", "A model in one file that programs of simulation import (FMI)."
     ),

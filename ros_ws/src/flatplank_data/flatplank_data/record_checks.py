@@ -11,7 +11,7 @@ from uuid import UUID
 
 from flatplank_data.condition import is_nan
 from flatplank_data.errors import FlatplankError, RecordingError
-from flatplank_data.limits import IN_FILES
+from flatplank_data.limits import IN_FILES, SHARE
 from flatplank_data.names import nearest_hint
 from flatplank_data.values import is_number
 
@@ -72,7 +72,8 @@ def check_values(values: Mapping[str, Any], known: Mapping[str, Field]) -> None:
         if key not in values or (value is None and is_nan(default)):
             continue
         if not is_number(value) or not limit.low <= float(value) <= limit.high:
-            span = f"{limit.low:g} to {limit.high:g} [{limit.unit or '-'}]"
+            unit = "-" if limit.unit in ("", SHARE) else limit.unit  # as the file has it
+            span = f"{limit.low:g} to {limit.high:g} [{unit}]"
             raise RecordingError(f"{key} is {value!r}; it must be {span}")
     if values.get("tire") == "":
         raise RecordingError("tire is empty; name the tire, for example TOY")

@@ -75,7 +75,7 @@ def span(low: float, high: float, unit: str, digits: int = 3, axis: Sequence[flo
     """A range in its display unit, or in that of the axis whose ends are given: '1.54 to 1.64
     m'; an end that is nothing beside the other is 0."""
     factor, name = displayed(unit, *(axis or (low, high)))
-    least = 0.1**digits * min(max(abs(low), abs(high)), np.finfo(float).max)
+    least = 0.1**digits * max((abs(end) for end in (low, high) if np.isfinite(end)), default=0.0)
     ends = (plain(factor * end if abs(end) >= least else 0.0, digits) for end in (low, high))
     return behind(" to ".join(ends), name)
 

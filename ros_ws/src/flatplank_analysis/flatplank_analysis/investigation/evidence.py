@@ -27,6 +27,7 @@ from flatplank_analysis.discovery.noise import ChannelNoise, make_whitener
 from flatplank_analysis.discovery.state import State, scatter_columns
 from flatplank_analysis.discovery.steps import Search
 from flatplank_analysis.investigation.settings import Setting, settings_of
+from flatplank_data.wording import plain
 
 ALPHA = 0.05
 """largest share of false claims; a claim needs an e-value of its inverse"""
@@ -190,7 +191,7 @@ class Evidence:
 def e_value_words(log: float) -> str:
     """An e-value in words, from its logarithm."""
     if abs(log) < math.log(1e4):
-        return f"e = {math.exp(log):.3g}"
+        return f"e = {plain(math.exp(log))}"
     if abs(log) > MOST * math.log(10.0):
         return f"e > 10^{MOST}" if log > 0.0 else f"e < 10^-{MOST}"
     return f"e = 10^{log / math.log(10.0):.0f}"
