@@ -18,6 +18,9 @@ from flatplank_analysis.discovery.gram import Gram, Metric
 from flatplank_analysis.discovery.noise import Whitener
 from flatplank_analysis.discovery.runs import RunSet
 
+LEAST = 1e-3
+"""numerical: scatter, in standard errors of the mean amount of all runs, that is none"""
+
 
 def scatter_of(
     runs: RunSet, whitener: Whitener, contrast: np.ndarray, directions: np.ndarray,
@@ -69,10 +72,6 @@ def likeliest_deviations(gram: Gram, share: np.ndarray, order: np.ndarray) -> np
     return out
 
 
-LEAST = 1e-3
-"""numerical: scatter, in standard errors of the mean amount of all runs, that is none"""
-
-
 def _loss(
     logs: np.ndarray, products: np.ndarray, scores: np.ndarray, share: np.ndarray,
     order: np.ndarray,
@@ -83,13 +82,12 @@ def _loss(
     inner = products + np.diag(1.0 / variance)
     left = np.linalg.solve(inner, np.concatenate([products, scores[:, :, None]], axis=2))
     spread = np.linalg.slogdet(inner)[1] + float(np.sum(2.0 * logs))
-    # scores and information of the amounts beside noise and scatter
-    score = scores - np.einsum("rij,rj->ri", products, left[:, :, -1])
-    information = products - products @ left[:, :, :-1]
     loss = float(share @ spread) - float(np.sum(scores * left[:, :, -1]))
-    along = np.einsum("r,rij->ij", order**2, information)
     if np.any(order):
-        trend = order @ score
+        # scores and information of the amounts beside noise and scatter
+        score = scores - np.einsum("rij,rj->ri", products, left[:, :, -1])
+        information = products - products @ left[:, :, :-1]
+        trend, along = order @ score, np.einsum("r,rij->ij", order**2, information)
         loss -= float(trend @ np.linalg.solve(along, trend))
         loss += float(np.linalg.slogdet(along)[1])
     return loss

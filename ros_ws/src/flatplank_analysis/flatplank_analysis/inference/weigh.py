@@ -141,7 +141,7 @@ class Scales:
         metric = self.metric_at(start)
         if metric.factor > WORSE[0]:
             # as large as the base needs them; a set that lacks less needs smaller ones
-            metric = metric.larger(WORSE[self.weighed(start).rank])
+            metric = metric.larger(WORSE[self.weighed(start, metric).rank])
         found = fit_whitened(metric, self.fitter, start, most)
         return self.weighed(self.fitter.derivative(found.fit))
 
@@ -149,9 +149,13 @@ class Scales:
         """Joint fit with one more effect."""
         return self.fitted(self.fitter.with_term(parent, term), most)
 
-    def weighed(self, fit: Fit) -> Weighed:
-        """Evidence of the set of effects of a fit, whose Jacobian is that of its parameters."""
-        rows, effects, metric = fit.loose(), range(len(fit.terms)), self.metric_at(fit)
+    def weighed(self, fit: Fit, metric: WithLawErrors | None = None) -> Weighed:
+        """Evidence of the set of effects of a fit, whose Jacobian is that of its parameters.
+
+        metric: that of `metric_at` the fit, where it is known.
+        """
+        rows, effects = fit.loose(), range(len(fit.terms))
+        metric = metric or self.metric_at(fit)
         errors = [effect_errors(self.state.model, fit, i) for i in effects]
         residual = fit.residual(self.state.runs.measured)
         whole = [fit.predicted - self.fitter.without_term(fit, i).predicted for i in effects]
