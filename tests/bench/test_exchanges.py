@@ -15,8 +15,9 @@ from rclpy.serialization import deserialize_message
 from flatplank_control.recording.cdr_layout import CdrLayout
 from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs
 from flatplank_hw.drive import REASONS
+from flatplank_hw.drive.modes import MODES
 from flatplank_hw.nodes import exchanges
-from flatplank_hw.nodes.convert import Batch, StampedCommand, StampedWrench
+from flatplank_hw.nodes.convert import Batch, StampedCommand, StampedMode, StampedWrench
 from flatplank_hw.nodes.exchanges import Exchange
 from flatplank_hw.nodes.packing import pack_like
 from flatplank_hw.samples import SOURCES, DriveSample, EncoderSample, HubSample, Reference, Wrench
@@ -68,6 +69,7 @@ CASES = {
         exchanges.REFERENCE,
         lambda rng: Reference(7, STAMP, rng.choice(SOURCES), *values(rng, 1), False),
     ),
+    "mode": (exchanges.MODE, lambda rng: StampedMode(STAMP, rng.choice([*MODES]))),
     "drive": (
         exchanges.DRIVE,
         lambda rng: DriveSample(7, STAMP, 4, 1, *values(rng, 6), rng.choice([*REASONS]), 0x7500),

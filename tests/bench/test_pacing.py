@@ -70,27 +70,43 @@ def test_a_command_of_the_bus_before_a_clean_up_is_dropped():
 
 def test_lockstep_waits_for_a_late_node_however_long_and_says_so():
     pacer = lockstep()
+    pacer.register_answer(0)
     pacer.register_batch(1, wall=10.0)
-    assert pacer.batches_due(500.0, RATE, gone=False) == 0
+    assert pacer.batches_due(500.0, RATE) == 0
     assert pacer.waited(10.9) == 0.0 and pacer.waited(500.0) == 490.0
     assert pacer.register_answer(0)
     assert pacer.waited(500.0) == 0.0 and not pacer.absent
 
 
-def test_for_a_node_that_has_gone_lockstep_waits_once_and_then_no_longer_than_a_period():
+@pytest.mark.parametrize("begin", ["its first answer is lost", "it leaves"])
+def test_for_a_node_that_is_not_there_lockstep_waits_once_and_then_no_longer_than_a_period(begin):
     pacer = lockstep()
+    if begin == "it leaves":
+        pacer.register_answer(0)
     pacer.register_batch(1, wall=10.0)
-    assert pacer.batches_due(10.5, RATE, gone=True) == 0
-    assert pacer.batches_due(11.0, RATE, gone=True) == 1
+    if begin == "it leaves":
+        assert pacer.batches_due(500.0, RATE) == 0
+        pacer.register_leaving()
+    assert pacer.batches_due(10.5, RATE) == 0
+    assert pacer.batches_due(11.0, RATE) == 1
     pacer.register_batch(2, wall=11.0)
-    assert pacer.batches_due(11.0 + 0.9 / RATE, RATE, gone=True) == 0
-    assert pacer.batches_due(11.0 + 1.1 / RATE, RATE, gone=True) == 1
+    assert pacer.batches_due(11.0 + 0.9 / RATE, RATE) == 0
+    assert pacer.batches_due(11.0 + 1.1 / RATE, RATE) == 1
     pacer.advance(2, 100)  # somebody waits for these cycles
-    assert pacer.batches_due(11.0 + ABSENT_TIMEOUT_S, RATE, gone=True) == 1
+    assert pacer.batches_due(11.0 + ABSENT_TIMEOUT_S, RATE) == 1
     pacer.register_batch(3, wall=11.01)
     assert pacer.register_answer(0)
     pacer.register_batch(4, wall=11.02)
-    assert pacer.batches_due(11.5, RATE, gone=False) == 0
+    assert pacer.batches_due(11.5, RATE) == 0
+
+
+def test_a_node_that_leaves_between_two_cycles_is_not_waited_for():
+    pacer = lockstep()
+    pacer.register_batch(1, wall=10.0)
+    assert pacer.register_answer(0)
+    pacer.register_leaving()
+    pacer.register_batch(2, wall=10.1)
+    assert pacer.batches_due(11.1, RATE) == 1
 
 
 def test_idle_lockstep_is_no_faster_than_the_clock():
@@ -157,11 +173,14 @@ def test_who_asks_for_less_does_not_end_what_another_asked_for():
 
 def test_a_held_bus_gives_up_on_a_drive_that_has_gone():
     pacer = Pacer("hold", 1, frozenset({0}), timeout=1.0)
-    pacer.advance(0, 1)
-    pacer.register_batch(1, wall=5.0)
-    assert not pacer.stop_waiting(50.0, gone=False)
-    assert not pacer.stop_waiting(5.9, gone=True)
-    assert pacer.stop_waiting(6.0, gone=True)
+    pacer.advance(0, 2)
+    for cycle in (1, 2):
+        pacer.register_answer(0)
+        pacer.register_batch(cycle, wall=5.0)
+    assert not pacer.stop_waiting(50.0)
+    pacer.register_leaving()
+    assert not pacer.stop_waiting(5.9)
+    assert pacer.stop_waiting(6.0)
     assert not pacer.missing
 
 

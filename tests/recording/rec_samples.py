@@ -22,7 +22,7 @@ MODE = "/wheel_drive/mode"
 TOPICS = [
     TopicSpec(BUS, "flatplank_msgs/msg/BusInputs"),
     TopicSpec(WRENCH, "geometry_msgs/msg/WrenchStamped"),
-    TopicSpec(MODE, "std_msgs/msg/String", LATCHED),
+    TopicSpec(MODE, "flatplank_msgs/msg/OperationMode", LATCHED),
 ]
 
 
@@ -74,8 +74,11 @@ def wrench_bytes(fx: float) -> bytes:
 
 def mode_bytes(mode: str) -> bytes:
     store = typestore()
-    message = store.types["std_msgs/msg/String"](data=mode)
-    return bytes(store.serialize_cdr(message, "std_msgs/msg/String"))
+    kinds = store.types
+    stamp = kinds["builtin_interfaces/msg/Time"](sec=0, nanosec=0)
+    header = kinds["std_msgs/msg/Header"](stamp=stamp, frame_id="wheel")
+    message = kinds["flatplank_msgs/msg/OperationMode"](header=header, mode=mode)
+    return bytes(store.serialize_cdr(message, "flatplank_msgs/msg/OperationMode"))
 
 
 def toyo(**changes) -> RunRecord:

@@ -38,21 +38,19 @@ class Charge:
 
 
 class Watched:
-    """Whether the client of a goal lives. A client that has never sent a heartbeat, such as `ros2
-    action send_goal`, is not watched."""
+    """Whether the client of a goal lives."""
 
     def __init__(self) -> None:
-        self.token = ""
-        self._heard, self._looks = False, 0
+        self.token, self._looks = "", 0
 
-    def begin(self, goal: object) -> None:
-        """Watch the client of another goal."""
-        self.token, self._heard, self._looks = token_of(goal), False, 0
+    def begin(self, token: str) -> None:
+        """Watch the client whose heartbeats have this token; empty: watch none."""
+        self.token, self._looks = token, 0
 
     def hear(self, message: String) -> None:
         """Register a heartbeat, from whomever."""
         if message.data == self.token:
-            self._heard, self._looks = True, 0
+            self._looks = 0
 
     def look(self) -> None:
         """Count a look. A process that was held up counts none, as it hears none."""
@@ -60,9 +58,4 @@ class Watched:
 
     @property
     def gone(self) -> bool:
-        return self._heard and self._looks > MISSING
-
-
-def token_of(goal: object) -> str:
-    """The token in the heartbeats of the client of a goal: the identifier of the goal."""
-    return bytes(goal.goal_id.uuid).hex()  # type: ignore[attr-defined]
+        return bool(self.token) and self._looks > MISSING

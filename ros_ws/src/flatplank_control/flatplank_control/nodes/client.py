@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 import signal
 import time
+import uuid
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from types import FrameType
@@ -21,7 +22,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from flatplank_control.bench.processes import STALL_TIMEOUT_S, BenchProcesses, StartProgress
-from flatplank_control.nodes.charge import DEPTH, TOPIC, token_of
+from flatplank_control.nodes.charge import DEPTH, TOPIC
 from flatplank_control.runner.steps import BUSY
 from flatplank_data.errors import FlatplankError
 from flatplank_data.yaml_text import dump_yaml
@@ -250,14 +251,17 @@ class BenchClient:
             hear(feedback)
 
         text = plan if isinstance(plan, str) else dump_yaml(dict(plan))
-        goal = RunMeasurement.Goal(plan=text, folder=folder, simulated=simulated, resume=resume)
+        beat = String(data=uuid.uuid4().hex)
+        goal = RunMeasurement.Goal(
+            plan=text, folder=folder, simulated=simulated, resume=resume, heartbeat=beat.data
+        )
         client = ActionClient(self.node, RunMeasurement, "run_measurement")
         try:
             if not client.wait_for_server(timeout_sec=10.0):
                 name = self.node.resolve_service_name("run_measurement")
                 raise BenchError(f"{name}: not there; is the bench running?")
             with self._interrupt.delayed():
-                answer = self._goal(client, goal, on_feedback, idle)
+                answer = self._goal(client, goal, on_feedback, beat, idle)
         finally:
             client.destroy()
         if not answer.success:
@@ -265,26 +269,24 @@ class BenchClient:
         return list(answer.bags)
 
     def _goal(
-        self, client: ActionClient, goal: Any, on_feedback: Hear, idle: Callable[[], None]
+        self,
+        client: ActionClient,
+        goal: Any,
+        on_feedback: Hear,
+        beat: String,
+        idle: Callable[[], None],
     ) -> Any:
-        """Send the goal and return its result. Ctrl-C cancels it; before it is accepted it cannot
-        be cancelled, so Ctrl-C is delayed.
+        """Send the goal and return its result, with heartbeats meanwhile. Ctrl-C cancels the goal;
+        before it is accepted it cannot be cancelled, so Ctrl-C is delayed.
         """
         sent = client.send_goal_async(goal, on_feedback)
-        self._await(sent, client)
+        self._await(sent, client, beat)
         handle = sent.result()
         if not handle.accepted:
             raise BenchError(BUSY)
         result = handle.get_result_async()
-        beat = String(data=token_of(handle))
-
-        def live() -> None:
-            self._heartbeat.publish(beat)
-            idle()
-
-        self._heartbeat.publish(beat)
         try:
-            self._await(result, client, live)
+            self._await(result, client, beat, idle)
         except KeyboardInterrupt:
             # the runner first ends safely, and reports what is left to do by hand
             cancelled = handle.cancel_goal_async()
@@ -295,13 +297,18 @@ class BenchClient:
         return result.result().result
 
     def _await(
-        self, future: Any, client: ActionClient, idle: Callable[[], None] | None = None
+        self,
+        future: Any,
+        client: ActionClient,
+        beat: String,
+        idle: Callable[[], None] | None = None,
     ) -> None:
         """Wait for the future; BenchError when the server is gone for `SERVER_GONE`. Ctrl-C acts
         at once while `idle` is called.
         """
         seen = time.monotonic()
         while not future.done():
+            self._heartbeat.publish(beat)
             self._until(future, 0.1)
             if idle is not None:
                 with self._interrupt.at_once():

@@ -154,7 +154,7 @@ class MeasurementRunnerNode(BenchNode):
             goal.abort()
             return RunMeasurement.Result(message=BUSY)
         self.busy = True
-        self.client.begin(goal)
+        self.client.begin(goal.request.heartbeat)
         feedback = Feedback(goal)
 
         async def ask(text: str, seen: Seen) -> None:

@@ -15,7 +15,6 @@ from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.serialization import deserialize_message
 from rclpy.task import Future
-from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from flatplank_control.bench.setup import parse_axes
@@ -44,7 +43,7 @@ from flatplank_hw.nodes.qos import LATCHED, STREAM
 from flatplank_hw.nodes.responses import fill_response
 from flatplank_hw.nodes.running import run_node
 from flatplank_hw.nodes.support import BenchNode
-from flatplank_msgs.msg import Run
+from flatplank_msgs.msg import OperationMode, Run
 from flatplank_msgs.srv import StartRecording, StopRecording
 
 CLOSE_TIMEOUT_S = 5.0
@@ -133,7 +132,7 @@ class RecorderNode(BenchNode):
 
     def on_message(self, topic: str, with_header: bool, cdr: bytes) -> None:
         if topic == MODE:
-            self.mode = deserialize_message(cdr, String).data
+            self.mode = deserialize_message(cdr, OperationMode).mode
         elif topic == DIAGNOSTICS:
             self.note_times(deserialize_message(cdr, DiagnosticArray))
         stamp_ns = self.arrivals.bus_ns

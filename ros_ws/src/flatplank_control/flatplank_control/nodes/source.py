@@ -6,8 +6,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from std_msgs.msg import String
-
 from flatplank_hw.bus.image import AXES
 from flatplank_hw.cia402 import in_operation
 from flatplank_hw.joining import CycleJoin
@@ -36,8 +34,9 @@ class SourceNode(BenchNode):
     A subclass has `core` (with `reset()`), `MODE`, the `KINDS` of samples that it needs, and
     `compute(latest)`. Where it has `STATE`, that message shows the `state` of its core.
 
-    The drive publishes its mode before the command that makes the next cycle. So the source works
-    from the first cycle whose reference the drive awaits.
+    The mode of the drive has the stamp of the last cycle before the drive awaits references. The
+    samples of the next cycle take other ways and may be here before the mode: so the latest sample
+    of each kind is kept, and the source works from the first cycle whose reference is awaited.
     """
 
     MODE: str
@@ -47,6 +46,8 @@ class SourceNode(BenchNode):
 
     def connect(self) -> None:
         self.active = False
+        self.early: dict[str, tuple[int, Any]] = {}
+        """kind -> stamp [ns] and latest sample, while the source does not work"""
         self.publish = self.add_sample_publisher(
             exchanges.REFERENCE, f"{self.drive}/reference", REFERENCE, needed=True
         )
@@ -55,26 +56,36 @@ class SourceNode(BenchNode):
         )
         if "contact" in self.KINDS:
             topic = "measurement_hub/wrench_contact"
-            self.add_sample_subscription(exchanges.WRENCH, topic, self.on_contact, STREAM)
+            self.add_sample_subscription(
+                exchanges.WRENCH,
+                topic,
+                lambda s: self.take("contact", s.stamp_ns, s.wrench),
+                STREAM,
+            )
         if self.STATE is not None:
             exchange = exchanges.state_exchange(self.STATE)
             self.publish_state = self.add_sample_publisher(exchange, "~/state", STREAM)
-        self.add_subscription(String, f"{self.drive}/mode", self.on_mode, LATCHED)
+        self.add_sample_subscription(exchanges.MODE, f"{self.drive}/mode", self.on_mode, LATCHED)
 
-    def on_mode(self, msg: String) -> None:
-        active = msg.data == self.MODE
-        if active and not self.active:
+    def on_mode(self, stamped: convert.StampedMode) -> None:
+        was_active, self.active = self.active, stamped.mode == self.MODE
+        if self.active and not was_active:
             self.core.reset()
             self.join = CycleJoin(self.KINDS, self.on_cycle)
-        self.active = active
+            for kind, (stamp_ns, sample) in self.early.items():
+                if stamp_ns > stamped.stamp_ns:
+                    self.join.put(kind, stamp_ns, sample)
+            self.early.clear()
 
     def on_encoders(self, sample: EncoderSample) -> None:
-        if self.active:
-            self.join.put("encoders", sample.stamp_ns, sample)
+        self.take("encoders", sample.stamp_ns, sample)
 
-    def on_contact(self, stamped: convert.StampedWrench) -> None:
+    def take(self, kind: str, stamp_ns: int, sample: Any) -> None:
+        """Take a sample of the cycle of that stamp [ns]."""
         if self.active:
-            self.join.put("contact", stamped.stamp_ns, stamped.wrench)
+            self.join.put(kind, stamp_ns, sample)
+        else:
+            self.early[kind] = stamp_ns, sample
 
     def on_cycle(self, _at: int, latest: Mapping[str, Any]) -> None:
         if any(sample is None for sample in latest.values()):
@@ -97,9 +108,8 @@ class WheelSourceNode(SourceNode):
         self.add_sample_subscription(exchanges.INPUTS, "bus/inputs", self.on_inputs, STREAM)
 
     def on_inputs(self, batch: convert.Batch) -> None:
-        if self.active:
-            inputs = batch.cycles[-1]
-            self.join.put("inputs", inputs.stamp_ns, inputs)
+        inputs = batch.cycles[-1]
+        self.take("inputs", inputs.stamp_ns, inputs)
 
     def compute(self, latest: Mapping[str, Any]) -> Reference:
         if not in_operation(latest["inputs"].axes[WHEEL].status_word):

@@ -112,7 +112,8 @@ TABLE = (
     _row("/free_rolling_controller/state", "flatplank_msgs/msg/ControllerState",
          "cycle, in free rolling", "error [N], p, i, lead, output [N m], settled",
          modes=("free_rolling",)),
-    _row("/wheel_drive/mode", "std_msgs/msg/String", "when it changes", "operation mode", LATCHED),
+    _row("/wheel_drive/mode", "flatplank_msgs/msg/OperationMode", "when it changes",
+         "operation mode; stamp: last cycle before the drive follows it", LATCHED),
     _row("/slip_sequencer/waveform", "std_msgs/msg/String", "when it is set",
          "waveform with its parameters, where it starts, rolling radius (YAML)", LATCHED),
     _row("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", "1 Hz",
@@ -137,7 +138,7 @@ _OF_A_DRIVE = {
     "status": ("flatplank_msgs/msg/DriveStatus", STREAM),
     "joint_states": ("sensor_msgs/msg/JointState", STREAM),
     "reference": ("flatplank_msgs/msg/Reference", REFERENCE),
-    "mode": ("std_msgs/msg/String", LATCHED),
+    "mode": ("flatplank_msgs/msg/OperationMode", LATCHED),
 }
 
 

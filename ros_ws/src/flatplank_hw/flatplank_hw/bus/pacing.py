@@ -9,7 +9,7 @@ CATCH_UP = 25
 """a late real-time bus makes up for at most this many batches at once"""
 
 ABSENT_TIMEOUT_S = 0.002
-"""wait for each further answer of a node that has gone, while cycles are asked for [s]"""
+"""wait for each further answer of a node that is not there, while cycles are asked for [s]"""
 
 
 class Pacer:
@@ -17,8 +17,9 @@ class Pacer:
     makes none (hold).
 
     Wall times are arguments [s]. In lockstep the bus waits for a missing answer as long as the
-    node is there. Of a node that has gone it waits once for the whole time-out, then only briefly,
-    so that bench time goes on and the rules on stale commands act.
+    node is there. A node that was started may have missed the present cycle: it is there from its
+    first answer until a node leaves. For a node that is not there the bus waits once for the whole
+    time-out, then only briefly, so that bench time goes on and the rules on stale commands act.
     """
 
     def __init__(self, pace: str, batch: int, axes: frozenset[int], timeout: float) -> None:
@@ -33,7 +34,9 @@ class Pacer:
         self.missing: set[int] = set()
         """axes that have not answered the last batch"""
         self.absent = False
-        """true when bench time went on without the answer of a node that has gone"""
+        """true when bench time went on without the answer of a node that is not there"""
+        self._there: set[int] = set()
+        """axes whose nodes have answered since one has left"""
         self.skipped = 0
         """batches that a real-time bus dropped because it was late"""
         self._last = 0.0
@@ -64,9 +67,14 @@ class Pacer:
     def register_answer(self, axis: int) -> bool:
         """Register an answer to the last batch; true when it makes the next batch due."""
         self.missing.discard(axis)
+        self._there.add(axis)
         if not self.missing:
             self.absent = False
         return self.all_have_answered()
+
+    def register_leaving(self) -> None:
+        """Register that a node which answers has left, whichever."""
+        self._there.clear()
 
     def all_have_answered(self) -> bool:
         """True when lockstep waits for no further answer."""
@@ -78,34 +86,31 @@ class Pacer:
         lockstep = self.pace != "realtime" and self.missing
         return waited if lockstep and waited >= self.timeout else 0.0
 
-    def _given_up(self, wall: float, gone: bool, period: float) -> bool:
+    def _given_up(self, wall: float, period: float) -> bool:
         """True when an answer that is still missing does not come any more."""
         timeout = min(self.timeout, period) if self.absent else self.timeout
-        return gone and wall - self._last >= timeout
+        return not self.axes <= self._there and wall - self._last >= timeout
 
-    def stop_waiting(self, wall: float, gone: bool) -> bool:
-        """True, once, when a held bus stops waiting for the answers to its last cycle. `gone`: a
-        node that must answer is not in the graph."""
+    def stop_waiting(self, wall: float) -> bool:
+        """True, once, when a held bus stops waiting for the answers to its last cycle."""
         held = self.pace == "hold" and bool(self.missing)
-        if not (held and self._given_up(wall, gone, ABSENT_TIMEOUT_S)):
+        if not (held and self._given_up(wall, ABSENT_TIMEOUT_S)):
             return False
         self.absent = True
         self.missing.clear()
         return True
 
-    def batches_due(
-        self, wall: float, rate_hz: float, *, gone: bool = False, idle: bool = False
-    ) -> int:
+    def batches_due(self, wall: float, rate_hz: float, *, idle: bool = False) -> int:
         """Number of batches to make now; called at every tick of the wall timer.
 
-        `gone`: a node that must answer is not in the graph. `idle`: nothing moves and nobody waits
-        for bench time, which then is not faster than the wall clock.
+        `idle`: nothing moves and nobody waits for bench time, which then is not faster than the
+        wall clock.
         """
         if self.pace == "lockstep":
             period = self.batch / rate_hz
             if self.all_have_answered():
                 return int(not idle or wall - self._last >= period)
-            if not self._given_up(wall, gone, period if self.until is None else ABSENT_TIMEOUT_S):
+            if not self._given_up(wall, period if self.until is None else ABSENT_TIMEOUT_S):
                 return 0
             self.absent = True
             return 1

@@ -29,7 +29,7 @@ from flatplank_hw.samples import (
     Wrench,
 )
 from flatplank_msgs.msg import BusInputs as BusInputsMsg
-from flatplank_msgs.msg import BusOutputs, DriveStatus, EncoderState, HubState
+from flatplank_msgs.msg import BusOutputs, DriveStatus, EncoderState, HubState, OperationMode
 from flatplank_msgs.msg import Reference as ReferenceMsg
 
 
@@ -45,6 +45,13 @@ class StampedCommand(NamedTuple):
 
     stamp_ns: int
     command: AxisCommand
+
+
+class StampedMode(NamedTuple):
+    """Operation mode of a drive and the stamp of the last inputs before it is followed [ns]."""
+
+    stamp_ns: int
+    mode: str
 
 
 class StampedWrench(NamedTuple):
@@ -120,6 +127,10 @@ def inputs_from_msg(msg: BusInputsMsg) -> Batch:
 def command_from_msg(msg: BusOutputs) -> StampedCommand:
     command = AxisCommand(*[getattr(msg, name) for name in AxisCommand._fields])
     return StampedCommand(stamp_ns(msg.header), command)
+
+
+def mode_from_msg(msg: OperationMode) -> StampedMode:
+    return StampedMode(stamp_ns(msg.header), msg.mode)
 
 
 def wrench_from_msg(msg: WrenchStamped) -> StampedWrench:

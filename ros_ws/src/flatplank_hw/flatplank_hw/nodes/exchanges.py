@@ -20,12 +20,20 @@ from flatplank_hw.nodes.convert import (
     encoders_from_msg,
     hub_from_msg,
     inputs_from_msg,
+    mode_from_msg,
     reference_from_msg,
     wrench_from_msg,
 )
 from flatplank_hw.nodes.packing import pack_like
 from flatplank_hw.samples import JOINTS, RADIUS_JOINT, SOURCES, EncoderSample, Reference
-from flatplank_msgs.msg import BusInputs, BusOutputs, DriveStatus, EncoderState, HubState
+from flatplank_msgs.msg import (
+    BusInputs,
+    BusOutputs,
+    DriveStatus,
+    EncoderState,
+    HubState,
+    OperationMode,
+)
 from flatplank_msgs.msg import Reference as ReferenceMsg
 
 _BY_CYCLE = attrgetter(*PER_CYCLE)
@@ -117,6 +125,10 @@ def prepare_drive(stop_reason: int, msg: DriveStatus) -> None:
     msg.stop_text = REASONS[stop_reason]
 
 
+def prepare_mode(mode: str, msg: OperationMode) -> None:
+    msg.mode = mode
+
+
 def joint_numbers(sample: EncoderSample) -> Sequence[float]:
     """Plank [m], wheel, steering and road camber angle [rad]."""
     angles = sample.wheel_angle, sample.steer_angle, sample.road_camber
@@ -169,6 +181,9 @@ HUB_JOINTS = _joints(
     (RADIUS_JOINT,), lambda s: (*_seconds(s.stamp_ns), s.loaded_radius), "position"
 )
 REFERENCE = Exchange(ReferenceMsg, reference_numbers, reference_from_msg)
+MODE = Exchange(
+    OperationMode, lambda s: _seconds(s.stamp_ns), mode_from_msg, attrgetter("mode"), prepare_mode
+)
 DRIVE = Exchange(
     DriveStatus, _numbers_of(DriveStatus, without="stop_text"), drive_from_msg,
     attrgetter("stop_reason"), prepare_drive,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which of the nodes that a node waits for in a bus cycle have gone."""
+"""Which of the nodes that a node waits for in a bus cycle are there."""
 
 from __future__ import annotations
 
@@ -18,28 +18,28 @@ class Partners:
 
     def __init__(self) -> None:
         self._counts: dict[str, Callable[[], int]] = {}
-        self._most: dict[str, int] = {}
+        self._before: dict[str, int] = {}
         self.silent: set[str] = set()
-        """kinds whose publisher has gone, and of which no sample has come since"""
+        """kinds of which no sample has come since a publisher left, or since the start"""
 
-    def add(self, kind: str, count: Callable[[], int]) -> None:
-        """Add a kind of sample and the function that counts its publishers."""
-        self._counts[kind], self._most[kind] = count, 0
+    def add(self, kind: str, count: Callable[[], int], *, each_cycle: bool = False) -> None:
+        """Add a kind of sample and the function that counts its publishers. `each_cycle`: it comes
+        in each cycle, so a node that has not spoken yet may not have heard the cycle."""
+        self._counts[kind], self._before[kind] = count, 0
+        if each_cycle:
+            self.silent.add(kind)
 
-    def gone(self) -> set[str]:
-        """Kinds with fewer publishers than before. One that has not come yet is not gone."""
-        found = set()
-        for kind, count in self._counts.items():
-            here = count()
-            self._most[kind] = max(self._most[kind], here)
-            if here < self._most[kind]:
-                found.add(kind)
-        self.silent |= found
-        return found
+    def look(self) -> set[str]:
+        """Count the publishers; returns the kinds that have fewer than at the last look."""
+        here = {kind: count() for kind, count in self._counts.items()}
+        fewer = {kind for kind, count in here.items() if count < self._before[kind]}
+        self._before = here
+        self.silent |= fewer
+        return fewer
 
     def heard(self, kind: str) -> bool:
-        """Register a sample; True for the first one since the publisher was away. A node that was
-        started again may have missed the inputs of the present cycle: it is there once it speaks.
+        """Register a sample; True for the first one of a silent kind. A node that was started may
+        have missed the inputs of the present cycle: it is there once it speaks.
         """
         if kind not in self.silent:
             return False

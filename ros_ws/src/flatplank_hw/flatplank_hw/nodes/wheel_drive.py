@@ -56,8 +56,10 @@ class DriveNode(BenchNode):
         self.publish_joints = self.add_sample_publisher(
             exchanges.joint_of_axis(axis), "~/joint_states", STREAM
         )
-        self.publish_mode = self.add_publisher(String, "~/mode", LATCHED)
-        self.publish_mode_change(self.drive.mode)
+        self.publish_mode = self.add_sample_publisher(
+            exchanges.MODE, "~/mode", LATCHED, frame=axis
+        )
+        self.publish_mode_change(0, self.drive.mode)
         self.add_timer(LOOK_S, self.await_partners)
         self.add_sample_subscription(exchanges.INPUTS, "bus/inputs", self.on_inputs, STREAM)
         self.join_topic("hub", exchanges.HUB, "measurement_hub/state")
@@ -106,15 +108,14 @@ class DriveNode(BenchNode):
                 self.await_partners()
 
         count = self.add_sample_subscription(exchange, topic, take, qos, needed=needed)
-        self.partners.add(kind, count)
+        self.partners.add(kind, count, each_cycle=kind != "reference")
 
-    def on_cycle(self, _at: int, latest: Mapping[str, Any]) -> None:
+    def on_cycle(self, at: int, latest: Mapping[str, Any]) -> None:
         command, sample = self.drive.step(
             latest["inputs"], latest["encoders"], latest["hub"], latest["reference"]
         )
         if self.drive.mode != self.published_mode:
-            # before the command, which makes the next cycle: the sources hear it before that
-            self.publish_mode_change(self.drive.mode)
+            self.publish_mode_change(at, self.drive.mode)
         self.publish(convert.StampedCommand(sample.stamp_ns, command))
         self.publish_status(sample)
         self.publish_joints(sample)
@@ -126,20 +127,21 @@ class DriveNode(BenchNode):
             self.reported = seen
             self.troubles.set_lasting(drive.troubles, DRIVE)
 
-    def publish_mode_change(self, mode: str) -> None:
+    def publish_mode_change(self, stamp_ns: int, mode: str) -> None:
         """Publish the mode, because each source works only in its own mode. Await references only
-        in a mode that has a source."""
+        in a mode that has a source. `stamp_ns`: of the last cycle before that [ns]."""
         self.published_mode = mode
-        self.publish_mode(String(data=mode))
+        self.publish_mode(convert.StampedMode(stamp_ns, mode))
         self.await_partners()
 
     def await_partners(self) -> None:
-        """Await the samples of this mode in each cycle. When a node has gone, and until it speaks
-        again, await none of the others, which may lack its samples: the rules on stale samples
-        act."""
+        """Await the samples of this mode in each cycle. Until each of their nodes has spoken, and
+        when one has gone, await none, as the others may lack its samples: the rules on stale
+        samples act."""
         led = bool(MODES[self.published_mode].source)
         kinds = set(self.join.kinds) - (set() if led else {"reference"})
-        lacking = self.partners.gone() or self.partners.silent & kinds
+        self.partners.look()
+        lacking = self.partners.silent & kinds
         self.join.await_kinds(self.join.kinds[:1] if lacking else kinds)
 
     # requests

@@ -19,6 +19,7 @@ from flatplank_hw.bus.pacing import PACES, Pacer
 from flatplank_hw.bus.timing import BusTiming
 from flatplank_hw.cia402 import ENABLE_OPERATION
 from flatplank_hw.nodes import convert, exchanges
+from flatplank_hw.nodes.partners import LOOK_S, Partners
 from flatplank_hw.nodes.qos import STREAM
 from flatplank_hw.nodes.reporting import SHOWN
 from flatplank_hw.nodes.responses import fill_response
@@ -73,6 +74,7 @@ class SimulatedPlant(BenchNode):
         self.period_ns = 1_000_000_000 // p.rate_hz
         self.pacer = Pacer(p.pace, p.batch, self.driven, p.wall_timeout)
         self.commands: dict[int, AxisCommand] = {}
+        self.commanders = Partners()
         self.gate = CommandGate()
         self.cycle, self.clock_cycle = -1, -CLOCK_CYCLES
         """latest cycle, and that of the latest message on /clock"""
@@ -89,13 +91,15 @@ class SimulatedPlant(BenchNode):
             exchanges.INPUTS, "bus/inputs", STREAM, frame="bus", needed=True
         )
         self.publish_clock = self.add_publisher(Clock, "clock", 10)
-        self.count_commanders = self.add_sample_subscription(
+        count = self.add_sample_subscription(
             exchanges.COMMAND, COMMANDS, self.on_command, STREAM,
             from_inside=lambda stamped: self.on_command(stamped, inside=True),
         )  # fmt: skip
+        self.commanders.add(COMMANDS, count)
         self.skipped, self.slow_at = 0, 0.0
         """number of reported lost batches, and time of the report [s]"""
         self.tick = self.add_timer(p.batch / p.rate_hz, self.on_tick)
+        self.add_timer(LOOK_S, self.look_for_drives)
         self.add_timer(1.0, self.on_second)
         self.add_service(Advance, "~/advance", self.on_advance)
         self.add_service(SetPace, "~/set_pace", self.on_pace)
@@ -158,10 +162,9 @@ class SimulatedPlant(BenchNode):
 
     def on_tick(self) -> None:
         pacer, now = self.pacer, time.monotonic()
-        gone = bool(pacer.waited(now) or pacer.absent) and self.a_drive_has_gone()
-        if pacer.stop_waiting(now, gone):
+        if pacer.stop_waiting(now):
             self.release()
-        due = pacer.batches_due(now, self.parameters.rate_hz, gone=gone, idle=self.idle())
+        due = pacer.batches_due(now, self.parameters.rate_hz, idle=self.idle())
         if due and pacer.pace == "realtime":
             tick_ns = self.tick.timer_period_ns
             self.timing.add_wake_up(due * tick_ns - self.tick.time_until_next_call())
@@ -169,9 +172,10 @@ class SimulatedPlant(BenchNode):
         for _ in range(due):
             self.go()
 
-    def a_drive_has_gone(self) -> bool:
-        """True when fewer nodes than driven axes command the bus."""
-        return self.count_commanders() < len(self.driven)
+    def look_for_drives(self) -> None:
+        """Tell the pacer when a drive node has left the graph."""
+        if self.commanders.look():
+            self.pacer.register_leaving()
 
     def idle(self) -> bool:
         """True in lockstep when nothing moves, no drive is in operation and nobody waits for
