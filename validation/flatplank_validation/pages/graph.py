@@ -169,7 +169,7 @@ def _topic_rows() -> Iterator[tuple[str, ...]]:
     yield (
         "`/operator/heartbeat`", "std_msgs/String", "2 Hz or more, when claimed", "stream",
         "the token of the client in charge: of a panel, or, in real time, of the runner while it "
-        "measures; a client that has sent a goal sends the identifier of the goal",
+        "measures; a client of `/run_measurement` sends the `heartbeat` of its goal",
     )  # fmt: skip
     yield (
         "`/clock`", "rosgraph_msgs/Clock", "every 10 cycles, not in realtime", "stream",
