@@ -12,6 +12,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray
 from std_srvs.srv import SetBool
@@ -40,6 +41,17 @@ TURNS = 4
 Told = dict[str, str]
 
 
+class Bare(NamedTuple):
+    """A bare loop: how late it woke up, and how often by more than its period."""
+
+    wake_up: Histogram
+    late: int
+
+
+Turn = tuple[Told, Bare, float]
+"""what the bench told, the bare loop after it, and processor time [cores]"""
+
+
 def run(rate_hz: int, batch: int, seconds: float) -> None:
     """Roll in slip control, record, and print the results."""
     seen: Told = {}
@@ -56,7 +68,7 @@ def run(rate_hz: int, batch: int, seconds: float) -> None:
             c.wait_connected(bench)
             c.node.create_subscription(DiagnosticArray, "/diagnostics", note, 10)
             roll(c)
-            turns: list[tuple[Told, Histogram, float]] = []
+            turns: list[Turn] = []
             for _ in range(TURNS):
                 c.call(SetPace, "/simulated_plant/set_pace", pace="realtime", batch=batch)
                 begin, used = time.monotonic(), processor_s(bench)
@@ -72,12 +84,15 @@ def run(rate_hz: int, batch: int, seconds: float) -> None:
     print(f"  cycles recorded {done.cycles_received}, lost {done.cycles_lost} (wanted: 0)")
 
 
-def show(turns: list[tuple[Told, Histogram, float]]) -> None:
+def show(turns: list[Turn]) -> None:
     """Print the medians over the turns, and the sums of what was counted."""
     cores = statistics.median(cores for *_, cores in turns)
     print(f"  processor: {cores:.2f} cores, recorded (wanted at 250 Hz: 0.25)")
     made, late = (sum(int(told[key]) for told, *_ in turns) for key in (MADE, LATE))
-    print(f"  cycles made {made}, later than a period {late}")
+    print(f"  cycles made {made}, later than a period {late} ({100.0 * late / made:.2f} %)")
+    waits, late = (sum(n) for n in zip(*[(b.wake_up.total, b.late) for _, b, _ in turns]))
+    share = 100.0 * late / waits
+    print(f"  bare loop: wake-ups {waits}, later than a period {late} ({share:.2f} %)")
     ages = max(int(told["command age max"]) for told, *_ in turns)
     usual = max(int(told["command age p99"]) for told, *_ in turns)
     print(
@@ -88,12 +103,12 @@ def show(turns: list[tuple[Told, Histogram, float]]) -> None:
         values = [median_us(turns, f"{name} {label} [us]") for label in SHARES]
         print(f"  {name:20s}" + "".join(f"{value:9.0f}" for value in values))
     bare = [
-        statistics.median(loop.percentile_us(share) for _, loop, _ in turns)
+        statistics.median(loop.wake_up.percentile_us(share) for _, loop, _ in turns)
         for share in SHARES.values()
     ]
     print(f"  {'bare loop, wake-up':20s}" + "".join(f"{value:9.0f}" for value in bare))
     ratios = [
-        float(told["wake-up p99.9 [us]"]) / loop.percentile_us(SHARES["p99.9"])
+        float(told["wake-up p99.9 [us]"]) / loop.wake_up.percentile_us(SHARES["p99.9"])
         for told, loop, _ in turns
     ]
     print(
@@ -102,21 +117,23 @@ def show(turns: list[tuple[Told, Histogram, float]]) -> None:
     )
 
 
-def median_us(turns: list[tuple[Told, Histogram, float]], key: str) -> float:
+def median_us(turns: list[Turn], key: str) -> float:
     """Median over the turns [us]; those in which the drive was stopped tell of no commands."""
     told_us = [float(told[key]) for told, *_ in turns if key in told]
     return statistics.median(told_us) if told_us else math.nan
 
 
-def bare_loop(period: float, seconds: float) -> Histogram:
+def bare_loop(period: float, seconds: float) -> Bare:
     """How late a loop wakes up that does nothing but sleep until each cycle; `period` [s]."""
-    late, due = Histogram(), time.monotonic()
+    wake_up, late, due = Histogram(), 0, time.monotonic()
     end = due + seconds
     while due < end:
         due += period
         time.sleep(max(due - time.monotonic(), 0.0))
-        late.add(round((time.monotonic() - due) * 1e9))
-    return late
+        after = time.monotonic() - due
+        wake_up.add(round(after * 1e9))
+        late += after > period
+    return Bare(wake_up, late)
 
 
 def roll(c: BenchClient) -> None:
