@@ -90,7 +90,7 @@ def show(turns: list[Turn]) -> None:
     print(f"  processor: {cores:.2f} cores, recorded (wanted at 250 Hz: 0.25)")
     made, late = (sum(int(told[key]) for told, *_ in turns) for key in (MADE, LATE))
     print(f"  cycles made {made}, later than a period {late} ({100.0 * late / made:.2f} %)")
-    waits, late = (sum(n) for n in zip(*[(b.wake_up.total, b.late) for _, b, _ in turns]))
+    waits, late = sum(b.wake_up.total for _, b, _ in turns), sum(b.late for _, b, _ in turns)
     share = 100.0 * late / waits
     print(f"  bare loop: wake-ups {waits}, later than a period {late} ({share:.2f} %)")
     ages = max(int(told["command age max"]) for told, *_ in turns)
