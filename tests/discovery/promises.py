@@ -9,6 +9,7 @@ from bare_numbers import bare_numbers
 from flatplank_analysis.discovery import invariants
 from flatplank_analysis.discovery.report.text import text_of
 from flatplank_analysis.discovery.verdict import Diagnosis
+from printed_words import unknown_labels
 
 
 def broken(result: Diagnosis) -> list[str]:
@@ -48,4 +49,6 @@ def broken(result: Diagnosis) -> list[str]:
         for name in search.model.runs.condition_names:  # as their machine names them
             text = text.replace(name, "a condition")
         out += [f"without unit: {n}" for n in bare_numbers(text)]
+        own = [e.identifier for e in search.effects]
+        out += [f"no word: {label}" for label in unknown_labels(text, own)]
     return out + [f"not told once: {n}" for n in ends - once]

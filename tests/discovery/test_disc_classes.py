@@ -8,7 +8,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from flatplank_analysis.inference.posterior import Posterior
+from flatplank_analysis.inference.answer import probability_of
+from flatplank_analysis.inference.posterior import MEMBER, NAMED, Posterior
 
 
 def posterior_of(**probabilities: float) -> Posterior:
@@ -17,7 +18,10 @@ def posterior_of(**probabilities: float) -> Posterior:
     for letters, p in probabilities.items():
         names = [*letters.replace("_", "")]
         key = tuple(sorted(names))
-        sets[key] = SimpleNamespace(names=names, key=key, parts=((0.0, math.log(p)),))
+        surest_last = [(1.0 + i, 1.0) for i in range(len(names))]
+        sets[key] = SimpleNamespace(
+            names=names, key=key, parts=((0.0, math.log(p)),), sizes=surest_last
+        )
     return Posterior(sets, 100.0, 1.0)
 
 
@@ -46,6 +50,17 @@ def test_what_is_beside_an_effect_does_not_stand_for_it():
 def test_a_second_effect_of_one_name_is_stood_for_by_a_set_with_one():
     posterior = posterior_of(ww=0.6, wr=0.3, w=0.1)
     assert standing_for(posterior, "w") == {"r": ("wr", pytest.approx(0.5))}
+
+
+def test_an_effect_that_is_sure_by_itself_is_named_beside_one_that_may_stand_for_it(monkeypatch):
+    """A second worn patch may stand for the effect, the first one is there or not: one of the two
+    kinds twice is less probable than the effect."""
+    monkeypatch.setattr(Posterior, "matters", lambda *_: 1.0)
+    monkeypatch.setattr(Posterior, "known", lambda *_: 1.0)
+    posterior = posterior_of(aw=0.55, a=0.401, ww=0.049)
+    assert standing_for(posterior, "a")["w"][1] > MEMBER
+    assert posterior.in_set("aw", 2) < 0.6 < NAMED < posterior.marginal["a"]
+    assert probability_of(posterior, 0, ["w"]) == pytest.approx(posterior.marginal["a"])
 
 
 def test_odds_are_finite_however_improbable_a_set_is():

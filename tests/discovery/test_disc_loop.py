@@ -19,6 +19,7 @@ from flatplank_data import files
 from flatplank_data.errors import FlatplankError
 from flatplank_sim.sealed import seal
 from flatplank_sim.sealed.score import score
+from printed_words import unknown_in_page
 
 SMALL = (-0.05, -0.01, 0.01, 0.05)
 
@@ -137,6 +138,8 @@ def test_diagnose_writes_contract_and_page(folder, tmp_path, capsys):
     } <= set(effect)  # fmt: skip
     html = (page / "index.html").read_text()
     assert "<svg" in html and "http://" not in html.replace("http://www.w3.org", "")
+    assert ">effect</abbr></th>" in html and unknown_in_page(html) == []
+    assert 'title="Backlash of the wheel drive: Gears of the wheel drive cross' in html
     verdict = html[html.index('class="verdict"') :].split("</p>")[0]
     assert all(word in verdict for word in [out["verdict"], "0.5", "mm (90 %:", *effect["class"]])
     assert "Dots and lines differ by" in html

@@ -3,15 +3,13 @@
 
 from __future__ import annotations
 
-import html
 import json
-import re
 from pathlib import Path
 
 import pytest
 from bristles import Truth, campaign, save
 
-import flatplank_analysis
+from flatplank_analysis import effect_words
 from flatplank_analysis.cli.effect_pages import stage
 from flatplank_analysis.cli.main import main
 from flatplank_analysis.column_words import COLUMNS, SWEEPS
@@ -28,12 +26,9 @@ from flatplank_tire.magic_formula.coefficients import SECTION_OF
 from flatplank_validation.pages.glossary import page
 from flatplank_validation.sweep_sets.brush import BASE as TIRE_FILE
 from flatplank_validation.sweep_sets.brush import Brush, Plan, sweeps, text_of
+from printed_words import headers_of, unknown_headers, unknown_in_page
 
 PAGE = Path(__file__).resolve().parents[2] / "docs/reference/glossary.md"
-PAGES = Path(flatplank_analysis.__file__).parent
-HEADER = re.compile(r"<th\b[^>]*>([^<]+)</th>")
-LEVEL = re.compile(r"[+-]?\d+ %")
-"""column of a slip level"""
 VERDICTS = {v for k, v in vars(verdict).items() if k.isupper() and isinstance(v, str)}
 
 
@@ -45,6 +40,28 @@ def test_every_parameter_of_the_base_has_its_word_and_unit():
 
 def test_every_word_has_title_and_sentence():
     assert [n for n, w in ALL.items() if not w.title or not w.sentence.endswith(".")] == []
+
+
+def test_every_parameter_of_every_effect_has_symbol_title_unit_and_sentence():
+    for effect in [*library().values(), *effects_of_sweeps()]:
+        for p in effect.parameters():
+            word = p.word
+            where = f"{effect.identifier}.{p.name}"
+            assert all((word.symbol, word.title, word.unit)), where
+            assert word.sentence.endswith(".") and not word.sentence[0].islower(), where
+
+
+def test_a_parameter_of_an_effect_is_explained_with_and_without_its_effect(capsys):
+    for told in ("rack_backlash.held_fast", "held_fast"):
+        assert main(["explain", told]) == 0
+        said = capsys.readouterr().out
+        assert said.startswith("rack_backlash.held_fast: held plank (b_h). 1: the friction")
+    assert main(["explain", "time"]) == 0
+    assert {"time", "carcass_creep.time"} == {
+        line.partition(":")[0] for line in capsys.readouterr().out.splitlines()
+    }
+    assert main(["explain", "rack_backlash"]) == 0
+    assert "held_fast: held plank (b_h). 1: the friction" in capsys.readouterr().out
 
 
 def test_every_effect_is_explained_by_its_name(capsys):
@@ -65,9 +82,9 @@ def test_every_parameter_and_column_of_sweeps_has_its_word(tmp_path, capsys):
     names = [*(p.name for p in model.parameters), *model.runs.coordinates]
     assert main(["sweeps", str(file), "--tir", str(TIRE_FILE)]) == 0
     assert main(["sweeps", str(file), "--fit", str(tmp_path / "own.tir")]) == 0
-    columns = headers_of(capsys.readouterr().out)
-    assert {"BCD [N/deg]", "off most", "remark"} <= set(columns)
-    assert [name for name in [*names, *columns] if not known(name)] == []
+    printed = capsys.readouterr().out
+    assert {"BCD [N/deg]", "off most", "remark"} <= set(headers_of(printed))
+    assert [name for name in names if not known(name)] == unknown_headers(printed) == []
 
 
 def test_every_column_of_a_campaign_has_its_word(tmp_path, capsys):
@@ -75,24 +92,11 @@ def test_every_column_of_a_campaign_has_its_word(tmp_path, capsys):
     for words in (["table"], ["compare"], ["add", "rolling_resistance"]):
         assert main([*words, str(folder)]) == 0
     assert main(["report", str(folder), "--out", str(tmp_path / "report")]) == 0
-    columns = headers_of(capsys.readouterr().out)
-    pages = [PAGES / "discovery/report/diagnosis.html.j2", tmp_path / "report/report.html"]
-    for page_of in pages:
-        columns += map(html.unescape, HEADER.findall(page_of.read_text(encoding="utf-8")))
-    assert {"error [floors]", "kappa [%]", "κ before [%]", "why"} <= set(columns)
-    assert [n for n in columns if not known(n) and not LEVEL.fullmatch(n)] == []
-
-
-def headers_of(text: str) -> list[str]:
-    """Cells of the lines that begin a table: three columns or more, above a line of such."""
-    lines = [re.split(r"\s{2,}", line.strip()) for line in text.splitlines()]
-    above = [[], *lines]
-    return [
-        cell
-        for before, line, row in zip(above, lines, lines[1:], strict=False)
-        if len(before) < 3 <= min(len(line), len(row))
-        for cell in line
-    ]
+    printed = capsys.readouterr().out
+    assert {"error [floors]", "kappa [%]"} <= set(headers_of(printed))
+    assert unknown_headers(printed) == []
+    made = (tmp_path / "report/report.html").read_text(encoding="utf-8")
+    assert ">κ before [%]</abbr>" in made and unknown_in_page(made) == []
 
 
 def test_every_verdict_has_its_word():
@@ -122,13 +126,17 @@ def test_a_word_is_explained(word, told, capsys):
 
 def test_the_glossary_is_json_too(capsys):
     assert main(["explain", "--json"]) == 0
-    assert set(json.loads(capsys.readouterr().out)) == set(ALL)
+    told = json.loads(capsys.readouterr().out)
+    assert set(told) == {*ALL, *effect_words.parameters()}
+    assert told["worn_patch.depth"]["unit"] == "1"
 
 
 def test_another_word_is_one_line_with_the_nearest(capsys):
     assert main(["explain", "patch_oder"]) == 1
     said = capsys.readouterr().err
     assert said.count("\n") == 1 and "the nearest: patch_order" in said
+    assert main(["explain", "held_fats"]) == 1
+    assert "the nearest: held_fast" in capsys.readouterr().err
 
 
 def test_the_page_is_what_the_code_says():

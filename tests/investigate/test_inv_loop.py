@@ -20,6 +20,7 @@ from flatplank_analysis.investigation.report import write_notebook
 from flatplank_control.cli.investigate import main
 from flatplank_sim.sealed.menu import MENU
 from flatplank_validation.investigate.fast import FastBench
+from printed_words import unknown_in_page, unknown_labels
 
 pytestmark = pytest.mark.timeout(1800)  # whole searches: a busy machine takes minutes
 FEW = {n for hidden in MENU.values() for n in hidden.names}
@@ -49,6 +50,7 @@ def test_something_hidden_is_found_and_confirmed(tmp_path):
     assert decoys["looked_at"] >= 5 * len(told["batches"])
     page = (tmp_path / "index.html").read_text()
     assert list(bare_numbers(text + text_of_page(page))) == []
+    assert unknown_labels(text) == unknown_in_page(page) == []
     for words in (
         f"Decoys accepted: {len(decoys['accepted'])} of {decoys['looked_at']}",
         "1. six runs to begin with", "nothing is known yet", "minute 0 to",

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
+from flatplank_analysis import effect_words
 from flatplank_analysis.column_words import COLUMNS, SWEEPS
 from flatplank_analysis.words import BASE, COORDINATES, OUTPUTS, Word
 from flatplank_data.wording import NO_UNIT, displayed
@@ -27,6 +28,7 @@ def page() -> str:
     parts += ["\n## Coordinates of effects and residuals\n", _table(COORDINATES)]
     parts += ["\n## Parameters of the base of the search\n", _table(BASE)]
     parts += ["\n## Parameters and coordinates of sweeps\n", _table(SWEEPS)]
+    parts += ["\n## Parameters of effects\n", _table(effect_words.parameters())]
     return "\n".join([*parts, "\n## Columns of tables\n", _table(COLUMNS)]) + "\n"
 
 

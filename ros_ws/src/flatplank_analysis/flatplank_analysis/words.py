@@ -4,7 +4,7 @@ them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from flatplank_analysis.column_words import COLUMNS, SWEEPS, coefficient
 from flatplank_analysis.word import Word
@@ -121,7 +121,16 @@ OUTPUTS: Mapping[str, Word] = {
         "-",
         "χ²",
     ),
+    "worst condition": Word(
+        "worst condition", "The condition whose error is the largest multiple of its own floor."
+    ),
     "residual": Word("residual", "Measurement minus model.", "N"),
+    "of consequence": Word(
+        "of consequence",
+        "Something is missing in the model where it leaves as much as this. Less is within the "
+        "floor or the known errors of the model.",
+        "N",
+    ),
     "held out": Word(
         "held-out error",
         "Error in conditions that were left out of the fit: it falls only for what is real.",
@@ -143,6 +152,12 @@ OUTPUTS: Mapping[str, Word] = {
     "condition": Word("condition", "All runs with the same slip, angles, load and pressure."),
     "start": Word("start", "Wheel angle at the begin of a run: 1, 2, 3 for 0, 120, 240 deg."),
     "class": Word("class", "Effects that the runs cannot tell apart."),
+    "verdict": Word(
+        "verdict", "What a diagnosis says about the model; each is a word of its own."
+    ),
+    "to do": Word("to do", "What to measure, check and mend, the first thing first."),
+    "note": Word("note", "What a diagnosis has seen beside its verdict."),
+    "report": Word("report", "The page with the figures of a result."),
     "interval": Word("90 % interval", "Holds the true size in nine of ten campaigns."),
     "p": Word("p", "Chance that noise alone explains as much, all searched effects counted.", "-"),
     "matters": Word("size that matters", "Sizes below are of no consequence for the error."),
@@ -160,6 +175,12 @@ OUTPUTS: Mapping[str, Word] = {
         "none of these", "Verdict: something is missing that no effect of the library explains."
     ),
     "not decidable": Word("not decidable", "Verdict: these runs do not suffice for an answer."),
+    "proposed": Word(
+        "proposed", "Verdict: a sentence explains what is left; new runs must confirm it."
+    ),
+    "nothing to propose": Word(
+        "nothing to propose", "Verdict: nothing is left that a sentence explains."
+    ),
     "P": Word(
         "probability of an effect",
         "Search by posterior: that the effect is there, at a size of consequence.",
@@ -176,6 +197,14 @@ OUTPUTS: Mapping[str, Word] = {
         "-",
         "e",
     ),
+    "evidence": Word(
+        "evidence", "The e-value of the new runs of a batch, and of all so far.", "-"
+    ),
+    "end": Word("end", "Why an investigation has ended."),
+    "answer": Word("answer", "What the runs of a batch said."),
+    "handed back": Word("handed back", "A run that was rejected, skipped or refused."),
+    "notebook": Word("notebook", "Question, runs, answer and cost of every batch."),
+    "decoys accepted": Word("decoys accepted", "Number of false alarms among the decoys so far."),
     "decoy": Word(
         "decoy", "An effect that is tried in wrong conditions; an accepted one is a false alarm."
     ),
@@ -202,11 +231,11 @@ def known(name: str) -> Word | None:
     return ALL.get(name) or ALL.get(plain) or symbols.get(plain) or coefficient(plain)
 
 
-def explain(name: str) -> Word:
-    """The word of that name; FlatplankError names the nearest."""
+def explain(name: str, others: Iterable[str] = ()) -> Word:
+    """The word of that name; FlatplankError names the nearest, of `others` too."""
     word = known(name)
     if word is None:
-        near = ", ".join(similar_names(name, ALL, 0.5, most=3))
+        near = ", ".join(similar_names(name, [*ALL, *others], 0.5, most=3))
         raise FlatplankError(
             f"'{name}' is no word of the glossary",
             remedy=f"the nearest: {near}" if near else "`flatplank explain` lists them",
@@ -221,3 +250,13 @@ def line(name: str, word: Word) -> str:
     inside = ", ".join(part for part in (word.symbol, unit) if part)
     title = "" if word.title == name else f" {word.title}"
     return f"{name}:{title}{f' ({inside})' * bool(inside)}{'.' * bool(title)} {word.sentence}"
+
+
+def sentence(name: str) -> str:
+    """A word of the glossary with its sentence."""
+    return told(explain(name))
+
+
+def told(word: Word) -> str:
+    """Title and sentence of a word, as a hover text."""
+    return ": ".join(filter(None, [word.title, word.sentence]))

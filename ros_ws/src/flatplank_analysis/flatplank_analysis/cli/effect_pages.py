@@ -164,7 +164,8 @@ def text_of(effect: type[Effect]) -> str:
     for p in effect.parameters():
         ends = (p.lower, p.upper)
         null, matters = (quantity(v, p.unit, axis=ends) for v in (p.null, p.matters))
-        cells = (p.name, null, span(*ends, p.unit), matters if p.matters else "-", p.note or "-")
+        words = p.name, p.title or "-", p.symbol or "-"
+        cells = (*words, null, span(*ends, p.unit), matters if p.matters else "-", p.note or "-")
         rows.append(f"| {' | '.join(cells)} |")
     table, name = "\n".join(rows), effect.identifier
     shown = ", ".join(f"{p.name} {quantity(p.null + p.screen, p.unit)}" for p in effect.linear())
@@ -183,8 +184,8 @@ def text_of(effect: type[Effect]) -> str:
 
 What a fit of the tire leaves of it, for {shown}; one line per slip.
 
-| parameter | null | range | of consequence from | note |
-|---|---|---|---|---|
+| parameter | title | symbol | null | range | of consequence from | meaning |
+|---|---|---|---|---|---|---|
 {table}
 
 Source: {effect.source}. Made by `flatplank effects --write docs/reference/effects`.

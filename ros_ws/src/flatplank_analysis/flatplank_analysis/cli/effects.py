@@ -10,6 +10,7 @@ from flatplank_analysis.cli import common
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.effects.registry import find, library, load_file
+from flatplank_analysis.words import line
 from flatplank_data.arguments import Parser, add_json
 from flatplank_data.wording import quantity, sized, span, table
 
@@ -49,7 +50,7 @@ def describe(effect: type[Effect]) -> dict:
         "name": effect.identifier,
         **{k: getattr(effect, k) for k in words},
         "parameters": [
-            {k: getattr(p, k) for k in ("name", "unit", "null")}
+            {k: getattr(p, k) for k in ("name", "title", "symbol", "unit", "null")}
             | {"bounds": [p.lower, p.upper]}
             | {k: getattr(p, k) for k in ("screen", "matters", "note")}
             for p in effect.parameters()
@@ -75,12 +76,16 @@ def _one(effect: type[Effect], as_json: bool) -> int:
     for key in ("what", "check", "shown_by", "removes", "source"):
         if data[key]:
             print(f"  {key.replace('_', ' ')}: {data[key]}")
-    rows = [("parameter", "null", "range", "matters")]
+    rows = [("parameter", "symbol", "null", "range", "matters")]
     for p in data["parameters"]:
         (low, high), unit = p["bounds"], p["unit"]
         null, matters = (quantity(p[k], unit, axis=(low, high)) for k in ("null", "matters"))
-        rows.append((p["name"], null, span(low, high, unit), matters if p["matters"] else "-"))
+        matters = matters if p["matters"] else "-"
+        rows.append((p["name"], p["symbol"] or "-", null, span(low, high, unit), matters))
     print(table(rows))
+    for p in effect.parameters():
+        if p.note:
+            print(f"  {line(p.name, p.word)}")
     return 0
 
 

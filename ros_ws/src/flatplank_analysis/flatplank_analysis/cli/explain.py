@@ -8,35 +8,38 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from flatplank_analysis import words
+from flatplank_analysis import effect_words, words
 from flatplank_analysis.cli import common, effects
 from flatplank_analysis.effects.registry import library
-from flatplank_analysis.slip_sweeps import effects as sweeps
+from flatplank_analysis.word import Word
 from flatplank_data.arguments import Parser, add_json
-
-
-def sweep_effects() -> dict[str, words.Word]:
-    """Effects that only sweeps show, as words."""
-    return {
-        e.identifier: words.Word(
-            e.title, f"{e.what[0].upper()}{e.what[1:]}.", e.main_parameter().unit
-        )
-        for e in sweeps.effects()
-    }
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """`flatplank explain [WORD] [--json]`."""
     parser = Parser(prog="flatplank explain", description=__doc__)
-    parser.add_argument("word", nargs="*", help="as printed: patch_order, at floor, road_play")
+    parser.add_argument(
+        "word", nargs="*", help="as printed: patch_order, at floor, road_play, gap"
+    )
     add_json(parser)
     options = parser.parse_args(argv)
     name = " ".join(options.word)
     if name in library():
         return effects.main([name, *["--json"] * options.json])
-    chosen = {name: sweep_effects().get(name) or words.explain(name)} if name else words.ALL
+    chosen = _words_of(name) if name else {**words.ALL, **effect_words.parameters()}
     if options.json:
         common.print_json({key: word._asdict() for key, word in chosen.items()})
     else:
         print("\n".join(words.line(key, word) for key, word in chosen.items()))
     return 0
+
+
+def _words_of(name: str) -> dict[str, Word]:
+    """The words of that name: of an output, of an effect, and of each parameter `effect.name`."""
+    every = {k: (k, k.partition(".")[2]) for k in effect_words.parameters()}
+    named = {k: effect_words.parameters()[k] for k, names in every.items() if name in names}
+    word = effect_words.sweep_effects().get(name) or words.known(name)
+    if word or not named:
+        others = {one for names in every.values() for one in names}
+        named = {name: word or words.explain(name, sorted(others))} | named
+    return named

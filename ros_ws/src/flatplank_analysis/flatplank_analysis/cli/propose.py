@@ -85,7 +85,7 @@ def text_of(result: Proposal, folder: str, path: Path | None) -> list[str]:
     ]
     if assured is not None and assured.confused:
         others = "; ".join(t.sentence.words() for t in assured.confused[:3])
-        lines.append(f"cannot be told apart here: {others}")
+        lines.append(f"class: {others} cannot be told from it here")
     lines += [f"doubt: {d}" for d in n["doubts"]]
     lines += [
         f"written to {path}; read it, then",

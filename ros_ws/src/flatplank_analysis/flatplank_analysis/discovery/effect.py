@@ -12,6 +12,7 @@ import numpy as np
 
 from flatplank_analysis.discovery.parameters import Parameter, parameters_of
 from flatplank_analysis.discovery.runs import RunSet
+from flatplank_analysis.word import Word
 from flatplank_data.errors import FlatplankError
 
 Kind = Literal["machine", "sensor", "tire"]
@@ -71,6 +72,12 @@ class Effect:
         """The parameter whose unit is that of the size."""
         found = [p for p in cls.parameters() if p.name == cls.main] or list(cls.parameters())
         return found[0]
+
+    @classmethod
+    def word(cls) -> Word:
+        """What it is, for people, with the unit of its size."""
+        sentence = f"{cls.what[0].upper()}{cls.what[1:].rstrip('.')}." if cls.what else ""
+        return Word(cls.title, sentence, cls.main_parameter().unit)
 
     @classmethod
     def linear(cls) -> tuple[Parameter, ...]:

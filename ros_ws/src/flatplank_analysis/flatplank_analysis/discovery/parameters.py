@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from flatplank_analysis.word import Word
+
 
 @dataclass(frozen=True)
 class Parameter:
@@ -27,10 +29,18 @@ class Parameter:
     prior: float = np.inf
     """standard deviation of the prior, around `null`"""
     note: str = ""
-    """description, or the source of its value"""
+    """sentence: what it is"""
+    title: str = ""
+    """name in words"""
+    symbol: str = ""
     known: bool = False
     """True when the parameter is known within its narrow range: it absorbs small deviations and
     hides no effect; large deviations are left to effects"""
+
+    @property
+    def word(self) -> Word:
+        """What it is, for people."""
+        return Word(self.title, self.note, self.unit, self.symbol)
 
     def at_end(self, value: float, near: float) -> bool:
         """True when a value is within `near` of an end of the range.
@@ -51,6 +61,8 @@ def param(
     matters: float = 0.0,
     prior: float = np.inf,
     note: str = "",
+    title: str = "",
+    symbol: str = "",
 ) -> Any:
     """Declare a fitted dataclass field; see `Parameter`."""
     meta = {
@@ -63,6 +75,8 @@ def param(
             matters=float(matters),
             prior=float(prior),
             note=note,
+            title=title,
+            symbol=symbol,
         )
     }
     return dataclasses.field(default=float(null), metadata=meta)

@@ -33,9 +33,13 @@ class CarcassCreep(TireProperty):
 
     share: float = param(
         0.0, unit="1", bounds=(0.0, 2.0), screen=0.1, matters=0.05,
-        note="late deflection over prompt deflection",
+        title="share of the creep", symbol="c_cr",
+        note="Late deflection over the prompt one under a constant force.",
     )  # fmt: skip
-    time: float = param(10.0, unit="s", bounds=(1.0, 60.0), note="time constant")
+    time: float = param(
+        10.0, unit="s", bounds=(1.0, 60.0),
+        title="time of the creep", symbol="τ_cr", note="Time constant of the late deflection.",
+    )  # fmt: skip
 
     @classmethod
     def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:
@@ -70,11 +74,13 @@ class CarcassLoad(TireProperty):
 
     slope: float = param(
         0.0, unit="1", bounds=(-1.0, 2.0), screen=0.2, matters=0.05,
-        note="relative change per relative change of load",
+        title="carcass stiffness over load", symbol="q_cF",
+        note="Relative change of the carcass stiffness over that of the load.",
     )  # fmt: skip
     bend: float = param(
         0.0, unit="1", bounds=(-0.6, 0.6), prior=0.3,
-        note="change with the square of the relative change of load",
+        title="carcass stiffness over load squared", symbol="q_cFF",
+        note="Relative change of the carcass stiffness over the square of that of the load.",
     )  # fmt: skip
 
     def tire(self, tire: Tire) -> None:
@@ -99,7 +105,8 @@ class CarcassPressure(TireProperty):
 
     slope: float = param(
         0.0, unit="1", bounds=(-1.0, 3.0), screen=0.2, matters=0.05,
-        note="relative change per relative change of pressure",
+        title="carcass stiffness over pressure", symbol="q_cp",
+        note="Relative change of the carcass stiffness over that of the pressure.",
     )  # fmt: skip
 
     def tire(self, tire: Tire) -> None:
@@ -123,7 +130,8 @@ class CarcassSoftening(TireProperty):
 
     soften: float = param(
         0.0, unit="1", bounds=(-0.4, 2.0), screen=0.1, matters=0.05,
-        note="relative compliance added at 4 kN",
+        title="softening of the carcass", symbol="q_cx",
+        note="Relative compliance that the carcass has gained at a force of 4 kN.",
     )  # fmt: skip
 
     def tire(self, tire: Tire) -> None:

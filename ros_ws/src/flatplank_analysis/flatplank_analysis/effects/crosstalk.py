@@ -41,10 +41,15 @@ class CrosstalkIntoFx(TireEffect):
     check = "Load the standing wheel in that direction only and read Fx."
     removes = "A full calibration matrix of the hub."
 
-    share: float = param(0.0, unit="1/m", bounds=(-20.0, 20.0), screen=1.0, matters=0.5)
+    share: float = param(
+        0.0, unit="1/m", bounds=(-20.0, 20.0), screen=1.0, matters=0.5,
+        title="crosstalk of a moment", symbol="c_xm",
+        note="Reading of Fx over the moment that causes it.",
+    )  # fmt: skip
     tared: float = param(
         0.0, unit="-", bounds=(0.0, 1.0),
-        note="1: the channel was set to zero at the start of each run",
+        title="channel set to zero", symbol="b_t",
+        note="1: the other channel was set to zero at the start of each run; 0: it was not.",
     )  # fmt: skip
 
     @classmethod
@@ -68,7 +73,11 @@ class CrosstalkFy(CrosstalkIntoFx):
     channel = "fy"
     what = "The bridge of Fx also answers to the lateral force."
 
-    share: float = param(0.0, unit="1", bounds=(-0.5, 0.5), screen=0.05, matters=0.02)
+    share: float = param(
+        0.0, unit="1", bounds=(-0.5, 0.5), screen=0.05, matters=0.02,
+        title="crosstalk of the side force", symbol="c_xy",
+        note="Reading of Fx over the side force that causes it.",
+    )  # fmt: skip
 
     @classmethod
     def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:
@@ -88,7 +97,11 @@ class CrosstalkFz(CrosstalkIntoFx):
     coordinate = "load"
     what = "The bridge of Fx also answers to the load."
 
-    share: float = param(0.0, unit="1", bounds=(-0.3, 0.3), screen=0.02, matters=0.01)
+    share: float = param(
+        0.0, unit="1", bounds=(-0.3, 0.3), screen=0.02, matters=0.01,
+        title="crosstalk of the load", symbol="c_xz",
+        note="Reading of Fx over the load that causes it.",
+    )  # fmt: skip
 
     @classmethod
     def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:
@@ -134,7 +147,11 @@ class CrosstalkFxFy(CrosstalkOfFx):
     what = "The bridge of Fy also answers to Fx, or the hub is turned about the vertical axis."
     check = "Pull the standing wheel in x only and read Fy."
 
-    share: float = param(0.0, unit="1", bounds=(-0.3, 0.3), screen=0.02, matters=0.005)
+    share: float = param(
+        0.0, unit="1", bounds=(-0.3, 0.3), screen=0.02, matters=0.005,
+        title="crosstalk of Fx", symbol="c_yx",
+        note="Reading of Fy over the longitudinal force that causes it.",
+    )  # fmt: skip
 
     def signal(self, signal: Signal) -> None:
         signal.fy = signal.fy + self.share * signal.true_fx
@@ -149,7 +166,11 @@ class CrosstalkFxFz(CrosstalkOfFx):
     what = "The bridges of Fz also answer to Fx."
     check = "Pull the standing wheel in x only and read Fz."
 
-    share: float = param(0.0, unit="1", bounds=(-0.3, 0.3), screen=0.02, matters=0.01)
+    share: float = param(
+        0.0, unit="1", bounds=(-0.3, 0.3), screen=0.02, matters=0.01,
+        title="crosstalk of Fx", symbol="c_zx",
+        note="Reading of Fz over the longitudinal force that causes it.",
+    )  # fmt: skip
 
     def tire(self, tire: Tire) -> None:
         tire.x.loss_brake -= self.per_run.share

@@ -54,7 +54,10 @@ class HubGain(TireEffect):
     check = "Pull the standing wheel with a known force."
     removes = "Recalibrate Fx."
 
-    gain: float = param(0.0, unit="1", bounds=(-0.3, 0.3), screen=0.02, matters=0.01)
+    gain: float = param(
+        0.0, unit="1", bounds=(-0.3, 0.3), screen=0.02, matters=0.01,
+        title="error of the gain", symbol="ε_F", note="Relative error of the reading of Fx.",
+    )  # fmt: skip
 
     def signal(self, signal: Signal) -> None:
         signal.fx = signal.fx * (1.0 + self.gain)
@@ -73,7 +76,11 @@ class ZeroDrift(TireEffect):
     check = "Record the standing wheel for five minutes."
     removes = "Let the amplifier warm up; tare before each run."
 
-    drift: float = param(0.0, unit="N/s", bounds=(-3.0, 3.0), screen=0.1, matters=0.04)
+    drift: float = param(
+        0.0, unit="N/s", bounds=(-3.0, 3.0), screen=0.1, matters=0.04,
+        title="drift of the zero", symbol="dF_0",
+        note="Change of the zero of Fx in a second of a run.",
+    )  # fmt: skip
 
     def signal(self, signal: Signal) -> None:
         signal.fx = signal.fx + self.drift * signal.data.runs.time
@@ -94,7 +101,8 @@ class ZeroDriftRuns(TireEffect):
 
     drift: float = param(
         0.0, unit="N", bounds=(-300.0, 300.0), screen=20.0, matters=5.0,
-        note="from the first to the last run",
+        title="drift of the zero", symbol="ΔF_0",
+        note="Change of the zero of Fx from the first to the last run.",
     )  # fmt: skip
 
     def signal(self, signal: Signal) -> None:
@@ -117,7 +125,11 @@ class ForceLag(TireEffect):
     removes = "A higher cut-off, or the same filter on the motion channels."
     order = 80
 
-    lag: float = param(0.0, unit="s", bounds=(0.0, 2.0), screen=0.05, matters=0.02)
+    lag: float = param(
+        0.0, unit="s", bounds=(0.0, 2.0), screen=0.05, matters=0.02,
+        title="lag of the force", symbol="τ_F",
+        note="Time constant of the low-pass in the channel of Fx.",
+    )  # fmt: skip
 
     @classmethod
     def starts(cls) -> tuple[float, ...]:
@@ -149,7 +161,8 @@ class TimeSkew(TireEffect):
 
     skew: float = param(
         0.0, unit="s", bounds=(-1.0, 1.0), screen=0.05, matters=0.02,
-        note="the force comes later by this",
+        title="skew of the clocks", symbol="Δt",
+        note="Time by which the force is recorded later than the motion.",
     )  # fmt: skip
 
     def signal(self, signal: Signal) -> None:

@@ -32,10 +32,26 @@ class FreeLaw(TireEffect):
     check = "Nothing to check on the machine."
     removes = "A table of the steady force, or another law."
 
-    at_1: float = param(0.0, unit="1", bounds=(-0.4, 0.4), screen=0.02, matters=0.01)
-    at_2: float = param(0.0, unit="1", bounds=(-0.4, 0.4), screen=0.02)
-    at_5: float = param(0.0, unit="1", bounds=(-0.4, 0.4), screen=0.02)
-    at_10: float = param(0.0, unit="1", bounds=(-0.4, 0.4), screen=0.02)
+    at_1: float = param(
+        0.0, unit="1", bounds=(-0.4, 0.4), screen=0.02, matters=0.01,
+        title="law at 1 %", symbol="q_1",
+        note="Relative change of the steady force at a contact slip of 1 %.",
+    )  # fmt: skip
+    at_2: float = param(
+        0.0, unit="1", bounds=(-0.4, 0.4), screen=0.02,
+        title="law at 2 %", symbol="q_2",
+        note="Relative change of the steady force at a contact slip of 2 %.",
+    )  # fmt: skip
+    at_5: float = param(
+        0.0, unit="1", bounds=(-0.4, 0.4), screen=0.02,
+        title="law at 5 %", symbol="q_5",
+        note="Relative change of the steady force at a contact slip of 5 %.",
+    )  # fmt: skip
+    at_10: float = param(
+        0.0, unit="1", bounds=(-0.4, 0.4), screen=0.02,
+        title="law at 10 %", symbol="q_10",
+        note="Relative change of the steady force at a contact slip of 10 %.",
+    )  # fmt: skip
 
     @classmethod
     def size(cls, values: dict[str, float]) -> float:
@@ -60,7 +76,11 @@ class SlipDefinition(TireEffect):
     check = "Nothing to check on the machine."
     removes = "The base fits it already."
 
-    more: float = param(0.0, unit="1", bounds=(-1.5, 1.5), screen=0.3, matters=0.2)
+    more: float = param(
+        0.0, unit="1", bounds=(-1.5, 1.5), screen=0.3, matters=0.2,
+        title="change of the definition of slip", symbol="q_d",
+        note="Change of the number `denom` of the base.",
+    )  # fmt: skip
 
     def tire(self, tire: Tire) -> None:
         tire.x.denom += self.per_run.more
@@ -82,7 +102,8 @@ class SlidingFriction(TireEffect):
 
     drop: float = param(
         0.0, unit="1", bounds=(-0.5, 0.9), screen=0.05, matters=0.02,
-        note="loss of friction far above 5 % of 0.03 m/s",
+        title="loss of friction by sliding", symbol="q_v",
+        note="Relative loss of friction at a sliding speed far above 1.5 mm/s.",
     )  # fmt: skip
 
     @classmethod
@@ -106,8 +127,11 @@ class CombinedSlip(TireProperty):
     shown_by = "Runs at 5 deg of side slip."
 
     share: float = param(
-        0.0, unit="1", bounds=(0.0, 2.0), screen=0.3, matters=0.1, note="1: isotropic patch"
-    )
+        0.0, unit="1", bounds=(0.0, 2.0), screen=0.3, matters=0.1,
+        title="interaction of the slips", symbol="λ_xy",
+        note="Share of the slip of one direction that counts in the other; 1: the patch is alike "
+             "in all directions.",
+    )  # fmt: skip
 
     def tire(self, tire: Tire) -> None:
         tire.x.other_slip += self.per_run.share
@@ -123,7 +147,7 @@ class LessWhenBraking(TireEffect):
 
     less: float = param(
         0.0, unit="1", bounds=(-0.4, 0.4), screen=0.04, matters=0.01,
-        note="relative loss when braking",
+        title="loss in braking", symbol="q_b", note="Relative loss in braking, beside driving.",
     )  # fmt: skip
 
 

@@ -22,7 +22,7 @@ class Gap(TireEffect):
 
     gap: float = param(
         0.0, unit="m", bounds=(0.0, 3e-3), screen=3e-4, matters=1e-4,
-        note="lost motion at the road",
+        title="gap", symbol="δ", note="Lost motion at the road.",
     )  # fmt: skip
 
     @classmethod
@@ -102,14 +102,18 @@ class RackBacklash(Gap):
 
     rest: float = param(
         0.0, unit="-", bounds=(-1.0, 1.0),
-        note="held plank: where in the gap a run starts, -1 braking side, +1 driving side",
+        title="place in the gap", symbol="r_0",
+        note="Held plank: where in the gap a run begins; -1: braking side, +1: driving side.",
     )  # fmt: skip
     at: float = param(
-        0.0, unit="N", bounds=(-150.0, 150.0), note="held plank: force at which it moves"
-    )
+        0.0, unit="N", bounds=(-150.0, 150.0),
+        title="force of the crossing", symbol="F_δ", note="Held plank: force at which it moves.",
+    )  # fmt: skip
     held_fast: float = param(
-        0.0, unit="-", bounds=(0.0, 1.0), note="1: the friction of the bearings holds the plank"
-    )
+        0.0, unit="-", bounds=(0.0, 1.0),
+        title="held plank", symbol="b_h",
+        note="1: the friction of the bearings holds the plank; 0: it does not.",
+    )  # fmt: skip
 
     @classmethod
     def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:
@@ -154,15 +158,20 @@ class RoadPlay(Gap):
 
     rest: float = param(
         0.0, unit="-", bounds=(-1.0, 1.0),
-        note="where in the gap a run starts: -1 braking, +1 driving side; with kept the first",
+        title="place in the gap", symbol="r_0",
+        note="Where in the gap a run begins; -1: braking side, +1: driving side; with `kept` the "
+             "first run.",
     )  # fmt: skip
     at: float = param(
         0.0, unit="N", bounds=(-150.0, 150.0),
-        note="force at which it moves: dry friction of the plate",
+        title="force of the crossing", symbol="F_δ",
+        note="Force at which the plate moves: its dry friction.",
     )  # fmt: skip
     kept: float = param(
         0.0, unit="-", bounds=(0.0, 1.0),
-        note="1: a run starts where the one before it left the plank, held by dry friction",
+        title="kept place", symbol="b_k",
+        note="1: a run begins where the one before it left the plank, held by dry friction; 0: "
+             "each run begins at `rest`.",
     )  # fmt: skip
 
     @classmethod
@@ -201,7 +210,10 @@ class SupportPlayY(TireEffect):
     check = "Dial gauge at the support, push sideways."
     removes = "New bearings of the rotation support."
 
-    gap: float = param(0.0, unit="m", bounds=(0.0, 6e-3), screen=5e-4, matters=2e-4)
+    gap: float = param(
+        0.0, unit="m", bounds=(0.0, 6e-3), screen=5e-4, matters=2e-4,
+        title="side play", symbol="δ_y", note="Sideways play of the support.",
+    )  # fmt: skip
 
     def tire(self, tire: Tire) -> None:
         tire.y.play += self.per_run.gap
@@ -224,7 +236,8 @@ class SupportPlayZ(TireEffect):
 
     gap: float = param(
         0.0, unit="m", bounds=(-2e-3, 2e-3), screen=2e-4, matters=1e-4,
-        note="change of axle height",
+        title="play in height", symbol="δ_z",
+        note="Change of the axle height between braking and driving.",
     )  # fmt: skip
 
     def signal(self, signal: Signal) -> None:

@@ -31,11 +31,13 @@ class LoadLossBraking(TireEffect):
 
     loss: float = param(
         0.0, unit="1", bounds=(-0.05, 0.2), screen=0.02, matters=0.01,
-        note="load lost per braking force",
+        title="loss of load", symbol="q_F", note="Load that is lost over the braking force.",
     )  # fmt: skip
     seen: float = param(
-        1.0, unit="-", bounds=(0.0, 1.0), note="1: the load channel shows it, 0: it does not"
-    )
+        1.0, unit="-", bounds=(0.0, 1.0),
+        title="seen by the hub", symbol="b_s",
+        note="1: the load channel shows the loss; 0: it does not.",
+    )  # fmt: skip
 
     @classmethod
     def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:
@@ -76,7 +78,8 @@ class MeasuredLoad(TireEffect):
 
     share: float = param(
         0.0, unit="1", bounds=(-1.0, 2.0), screen=0.5, matters=0.3,
-        note="share of the measured change that is not there",
+        title="share that does not act", symbol="q_m",
+        note="Share of the measured change of the load that is not there.",
     )  # fmt: skip
 
     @classmethod
@@ -104,7 +107,12 @@ class RollingResistance(TireProperty):
     check = "Nothing to check on the machine."
     shown_by = "Free-rolling runs at three loads."
 
-    share: float = param(0.0, unit="1", bounds=(-0.05, 0.05), screen=0.005, matters=0.002)
+    share: float = param(
+        0.0, unit="1", bounds=(-0.05, 0.05), screen=0.005, matters=0.002,
+        title="rolling resistance", symbol="f_r",
+        note="Braking force of the rolling tire over the load, beside the constant one of the "
+             "base.",
+    )  # fmt: skip
 
     def signal(self, signal: Signal) -> None:
         data = signal.data

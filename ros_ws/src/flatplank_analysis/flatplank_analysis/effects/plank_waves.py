@@ -67,9 +67,20 @@ class LoadUndulation(Wave):
     shown_by = "A reversed run: the places stay."
     removes = "Level the plank; measure the load at the contact."
 
-    cos: float = param(0.0, unit="1", bounds=(-0.2, 0.2), screen=0.02, matters=0.005)
-    sin: float = param(0.0, unit="1", bounds=(-0.2, 0.2), screen=0.02, matters=0.005)
-    period: float = param(0.5, unit="m", bounds=(0.08, 2.5), note="in plank travel")
+    cos: float = param(
+        0.0, unit="1", bounds=(-0.2, 0.2), screen=0.02, matters=0.005,
+        title="cosine part", symbol="a_c",
+        note="Cosine part over the plank position of the relative wave of the load.",
+    )  # fmt: skip
+    sin: float = param(
+        0.0, unit="1", bounds=(-0.2, 0.2), screen=0.02, matters=0.005,
+        title="sine part", symbol="a_s",
+        note="Sine part over the plank position of the relative wave of the load.",
+    )  # fmt: skip
+    period: float = param(
+        0.5, unit="m", bounds=(0.08, 2.5),
+        title="period", symbol="λ", note="Plank travel of one wave.",
+    )  # fmt: skip
 
     @classmethod
     def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:
@@ -104,9 +115,20 @@ class MeshRipple(Wave):
     shown_by = "A run at zero slip: 200 N per mm."
     removes = "New pinion or rack; or the position of the plank from its own encoder."
 
-    cos: float = param(0.0, unit="m", bounds=(-2e-3, 2e-3), screen=5e-5, matters=2e-5)
-    sin: float = param(0.0, unit="m", bounds=(-2e-3, 2e-3), screen=5e-5, matters=2e-5)
-    period: float = param(0.1, unit="m", bounds=(1.0 / SHORTEST, 1.2), note="in plank travel")
+    cos: float = param(
+        0.0, unit="m", bounds=(-2e-3, 2e-3), screen=5e-5, matters=2e-5,
+        title="cosine part", symbol="x_c",
+        note="Cosine part over the plank position of the wave of the plank beside its encoder.",
+    )  # fmt: skip
+    sin: float = param(
+        0.0, unit="m", bounds=(-2e-3, 2e-3), screen=5e-5, matters=2e-5,
+        title="sine part", symbol="x_s",
+        note="Sine part over the plank position of the wave of the plank beside its encoder.",
+    )  # fmt: skip
+    period: float = param(
+        0.1, unit="m", bounds=(1.0 / SHORTEST, 1.2),
+        title="period", symbol="λ", note="Plank travel of one wave.",
+    )  # fmt: skip
 
     @classmethod
     def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:

@@ -38,7 +38,11 @@ class RoadSpeedError(TireEffect):
     )
     removes = "The right pinion pitch radius in the parameters."
 
-    error: float = param(0.0, unit="1", bounds=(-0.02, 0.02), screen=1e-3, matters=5e-4)
+    error: float = param(
+        0.0, unit="1", bounds=(-0.02, 0.02), screen=1e-3, matters=5e-4,
+        title="error of the road speed", symbol="ε_V",
+        note="Travel of the plank beyond that of its encoder, as a share of it.",
+    )  # fmt: skip
 
     def motion(self, motion: Motion) -> None:
         motion.travel *= 1.0 + self.error
@@ -61,7 +65,8 @@ class SpeedDroop(TireEffect):
 
     give: float = param(
         0.0, unit="1/N", bounds=(0.0, 4e-6), screen=4e-7, matters=2e-7,
-        note="relative speed per force",
+        title="droop", symbol="k_V",
+        note="Relative change of the plank speed over the force of the tire.",
     )  # fmt: skip
 
     def tire(self, tire: Tire) -> None:
@@ -83,7 +88,8 @@ class Wear(TireEffect):
 
     loss: float = param(
         0.0, unit="1", bounds=(-0.3, 0.5), screen=0.02, matters=0.01,
-        note="friction lost from the first to the last run",
+        title="loss of friction", symbol="q_w",
+        note="Relative loss of friction from the first to the last run.",
     )  # fmt: skip
 
     def tire(self, tire: Tire) -> None:
@@ -108,14 +114,22 @@ class WornPatch(TireEffect):
 
     depth: float = param(
         0.0, unit="1", bounds=(0.0, 0.7), screen=0.05, matters=0.01,
-        note="largest relative loss of friction; of a patch shorter than the contact only this "
-             "is seen, not the loss of the paper itself",
+        title="depth", symbol="q_p",
+        note="Largest relative loss of friction; of a patch shorter than the contact only this "
+             "is seen, not the loss of the paper itself.",
     )  # fmt: skip
-    position: float = param(2.0, unit="m", bounds=(0.0, 4.2))
-    width: float = param(0.2, unit="m", bounds=(0.03, 0.8))
+    position: float = param(
+        2.0, unit="m", bounds=(0.0, 4.2),
+        title="place", symbol="x_p", note="Plank position of the middle of the patch.",
+    )  # fmt: skip
+    width: float = param(
+        0.2, unit="m", bounds=(0.03, 0.8),
+        title="length", symbol="l_p", note="Length of the patch along the plank.",
+    )  # fmt: skip
     blur: float = param(
         0.04, unit="m", bounds=(0.005, 0.1),
-        note="half length over which an edge comes in: that of the contact, or sharper",
+        title="length of an edge", symbol="l_e",
+        note="Half the length over which an edge comes in: that of the contact, or sharper.",
     )  # fmt: skip
 
     @classmethod

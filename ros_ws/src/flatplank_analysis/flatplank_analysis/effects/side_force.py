@@ -26,7 +26,8 @@ class CamberThrust(TireProperty):
 
     share: float = param(
         0.0, unit="1", bounds=(-0.5, 0.5), screen=0.05, matters=0.01,
-        note="equivalent slip angle per camber",
+        title="camber thrust", symbol="ε_γ",
+        note="Slip angle that gives the same side force, over the camber.",
     )  # fmt: skip
 
     def motion(self, motion: Motion) -> None:
@@ -49,7 +50,7 @@ class Conicity(TireProperty):
 
     share: float = param(
         0.0, unit="1", bounds=(-0.05, 0.05), screen=0.003, matters=0.002,
-        note="lateral force per load while rolling",
+        title="conicity", symbol="q_y", note="Side force over load of the rolling tire.",
     )  # fmt: skip
 
     def signal(self, signal: Signal) -> None:
@@ -74,7 +75,9 @@ class PlySteer(TireProperty):
 
     angle: float = param(
         0.0, unit="rad", bounds=(-0.02, 0.02), screen=1e-3, matters=PROTRACTOR,
-        note="less is within what the base allows the protractor",
+        title="angle of the plies", symbol="α_p",
+        note="Slip angle by which the plies steer; less is within what the base allows the "
+             "protractor.",
     )  # fmt: skip
 
     def motion(self, motion: Motion) -> None:
@@ -100,7 +103,9 @@ class SteeringZero(TireEffect):
 
     zero: float = param(
         0.0, unit="rad", bounds=(-0.05, 0.05), screen=2e-3, matters=PROTRACTOR,
-        note="less is within what the base allows the protractor",
+        title="zero of the steering", symbol="α_0",
+        note="Steering angle at the reading of zero; less is within what the base allows the "
+             "protractor.",
     )  # fmt: skip
 
     def motion(self, motion: Motion) -> None:
@@ -124,7 +129,7 @@ class SteeringPlay(TireEffect):
 
     play: float = param(
         0.0, unit="rad", bounds=(0.0, 0.03), screen=1.7e-3, matters=5e-4,
-        note="half of the free angle",
+        title="half of the play", symbol="δ_α", note="Half of the free angle of the steering.",
     )  # fmt: skip
 
     def tire(self, tire: Tire) -> None:

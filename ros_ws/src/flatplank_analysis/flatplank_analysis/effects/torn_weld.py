@@ -37,10 +37,14 @@ class TornWeld(TireEffect):
     )
     removes = "A new shaft, driven by a key instead of a weld."
 
-    gap: float = param(0.0, unit="m", bounds=(0.0, 8e-3), screen=3e-4, matters=1e-4)
+    gap: float = param(
+        0.0, unit="m", bounds=(0.0, 8e-3), screen=3e-4, matters=1e-4,
+        title="jump", symbol="δ", note="Way of the jump that the encoder does not show.",
+    )  # fmt: skip
     hold: float = param(
-        1500.0, unit="N", bounds=(100.0, 9000.0), note="driving force that the crack holds"
-    )
+        1500.0, unit="N", bounds=(100.0, 9000.0),
+        title="holding force", symbol="F_h", note="Driving force that the crack holds.",
+    )  # fmt: skip
 
     @classmethod
     def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:

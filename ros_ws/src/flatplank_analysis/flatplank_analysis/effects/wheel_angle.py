@@ -23,10 +23,26 @@ class TurningForce(TireEffect):
 
     coordinate = "wheel angle"
 
-    fx_cos: float = param(0.0, unit="N", bounds=(-500.0, 500.0), screen=20.0, matters=5.0)
-    fx_sin: float = param(0.0, unit="N", bounds=(-500.0, 500.0), screen=20.0, matters=5.0)
-    fz_cos: float = param(0.0, unit="N", bounds=(-500.0, 500.0), screen=20.0)
-    fz_sin: float = param(0.0, unit="N", bounds=(-500.0, 500.0), screen=20.0)
+    fx_cos: float = param(
+        0.0, unit="N", bounds=(-500.0, 500.0), screen=20.0, matters=5.0,
+        title="cosine part in x", symbol="F_xc",
+        note="Cosine part over the wheel angle of the wave of Fx.",
+    )  # fmt: skip
+    fx_sin: float = param(
+        0.0, unit="N", bounds=(-500.0, 500.0), screen=20.0, matters=5.0,
+        title="sine part in x", symbol="F_xs",
+        note="Sine part over the wheel angle of the wave of Fx.",
+    )  # fmt: skip
+    fz_cos: float = param(
+        0.0, unit="N", bounds=(-500.0, 500.0), screen=20.0,
+        title="cosine part in z", symbol="F_zc",
+        note="Cosine part over the wheel angle of the wave of Fz.",
+    )  # fmt: skip
+    fz_sin: float = param(
+        0.0, unit="N", bounds=(-500.0, 500.0), screen=20.0,
+        title="sine part in z", symbol="F_zs",
+        note="Sine part over the wheel angle of the wave of Fz.",
+    )  # fmt: skip
 
     @classmethod
     def size(cls, values: dict[str, float]) -> float:
@@ -127,12 +143,19 @@ class RunOut(Wave):
 
     cos: float = param(
         0.0, unit="m", bounds=(-3e-3, 3e-3), screen=2e-4, matters=5e-5,
-        note="amplitude of the rolling radius",
+        title="cosine part", symbol="r_c",
+        note="Cosine part over the wheel angle of the wave of the rolling radius.",
     )  # fmt: skip
-    sin: float = param(0.0, unit="m", bounds=(-3e-3, 3e-3), screen=2e-4, matters=5e-5)
+    sin: float = param(
+        0.0, unit="m", bounds=(-3e-3, 3e-3), screen=2e-4, matters=5e-5,
+        title="sine part", symbol="r_s",
+        note="Sine part over the wheel angle of the wave of the rolling radius.",
+    )  # fmt: skip
     radial: float = param(
         0.0, unit="N/m", bounds=(-2e6, 2e6),
-        note="load per change of rolling radius; that changes by a third of the run-out or less",
+        title="radial stiffness", symbol="c_r",
+        note="Change of the load over that of the rolling radius; the radius changes by a third "
+             "of the run-out or less.",
     )  # fmt: skip
 
     def motion(self, motion: Motion) -> None:

@@ -4,7 +4,7 @@ without consequence."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -64,13 +64,19 @@ def answer_of(posterior: Posterior, held: int) -> Answer:
 def _effect(posterior: Posterior, index: int) -> AcceptedEffect | None:
     """An effect of the likeliest set with its class; None when they are not probable enough."""
     best = posterior.best
-    term = best.fit.terms[index]
     rivals = posterior.rivals(best, index)
-    members = {term.effect.identifier, *(r.name for r in rivals if not r.excluded)}
-    probability = posterior.in_set(members, _rank(posterior, index, members))
+    probability = probability_of(posterior, index, [r.name for r in rivals if not r.excluded])
     if probability < NAMED:
         return None
     return AcceptedEffect(decision_of(posterior, best, index, probability), rivals)
+
+
+def probability_of(posterior: Posterior, index: int, others: Sequence[str]) -> float:
+    """Probability that an effect of the likeliest set, or one of the others in its place, is
+    there; an effect that is sure by itself is as sure beside others of its class."""
+    own = {posterior.best.names[index]}
+    claims = (own, own.union(others))
+    return max(posterior.in_set(names, _rank(posterior, index, names)) for names in claims)
 
 
 def _rank(posterior: Posterior, index: int, members: set[str]) -> int:
@@ -78,7 +84,7 @@ def _rank(posterior: Posterior, index: int, members: set[str]) -> int:
     so many must be there for this one to be."""
     best = posterior.best
     sure = [abs(size) / spread for size, spread in best.sizes]
-    own = [i for i, t in enumerate(best.fit.terms) if t.effect.identifier in members]
+    own = [i for i, name in enumerate(best.names) if name in members]
     return sum(sure[i] >= sure[index] for i in own)
 
 
@@ -135,11 +141,12 @@ def runners_up(answer: Answer) -> Iterator[str]:
     flat = {f.decision.term.effect.identifier for f in answer.flat}
     for name, p in answer.posterior.marginal.items():
         if name in flat - named:
-            yield f"{name}: {probability_words(p)}, but {FLAT}: not named"
+            there = f"{name}: {probability_words(p)} that it is there"
+            yield f"{there}, but {FLAT}, so it is no cause of the error"
         elif name not in named and p > MEMBER:
             why = _against(answer.posterior, name)
-            below = f", below {NAMED:g}" if p < NAMED else ""
-            yield f"{name}: {probability_words(p)}{below}: not named; {why}"
+            short = f", below {NAMED:g}" if p < NAMED else " in all sets, but not in the likeliest"
+            yield f"{name}: {probability_words(p)}{short}: not named; {why}"
 
 
 def _against(posterior: Posterior, name: str) -> str:

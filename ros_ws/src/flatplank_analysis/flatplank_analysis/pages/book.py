@@ -6,19 +6,22 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import matplotlib
 import numpy as np
 from jinja2 import Environment, FileSystemLoader
-from markupsafe import Markup
+from markupsafe import Markup, escape
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator
 
+from flatplank_analysis import words
 from flatplank_analysis.pages.csv_text import csv_text
+from flatplank_analysis.word import Word
 from flatplank_data.files import write_atomic
 
 HERE = Path(__file__).parent
@@ -65,10 +68,27 @@ class Book:
         return Picture(name, _inline(text, name), href, wide)
 
 
-def write_page(page: Path, template: str, folder: Path, **values: Any) -> Path:
-    """Write a page by a template of a folder, which extends `base.html.j2`; returns the page."""
+def hover(name: str, own: Mapping[str, Word] = {}) -> Markup:
+    """A word with its sentence as hover text; a text that is no word as it is.
+
+    own: words beside those of the glossary.
+    """
+    word = own.get(name) or words.known(name)
+    if word is None:
+        return escape(name)
+    return Markup('<abbr title="{}">{}</abbr>').format(words.told(word), name)
+
+
+def write_page(
+    page: Path, template: str, folder: Path, own_words: Mapping[str, Word] = {}, **values: Any
+) -> Path:
+    """Write a page by a template of a folder, which extends `base.html.j2`; returns the page.
+
+    own_words: those of the filter `word` beside the glossary, such as names of effects.
+    """
     places = FileSystemLoader([folder, HERE])
     environment = Environment(loader=places, autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    environment.filters["word"] = partial(hover, own=own_words)
     values = {"parts": (), "about": "", **values}
     write_atomic(page, environment.get_template(template).render(**values), durable=False)
     return page

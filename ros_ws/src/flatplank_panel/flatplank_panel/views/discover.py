@@ -12,12 +12,13 @@ from urllib.parse import quote, urlencode
 
 from nicegui import ui
 
+from flatplank_analysis.words import sentence
 from flatplank_data.wording import one_of
 from flatplank_panel.analysis.client import ConsentNeeded
 from flatplank_panel.service import PageAnalysis
 from flatplank_panel.signals import CHANNELS, OVER
 from flatplank_panel.views import charts
-from flatplank_panel.views.page import Page, sentence
+from flatplank_panel.views.page import Page
 from flatplank_panel.views.proposal import ProposalCard
 
 WORDS = (

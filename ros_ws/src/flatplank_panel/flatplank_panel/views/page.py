@@ -11,7 +11,7 @@ from typing import Any
 
 from nicegui import binding, ui
 
-from flatplank_analysis.words import explain
+from flatplank_analysis.words import sentence
 from flatplank_panel.operator import Operator
 from flatplank_panel.service import AnalysisService
 from flatplank_panel.views.described import described
@@ -21,12 +21,6 @@ EXPORTS = {
     "png": "Save the chart as a picture",
 }
 """function of export.js -> what it does"""
-
-
-def sentence(name: str) -> str:
-    """A word of the glossary with its sentence."""
-    word = explain(name)
-    return f"{word.title}: {word.sentence}"
 
 
 class Page:

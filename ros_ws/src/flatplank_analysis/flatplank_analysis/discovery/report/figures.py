@@ -22,6 +22,10 @@ from flatplank_analysis.discovery.where import Map
 from flatplank_data.wording import axis_of, probability_words, with_unit
 
 BLUE, ORANGE, GREY, GREEN = "#2b6cb0", "#c05621", "#718096", "#2f855a"
+BEFORE: Mapping[str, Any] = {"color": "#d55e00", "ls": (0, (4, 1.5))}
+AFTER: Mapping[str, Any] = {"color": "#12406e", "ls": "-"}
+"""lines before and after a change: they differ in hue, for the colour-blind too, in lightness, for
+print and dark pages, and in dashes"""
 COLORS = {"machine": BLUE, "sensor": GREEN, "tire": ORANGE}
 
 
@@ -102,13 +106,13 @@ def before_and_after(search: Search) -> Figure:
     factor, label = axis_of(name, coordinate.unit, place[[0, -1]])
     place = factor * place
     figure, curves, rest = with_rest(runs, runs.condition_names[runs.condition[r]], label)
-    curves.plot(place, runs.measured[0, r], color="black", lw=0.8, label="measured")
-    rest.axhspan(-floor, floor, color=ORANGE, alpha=0.25, lw=0.0, label="floor of the condition")
+    curves.plot(place, runs.measured[0, r], color=GREY, alpha=0.5, lw=3.0, label="measured")
+    show_floor(rest, floor, "floor of the condition")
     told = "with its effects" if first.fit.terms else "base alone"
-    for residual, color, which in ((left[0], GREY, told), (left[1], BLUE, "with what was found")):
+    for residual, style, which in ((left[0], BEFORE, told), (left[1], AFTER, "with what was found")):
         error = runs.amount(float(np.sqrt(np.mean(residual[r] ** 2))))
-        curves.plot(place, runs.measured[0, r] - residual[r], color=color, lw=1.4, label=which)
-        rest.plot(place, residual[r], color=color, lw=0.9, label=f"{which}: {error}")
+        curves.plot(place, runs.measured[0, r] - residual[r], **style, lw=1.4, label=which)
+        rest.plot(place, residual[r], **style, lw=0.9, label=f"{which}: {error}")
     legends_beside(curves, rest)
     return figure
 
@@ -124,6 +128,11 @@ def with_rest(runs: RunSet, title: str, place: str) -> tuple[Figure, Axes, Axes]
     for axes in (curves, rest):
         clean(axes)
     return figure, curves, rest
+
+
+def show_floor(axes: Axes, floor: float, label: str) -> None:
+    """A band between minus and plus the floor."""
+    axes.axhspan(-floor, floor, color=GREY, alpha=0.25, lw=0.0, label=label)
 
 
 def legends_beside(*panels: Axes) -> None:

@@ -58,8 +58,9 @@ def write_report(
     tasks = result.tasks(campaign)
     parts = [(key, name) for key, name in PARTS.items() if tasks or key != "to-do"]
     page = folder / "index.html"
-    return write_page(page, "diagnosis.html.j2", HERE, campaign=campaign, about=about, tasks=tasks,
-                      parts=parts, **content)  # fmt: skip
+    named = {e.identifier: e.word() for e in search.effects}
+    return write_page(page, "diagnosis.html.j2", HERE, named, campaign=campaign, about=about,
+                      tasks=tasks, parts=parts, **content)  # fmt: skip
 
 
 def _content(

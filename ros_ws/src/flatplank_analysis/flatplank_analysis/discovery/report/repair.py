@@ -7,11 +7,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from flatplank_analysis.discovery.report.figures import (
-    BLUE,
-    GREY,
-    ORANGE,
+    AFTER,
+    BEFORE,
     legends_beside,
     place_of,
+    show_floor,
     with_rest,
 )
 from flatplank_analysis.discovery.state import State
@@ -28,14 +28,14 @@ def figure_of_repair(before: State, after: State) -> Figure:
     figure, curves, rest = with_rest(runs, condition, label)
     number = runs.condition_names.index(condition)
     floor = after.floors[0].by_condition[number]
-    rest.axhspan(-floor, floor, color=ORANGE, alpha=0.25, lw=0.0, label="floor after")
-    for state, color, when in ((before, GREY, "before"), (after, BLUE, "after")):
+    show_floor(rest, floor, "floor after")
+    for state, style, when in ((before, BEFORE, "before"), (after, AFTER, "after")):
         rows = state.runs.groups[state.runs.condition_names.index(condition)]
         place = factor * place_of(state.runs)[1].values[rows].mean(axis=0)
         error = runs.amount(float(np.sqrt(np.mean(state.residual[0, rows] ** 2))))
-        curves.plot(place, state.runs.measured[0, rows].mean(axis=0), color=color, label=when)
+        curves.plot(place, state.runs.measured[0, rows].mean(axis=0), **style, label=when)
         left = state.residual[0, rows].mean(axis=0)
-        rest.plot(place, left, color=color, lw=0.9, label=f"{when}: {error}")
+        rest.plot(place, left, **style, lw=0.9, label=f"{when}: {error}")
     legends_beside(curves, rest)
     return figure
 

@@ -34,7 +34,7 @@ def text_of(result: Diagnosis, folder: str = "DIR") -> str:
         ]
     if runs is not None and result.verdict in ("none of these", "partly"):
         for m in result.maps[:3]:
-            lines.append(f"left over {m.coordinate}: {m.words()}")
+            lines.append(f"residual over {m.coordinate}: {m.words()}")
         for event in result.events[:3]:
             place = span(event.start, event.end, runs.coordinates[event.coordinate].unit)
             level, who = runs.amount(event.level, 0), "; ".join(event.conditions)
@@ -74,7 +74,7 @@ def _errors(result: Diagnosis, runs: RunSet) -> Iterator[str]:
     )
     worst = max(result.conditions, key=lambda c: c["floors"])
     yield (
-        f"furthest above its own floor: {worst['condition']}: {with_unit(worst['rmse'])}, "
+        f"worst condition: {worst['condition']}: {with_unit(worst['rmse'])}, "
         f"{worst['floors']:.1f} times its floor of {with_unit(worst['floor'])}"
     )
     yield f"the floor is from {result.source.words()}"
@@ -84,10 +84,10 @@ def _errors(result: Diagnosis, runs: RunSet) -> Iterator[str]:
     stretch = ""
     if any(c.local and c.unit == "m" for c in runs.coordinates.values()):
         stretch = (
-            f", {runs.amount(limits.stretch, 0)} within 5 cm, {runs.amount(limits.bump, 0)} as a "
-            f"longer bump, {runs.amount(limits.wave, 0)} as a wave"
+            f", {runs.amount(limits.stretch, 0)} within 5 cm, {runs.amount(limits.bump, 0)} in a "
+            f"longer bump or {runs.amount(limits.wave, 0)} in a wave"
         )
     yield (
-        f"of consequence is what is left above {with_unit(limits.rest)} in the mean{stretch}, or "
-        f"an error above {with_unit(limits.error)} beside what was found"
+        f"of consequence: a residual of {with_unit(limits.rest)} in the mean{stretch}; with what "
+        f"was found, an error of {with_unit(limits.error)}"
     )

@@ -26,7 +26,11 @@ class Conicity(SweepEffect):
     what = "a conical tire pushes to its larger side, as camber does"
     check = "mount the tire the other way round: the force turns its sign"
     removes = "fit PVY1 and PVY2"
-    share: float = param(0.0, unit="1", bounds=(-0.2, 0.2), screen=0.005, matters=0.001)
+    share: float = param(
+        0.0, unit="1", bounds=(-0.2, 0.2), screen=0.005, matters=0.001,
+        title="conicity", symbol="q_y",
+        note="Side force over load of the tire that rolls straight.",
+    )  # fmt: skip
 
     def bench(self, s: Any) -> None:
         s.force = s.force + self.share * s.fz
@@ -48,7 +52,10 @@ class PlySteer(SweepEffect):
     what = "the outermost ply steers the tire; a slip angle with a wrong zero looks the same"
     check = "turn the wheel round: ply steer keeps its sign"
     removes = "fit PHY1, or correct the zero of the steering angle"
-    angle: float = param(0.0, unit="rad", bounds=(-0.05, 0.05), screen=0.001, matters=0.0002)
+    angle: float = param(
+        0.0, unit="rad", bounds=(-0.05, 0.05), screen=0.001, matters=0.0002,
+        title="angle of the plies", symbol="α_p", note="Slip angle by which the plies steer.",
+    )  # fmt: skip
 
     def tire(self, s: Any) -> None:
         s.alpha = s.alpha + self.angle

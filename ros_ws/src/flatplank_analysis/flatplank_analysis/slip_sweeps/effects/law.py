@@ -28,8 +28,16 @@ class LawOverLoad(SweepEffect):
     what = "the tire is in order; its forces follow the load otherwise than the equations"
     check = "nothing to check on the bench"
     removes = "use the file between the measured loads alone, or another law"
-    stiffness: float = param(0.0, unit="1", bounds=(-2.0, 2.0), screen=0.02, matters=0.01)
-    grip: float = param(0.0, unit="1", bounds=(-1.0, 1.0), screen=0.02, matters=0.01)
+    stiffness: float = param(
+        0.0, unit="1", bounds=(-2.0, 2.0), screen=0.02, matters=0.01,
+        title="slip stiffness over load squared", symbol="q_K",
+        note="Relative change of the slip stiffness over the square of that of the load.",
+    )  # fmt: skip
+    grip: float = param(
+        0.0, unit="1", bounds=(-1.0, 1.0), screen=0.02, matters=0.01,
+        title="friction over load squared", symbol="q_μ",
+        note="Relative change of the friction over the square of that of the load.",
+    )  # fmt: skip
 
     def tire(self, s: Any) -> None:
         more = (s.fz / s.nominal.FNOMIN - 1.0) ** 2

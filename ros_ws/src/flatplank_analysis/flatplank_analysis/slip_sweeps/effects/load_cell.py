@@ -25,7 +25,11 @@ class ZeroDrift(SweepEffect):
     what = "the zero of a warming load cell creeps"
     check = "record the unloaded wheel before and after"
     removes = "tare before each sweep"
-    rate: float = param(0.0, unit="N/s", bounds=(-5.0, 5.0), screen=0.02, matters=0.005)
+    rate: float = param(
+        0.0, unit="N/s", bounds=(-5.0, 5.0), screen=0.02, matters=0.005,
+        title="drift of the zero", symbol="dF_0",
+        note="Change of the zero of the force in a second.",
+    )  # fmt: skip
 
     def bench(self, s: Any) -> None:
         s.force = s.force + self.rate * s.above("time")
@@ -47,7 +51,11 @@ class Crosstalk(SweepEffect):
     what = "a load cell that is turned shows a part of the load"
     check = "load the standing wheel on a free plate: only Fz may change"
     removes = "calibrate the crosstalk of the hub"
-    share: float = param(0.0, unit="1", bounds=(-0.2, 0.2), screen=0.005, matters=0.001)
+    share: float = param(
+        0.0, unit="1", bounds=(-0.2, 0.2), screen=0.005, matters=0.001,
+        title="crosstalk of the load", symbol="c_z",
+        note="Reading of the force over the load beyond the nominal one.",
+    )  # fmt: skip
 
     def bench(self, s: Any) -> None:
         s.force = s.force + self.share * (s.fz - s.nominal.FNOMIN)

@@ -26,7 +26,11 @@ class GripOverPressure(SweepEffect):
     what = "the tire file has no pressure, or another one"
     check = "sweep at three pressures"
     removes = "fit PPX3 and PPY3 to sweeps at several pressures"
-    slope: float = param(0.0, unit="1", bounds=(-2.0, 2.0), screen=0.05, matters=0.01)
+    slope: float = param(
+        0.0, unit="1", bounds=(-2.0, 2.0), screen=0.05, matters=0.01,
+        title="friction over pressure", symbol="q_μp",
+        note="Relative change of the friction over that of the pressure.",
+    )  # fmt: skip
 
     def tire(self, s: Any) -> None:
         s.grip = s.grip * (1.0 + self.slope * (s.pressure / s.nominal.NOMPRES - 1.0))
@@ -48,7 +52,11 @@ class StiffnessOverPressure(SweepEffect):
     what = "the tire file has no pressure, or another one"
     check = "sweep at three pressures"
     removes = "fit PPX1 and PPY1 to sweeps at several pressures"
-    slope: float = param(0.0, unit="1", bounds=(-2.0, 2.0), screen=0.05, matters=0.01)
+    slope: float = param(
+        0.0, unit="1", bounds=(-2.0, 2.0), screen=0.05, matters=0.01,
+        title="slip stiffness over pressure", symbol="q_Kp",
+        note="Relative change of the slip stiffness over that of the pressure.",
+    )  # fmt: skip
 
     def tire(self, s: Any) -> None:
         s.stiffness = s.stiffness * (1.0 + self.slope * (s.pressure / s.nominal.NOMPRES - 1.0))

@@ -25,7 +25,10 @@ class Relaxation(SweepEffect):
     what = "the carcass takes a rolled length to deflect: up and down differ"
     check = "sweep at half the rate: the loop is half as wide"
     removes = "sweep more slowly, or use the mean of up and down"
-    length: float = param(0.0, unit="m", bounds=(0.0, 3.0), screen=0.1, matters=0.02)
+    length: float = param(
+        0.0, unit="m", bounds=(0.0, 3.0), screen=0.1, matters=0.02,
+        title="relaxation length", symbol="σ", note="Road by which the slip angle acts late.",
+    )  # fmt: skip
 
     def tire(self, s: Any) -> None:
         s.alpha = s.alpha - self.length * s.rate / s.speed

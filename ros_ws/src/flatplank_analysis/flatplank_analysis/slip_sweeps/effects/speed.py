@@ -27,7 +27,11 @@ class GripOverSpeed(SweepEffect):
     what = "rubber that slides faster has another friction"
     check = "sweep at two speeds"
     removes = "give friction its coefficient of speed"
-    slope: float = param(0.0, unit="s/m", bounds=(-0.1, 0.1), screen=0.002, matters=0.0005)
+    slope: float = param(
+        0.0, unit="s/m", bounds=(-0.1, 0.1), screen=0.002, matters=0.0005,
+        title="friction over speed", symbol="q_μV",
+        note="Relative change of the friction for a metre per second.",
+    )  # fmt: skip
 
     def tire(self, s: Any) -> None:
         s.grip = s.grip * np.exp(self.slope * s.above("speed"))

@@ -28,7 +28,11 @@ class GripOverTemperature(SweepEffect):
     what = "warm rubber has another friction"
     check = "repeat a sweep cold and warm"
     removes = "control the tread temperature, or give friction its coefficient"
-    slope: float = param(0.0, unit="1/K", bounds=(-0.05, 0.05), screen=0.001, matters=0.0003)
+    slope: float = param(
+        0.0, unit="1/K", bounds=(-0.05, 0.05), screen=0.001, matters=0.0003,
+        title="friction over temperature", symbol="q_μT",
+        note="Relative change of the friction for a kelvin.",
+    )  # fmt: skip
 
     def tire(self, s: Any) -> None:
         s.grip = s.grip * np.exp(self.slope * s.above("temperature"))
@@ -49,7 +53,11 @@ class StiffnessOverTemperature(SweepEffect):
     what = "warm rubber is softer"
     check = "repeat a sweep of small slip cold and warm"
     removes = "control the tread temperature, or give the stiffness its coefficient"
-    slope: float = param(0.0, unit="1/K", bounds=(-0.05, 0.05), screen=0.001, matters=0.0003)
+    slope: float = param(
+        0.0, unit="1/K", bounds=(-0.05, 0.05), screen=0.001, matters=0.0003,
+        title="slip stiffness over temperature", symbol="q_KT",
+        note="Relative change of the slip stiffness for a kelvin.",
+    )  # fmt: skip
 
     def tire(self, s: Any) -> None:
         s.stiffness = s.stiffness * np.exp(self.slope * s.above("temperature"))

@@ -27,7 +27,11 @@ class Wear(SweepEffect):
     what = "the tread wears, and its surface with it"
     check = "repeat the first sweep at the end"
     removes = "a new tire for each series, or a run-in before it"
-    slope: float = param(0.0, unit="1/km", bounds=(-0.2, 0.2), screen=0.005, matters=0.001)
+    slope: float = param(
+        0.0, unit="1/km", bounds=(-0.2, 0.2), screen=0.005, matters=0.001,
+        title="friction over distance", symbol="q_μs",
+        note="Relative change of the friction for a kilometre.",
+    )  # fmt: skip
 
     def tire(self, s: Any) -> None:
         s.grip = s.grip * np.exp(1e-3 * self.slope * s.above("distance"))
