@@ -109,7 +109,10 @@ def before_and_after(search: Search) -> Figure:
     curves.plot(place, runs.measured[0, r], color=GREY, alpha=0.5, lw=3.0, label="measured")
     show_floor(rest, floor, "floor of the condition")
     told = "with its effects" if first.fit.terms else "base alone"
-    for residual, style, which in ((left[0], BEFORE, told), (left[1], AFTER, "with what was found")):
+    for residual, style, which in (
+        (left[0], BEFORE, told),
+        (left[1], AFTER, "with what was found"),
+    ):
         error = runs.amount(float(np.sqrt(np.mean(residual[r] ** 2))))
         curves.plot(place, runs.measured[0, r] - residual[r], **style, lw=1.4, label=which)
         rest.plot(place, residual[r], **style, lw=0.9, label=f"{which}: {error}")
