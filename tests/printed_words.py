@@ -27,7 +27,7 @@ def unknown_labels(text: str, own: Collection[str] = ()) -> list[str]:
     own: names of effects beside those of the library.
     """
     names = {*library(), *own, ORDER}
-    found = (LABEL.match(line.strip()) for line in text.splitlines())
+    found = map(LABEL.match, text.splitlines())
     labels = [ABOUT.split(label[1])[0] for label in found if label]
     parts = {label: re.split(", | or ", label) for label in labels}
     return [k for k, each in parts.items() if not all(known(p) or p in names for p in each)]

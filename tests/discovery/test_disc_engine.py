@@ -15,6 +15,7 @@ import pytest
 from ball import Drag, Wind, throw
 from matplotlib.text import Text
 
+from bare_numbers import text_of_page
 from flatplank_analysis.discovery.descent import bounded_step
 from flatplank_analysis.discovery.opening import Options
 from flatplank_analysis.discovery.report import figures, page
@@ -43,7 +44,8 @@ def test_page_and_figures_have_the_channel_and_unit_of_the_runs(tmp_path):
     result = diagnose(run_search(ball, [Drag, Wind], Options()))
     search, runs = result.search, ball.runs
     written = page.write_report(result, tmp_path, "throws").read_text(encoding="utf-8")
-    assert f"Error of z {result.rmse_before:.2f} m with the base alone" in written
+    told = f"The error of z is {result.rmse_before:.2f} m with the base alone"
+    assert told in text_of_page(written)
     (table,) = make_maps(runs, search.steps[0].state.residual[0], result.floor)
     drawn = {
         "RMSE of z [m]": figures.conditions(search.steps),
