@@ -25,7 +25,7 @@ from flatplank_data.yaml_text import load_yaml
 from flatplank_sim.plant.campaign import COLUMNS, Campaign, CampaignRun
 from flatplank_sim.plant.config import PlantConfig
 from flatplank_sim.sealed.conditions import LOAD, PRESSURE, STEP, Run, Setting
-from flatplank_sim.sealed.menu import MENU, OUTSIDE, Defects, Force, Hidden
+from flatplank_sim.sealed.menu import CLOSE, MENU, OUTSIDE, Defects, Force, Hidden
 from flatplank_sim.sealed.seal import seal, seal_plant, unseal
 from flatplank_sim.twin.campaign import SLIPS
 
@@ -38,6 +38,8 @@ NOISE = 15.0
 """standard deviation of the slow noise of the forces [N]; thesis 6.3 finds 24 N at no slip"""
 NOISE_TIME = 0.3
 """correlation time of that noise [s]"""
+SHORT_SLIPS, SHORT_STARTS = (-0.05, -0.01, 0.01, 0.05), (1, 2)
+"""runs of a short campaign: eight, a third of the usual plan"""
 OUTSIDE_SIZES = (60.0, 120.0)
 """range of a force that no effect of the library explains [N]"""
 Progress = Callable[[int, int, str], None]
@@ -60,16 +62,18 @@ class Machine:
 
 
 def make_challenge(
-    folder: Path, seed: int, progress: Progress = ignore_progress, outside: str = ""
-) -> Path:
+    folder: Path, seed: int, progress: Progress = ignore_progress, outside: str = "",
+    close: str = "",
+) -> Path:  # fmt: skip
     """Make a campaign folder with `answer.sealed`; the same seed makes the same challenge.
 
     outside: hide a force of `menu.OUTSIDE`, which no effect of the library explains, instead of a
-    defect.
+    defect; close: hide a defect of `menu.CLOSE` in a short campaign.
     """
     random = np.random.default_rng(seed)
-    machine = _machine(seed, outside, random)
-    pairs = [(kappa, start) for kappa in SLIPS for start in START_ANGLES]
+    machine = _machine(seed, outside, close, random)
+    plan = (SHORT_SLIPS, SHORT_STARTS) if close else (SLIPS, START_ANGLES)
+    pairs = [(kappa, start) for kappa in plan[0] for start in plan[1]]
     order = [pairs[which] for which in random.permutation(len(pairs))]
     export_campaign(_measure(machine, _steps(order, STEP), 0, (), progress), folder)
     effects = []
@@ -79,7 +83,8 @@ def make_challenge(
         hidden = {"name": first, "size": machine.size, "unit": unit, "class": others}
         effects = [hidden | ({"runs": machine.hidden.runs} if machine.hidden.runs else {})]
     answer = {"seed": seed, "tire": "toyo", "effects": effects}
-    seal(answer | {"outside": machine.outside_location, "force": outside}, folder)
+    forced = {"outside": machine.outside_location, "force": outside, "close": close}
+    seal(answer | forced, folder)
     if not outside:  # a force outside the library is added to the signals, not to the plant
         seal_plant({"defects": machine.hidden.defects(machine.size)}, folder)
     return folder
@@ -180,13 +185,16 @@ def _machine_of(challenge: Path) -> Machine:
             "does not state which force was hidden", str(challenge), "make the challenge again"
         )
     seed = int(answer["seed"])
-    return _machine(seed, answer["force"], np.random.default_rng(seed))
+    random = np.random.default_rng(seed)
+    return _machine(seed, answer["force"], answer.get("close", ""), random)
 
 
-def _machine(seed: int, outside: str, random: np.random.Generator) -> Machine:
-    name = "nothing" if outside else str(random.choice(sorted(MENU)))
-    size = MENU[name].draw(random)
-    return Machine(seed, MENU[name], size, *_outside_force(outside, random))
+def _machine(seed: int, outside: str, close: str, random: np.random.Generator) -> Machine:
+    if close:
+        hidden = CLOSE[close]
+    else:
+        hidden = MENU["nothing" if outside else str(random.choice(sorted(MENU)))]
+    return Machine(seed, hidden, hidden.draw(random), *_outside_force(outside, random))
 
 
 def _measure(

@@ -69,6 +69,13 @@ MENU: dict[str, Hidden] = {
     "nothing": Hidden((), "1", 1.0, 1.0, lambda _s: {}),
 }  # fmt: skip
 
+CLOSE: dict[str, Hidden] = {
+    "shaft_force": Hidden(
+        ("parasitic_force", "nonuniformity_1"), "N", 50.0, 70.0,
+        lambda s: {"parasitic_shaft": {"fx": s, "fz": 0.0}},
+    ),
+}  # fmt: skip
+"""what the runs of a short campaign cannot tell from a look-alike; chosen by name, never drawn"""
 
 Force = Callable[[Columns, Run], np.ndarray]
 Made = tuple[Force, dict[str, Any]]
