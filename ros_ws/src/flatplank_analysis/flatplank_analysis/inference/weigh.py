@@ -175,7 +175,7 @@ class Scales:
             volume += float(logsumexp([r.log - result.log for r in forms.values()]))
             size = metric.volume_with(factor) - math.log(len(forms)) - 2.0 * math.log(factor)
             parts.append((result.chi2, volume + size))
-            mixed += [(r.log + size, r) for r in forms.values()]
+            mixed += [(r.log + size, f, r) for (f, _), r in forms.items()]
             best.append((volume + size - 0.5 * result.chi2, gram, spreads, form, result))
         rank = max(range(len(WORSE)), key=lambda r: best[r][0])
         _, gram, spreads, form, result = best[rank]
@@ -303,24 +303,29 @@ class Scales:
         return math.sqrt(max(excess, 0.0) / known) if known > 0.0 else 0.0
 
     def _size(
-        self, fit: Fit, rows: Sequence[int], index: int, mixed: Sequence[tuple[float, Evidence]]
-    ) -> tuple[float, float]:
+        self, fit: Fit, rows: Sequence[int], index: int,
+        mixed: Sequence[tuple[float, float, Evidence]],
+    ) -> tuple[float, float]:  # fmt: skip
         """Mean size of an effect and its standard deviation, by the relative change of all its
         linear parameters together, over all sizes of the model errors and of the form errors.
 
-        mixed: logarithm of the weight of each, and its evidence.
+        A fault of another form may differ from that of the library in all conditions alike, by as
+        much as they differ from each other; of that the runs show nothing.
+
+        mixed: logarithm of the weight of each, size of its form errors, and its evidence.
         """
         along = doubling_step(fit, index)[rows]
         size, length = fit.terms[index].size, float(along @ along)
         if length == 0.0:
             return size, max(abs(size), 1e-30)
         count = len(rows)
-        logs, each = zip(*mixed, strict=True)
+        logs, forms, each = zip(*mixed, strict=True)
         weights = softmax(logs)
         steps = np.array([float(along @ e.step[:count]) for e in each]) / length
         variances = np.array([along @ e.covariance[:count, :count] @ along for e in each])
         step = float(weights @ steps)
-        variance = float(weights @ (variances / length**2 * self.dispersion + (steps - step) ** 2))
+        variances = variances / length**2 * self.dispersion + np.square(forms)
+        variance = float(weights @ (variances + (steps - step) ** 2))
         return size * (1.0 + step), max(abs(size) * math.sqrt(max(variance, 0.0)), 1e-30)
 
 
