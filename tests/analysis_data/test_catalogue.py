@@ -17,6 +17,7 @@ from steptable import step_table
 
 import flatplank_analysis as fp
 from flatplank_analysis.catalogues.build import updated
+from flatplank_analysis.catalogues.conditions import conditions_in
 from flatplank_analysis.catalogues.kept import Update, file_of, stored
 from flatplank_analysis.cli.catalogue import main as verb
 from flatplank_data.errors import FlatplankError
@@ -91,6 +92,26 @@ def test_runs_are_selected(root: Path, conditions: dict, count: int) -> None:
 def test_a_wrong_condition_is_told_in_a_line(root: Path, conditions: dict, said: str) -> None:
     with pytest.raises(FlatplankError, match=said):
         fp.catalogue(root).where(**conditions)
+
+
+def test_a_line_is_read_as_the_shell_reads_it() -> None:
+    said = {"tire": "TOY", "bench": "hall 2", "load": "3000..4000"}
+    assert conditions_in("tire=TOY bench='hall 2'  load=3000..4000") == said
+    assert conditions_in("") == {}
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("tire", "'tire' is not KEY=VALUE"),
+        ("tire=", "'tire=' is not KEY=VALUE"),
+        ("bench='hall", "a quote has no end"),
+        ("tire=TOY tire=CON", "'tire' is there twice"),
+    ],
+)
+def test_a_line_that_cannot_be_read_is_told(line: str, said: str) -> None:
+    with pytest.raises(FlatplankError, match=said):
+        conditions_in(line)
 
 
 def test_only_what_changed_is_read_again(root: Path) -> None:
@@ -200,6 +221,7 @@ def test_the_reference_tire_is_charted_over_days_and_benches(tmp_path: Path, cap
     means = rows[rows["quantity"].str.startswith("slip")].set_index("bench")["mean"]
     assert means["hall 2"] / means["hall 1"] == pytest.approx(1.1, rel=0.01)
     assert (tmp_path / "out" / "figures" / "reference_C_Fk.svg").exists()
+    assert len(updated(tmp_path).stamps) == 10, "the numbers of a report are no campaign"
 
 
 def test_a_chart_is_of_one_tire(root: Path, capsys) -> None:

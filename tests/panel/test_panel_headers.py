@@ -31,7 +31,7 @@ def test_the_page_works_under_its_policy(chromium, address: str) -> None:
     assert "token" not in page.url
     (cookie,) = context.cookies()
     assert (cookie["httpOnly"], cookie["sameSite"]) == (True, "Strict")
-    for tab in ("Runs", "Discover", "Investigate", "Bench"):
+    for tab in ("Runs", "Catalogue", "Discover", "Investigate", "Bench"):
         page.get_by_role("tab", name=tab, exact=True).click()
     wait_for(lambda: page.evaluate(DRAWN), 30.0, "a chart is drawn")
     page.reload()

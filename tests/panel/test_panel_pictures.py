@@ -49,7 +49,7 @@ def test_every_page_is_legible_in_the_dark(visitor, made_up):
     for width in (390, 1280):
         who.page.set_viewport_size({"width": width, "height": 900})
         who.page.wait_for_function(DARK)
-        for tab in ("Bench", "Runs", "Discover", "Investigate"):
+        for tab in ("Bench", "Runs", "Catalogue", "Discover", "Investigate"):
             who.tab(tab)
             looked_after(who)
             who.page.wait_for_function(

@@ -13,6 +13,10 @@ from flatplank_data.readers.bag import METADATA_FILE
 
 Stamp = tuple[tuple[str, int, int], ...]
 """name, time [ns] and size of each file"""
+PAGES = {"report.html", "index.html"}
+"""files by which the folder of a report is known"""
+OF_A_PAGE = {"figures", "tables"}
+"""folders of a report with the numbers of its figures and tables"""
 
 
 def campaign_folders(
@@ -20,7 +24,8 @@ def campaign_folders(
 ) -> Iterator[tuple[str, int]]:
     """Folders below `root` that hold runs, and how many runs; in order, relative to `root`.
 
-    depth: levels below the root that are searched; None for all. Hidden folders are left out.
+    depth: levels below the root that are searched; None for all. Hidden folders are left out, and
+    the numbers of a report.
     """
     base, ends = os.fspath(root), tuple(suffixes())
     for path, folders, files in os.walk(base):
@@ -31,6 +36,9 @@ def campaign_folders(
             folders.clear()
             continue
         folders[:] = sorted(f for f in folders if not f.startswith("."))
+        if not PAGES.isdisjoint(files):
+            folders[:] = [f for f in folders if f not in OF_A_PAGE]
+            files = [name for name in files if f"{os.path.splitext(name)[0]}.svg" not in files]
         known = sum(os.path.exists(os.path.join(path, f, METADATA_FILE)) for f in folders)
         tables = sum(name.lower().endswith(ends) for name in files)
         if CAMPAIGN_FILE in files or known or tables:

@@ -18,7 +18,7 @@ from flatplank_panel.investigation import Investigation
 from flatplank_panel.live import EVENT, PUSH_HZ, LiveData
 from flatplank_panel.operator import Operator
 from flatplank_panel.service import AnalysisService
-from flatplank_panel.views import bench, discover, investigate, runs, shell
+from flatplank_panel.views import bench, catalogue, discover, investigate, runs, shell
 from flatplank_panel.views.page import Page
 
 STATIC = Path(__file__).parent / "static"
@@ -32,6 +32,7 @@ def serve(operator: Operator, service: AnalysisService, host: str, port: int, to
     tabs: dict[str, Callable[[Page], None]] = {
         "Bench": bench.build,
         "Runs": runs.build,
+        "Catalogue": catalogue.build,
         "Discover": discover.build,
         "Investigate": partial(investigate.build, investigation=investigation),
     }

@@ -18,6 +18,8 @@ from flatplank_panel.next_plan import write_next
 MODEL = "model.yaml"
 FITS = "parasitic"
 """folder of the parasitic fits below the data folder"""
+CONTROL_CHARTS = "reports/reference_tire"
+"""folder of the page of the control charts below the data folder"""
 
 
 Key = tuple[str, Path]
@@ -46,6 +48,7 @@ class AnalysisService:
     def __init__(self, data: Path, log: Path | None = None) -> None:
         self.data = data
         self.browse_jobs = Analysis(log)
+        self.cataloguing = Analysis(log)
         self.fit_jobs = Analysis(log)
         self.investigating = Analysis(log)
         self.searches: dict[Key, Search] = {}
@@ -53,6 +56,7 @@ class AnalysisService:
 
     def close(self) -> None:
         self.browse_jobs.close()
+        self.cataloguing.close()
         self.fit_jobs.close()
         self.investigating.close()
 
@@ -85,6 +89,24 @@ class AnalysisService:
         return await self.browse_jobs.ask(
             "curves", tell, folder=str(where), files=list(files), channel=channel, over=over,
             beside=str(self.folder(beside)) if beside else "",
+        )  # fmt: skip
+
+    async def catalogue(
+        self, where: str, tell: Progress | None = None, **wish: Any
+    ) -> dict[str, Any]:
+        """Some of the runs below the data folder that fulfil the conditions; `wish`: order, first
+        and count, as of the job."""
+        return await self.cataloguing.ask(
+            "catalogue", tell, root=str(self.data), where=check.note(where), **wish
+        )
+
+    async def reference_chart(self, where: str, tell: Progress | None = None) -> dict[str, Any]:
+        """Control charts of the tire of the runs that fulfil the conditions; their page is below
+        the data folder."""
+        target = check.folder_below(self.data, CONTROL_CHARTS)
+        return await self.fit_jobs.ask(
+            "reference_chart", tell, root=str(self.data), where=check.note(where),
+            target=str(target),
         )  # fmt: skip
 
     async def unloaded_turns(self) -> list[str]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page of the reference tire: its control charts over the days and benches of a catalogue."""
+"""The reference tire and its page: control charts over the days and benches of a catalogue."""
 
 from __future__ import annotations
 
@@ -26,7 +26,18 @@ def write_chart(
     scheduler: str | None = None,
     progress: Progress | None = None,
 ) -> Path:
-    """Write the page of the selected runs, a session per campaign folder; returns the page.
+    """Write the page of the selected runs; returns the page. Raises as `charted`."""
+    return write(charted(runs, jobs=jobs, scheduler=scheduler, progress=progress), folder)
+
+
+def charted(
+    runs: Catalogue,
+    *,
+    jobs: int | None = 1,
+    scheduler: str | None = None,
+    progress: Progress | None = None,
+) -> CampaignResult:
+    """The control charts of the selected runs, a session per campaign folder.
 
     Raises FlatplankError for runs of several tires, and without a quantity in two sessions.
     """
@@ -45,7 +56,7 @@ def write_chart(
             if progress:
                 progress(done, len(campaigns), Path(campaigns[done - 1].path).name)
     extras = {"sessions": charts_of(sessions)}
-    return write(CampaignResult(str(runs.root), tires[0], [], problems, extras), folder)
+    return CampaignResult(str(runs.root), tires[0], [], problems, extras)
 
 
 def _session(campaign: Campaign) -> tuple[list[Session], Sequence[Problem]]:

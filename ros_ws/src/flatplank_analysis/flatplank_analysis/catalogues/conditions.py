@@ -4,8 +4,9 @@
 from __future__ import annotations
 
 import re
+import shlex
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from datetime import date, datetime, timedelta
 from typing import Any
@@ -135,6 +136,35 @@ CONDITIONS: Mapping[str, Text | Number | Day] = {
     "folder": Text("folder", pc.starts_with),
 }
 """name of a condition -> what it compares"""
+
+
+def conditions_in(line: str) -> dict[str, str]:
+    """The conditions of a line as a shell reads it: `tire=TOY bench='hall 2'`.
+
+    Raises FlatplankError for a quote without its end, and as `conditions_of`.
+    """
+    try:
+        words = shlex.split(line)
+    except ValueError:
+        raise FlatplankError("a quote has no end", "where", "write bench='hall 2'") from None
+    return conditions_of(words)
+
+
+def conditions_of(words: Iterable[str]) -> dict[str, str]:
+    """Conditions that are written as KEY=VALUE.
+
+    Raises FlatplankError for a word of another form, and for a key that is there twice.
+    """
+    found: dict[str, str] = {}
+    for word in words:
+        name, mark, value = word.partition("=")
+        if not mark or not value:
+            raise FlatplankError(f"'{word}' is not KEY=VALUE", "where", "write tire=TOY")
+        if name in found:
+            what = f"'{name}' is there twice"
+            raise FlatplankError(what, "where", "write a range as load=3000..4000")
+        found[name] = value
+    return found
 
 
 def keeps(name: str, wanted: Any) -> Keep:

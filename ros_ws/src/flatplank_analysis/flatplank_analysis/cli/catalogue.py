@@ -7,7 +7,7 @@ Record, quality and verdict of each; kept in one Parquet file.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -15,14 +15,19 @@ from typing import Any
 import pyarrow.compute as pc
 
 from flatplank_analysis.catalogues.catalogue import Catalogue
-from flatplank_analysis.catalogues.conditions import CONDITIONS
+from flatplank_analysis.catalogues.conditions import CONDITIONS, conditions_of
 from flatplank_analysis.catalogues.kept import FORMAT, Update, file_of, stored
+from flatplank_analysis.catalogues.shown import COLUMNS
 from flatplank_analysis.cli import common
 from flatplank_data.arguments import Parser, add_json
-from flatplank_data.errors import FlatplankError
 
 SHOWN = 40
 """rows that are printed; --json has all"""
+SHOWN_COLUMNS = (
+    "folder", "file", "tire", "fz", "pressure", "kappa", "date", "bench", "quality", "verdict",
+    "kind",
+)  # fmt: skip
+"""columns that are printed"""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -43,7 +48,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(o: argparse.Namespace) -> int:
-    conditions = dict(_condition(text) for text in o.where)
+    conditions = conditions_of(o.where)
     keeps = {name: CONDITIONS[name].column for name in conditions if name in CONDITIONS}
     columns = None if o.json or o.chart else {*SHOWN_COLUMNS, *keeps.values()}
     found = stored(o.root, columns) if conditions else None
@@ -61,13 +66,6 @@ def _run(o: argparse.Namespace) -> int:
     if page:
         print(page)
     return 0
-
-
-def _condition(text: str) -> tuple[str, str]:
-    name, mark, value = text.partition("=")
-    if not mark or not value:
-        raise FlatplankError(f"'{text}' is not KEY=VALUE", "--where", "write tire=TOY")
-    return name, value
 
 
 def _chart(runs: Catalogue, o: argparse.Namespace) -> Path:
@@ -105,11 +103,8 @@ def _print(runs: Catalogue, asked: bool) -> None:
     if asked:
         usable = table.filter(pc.is_valid(table["kind"]))
         shown = usable.slice(0, SHOWN)
-        cells = [
-            [_text(text(value)) for value in shown[name].to_pylist()]
-            for name, (_, text) in SHOWN_COLUMNS.items()
-        ]
-        header = [title for title, _ in SHOWN_COLUMNS.values()]
+        cells = [COLUMNS[name].texts(shown[name]) for name in SHOWN_COLUMNS]
+        header = [COLUMNS[name].head for name in SHOWN_COLUMNS]
         common.print_rows(header, list(zip(*cells, strict=True)))
         size = usable.num_rows
         print(f"{size} runs" + (f", {SHOWN} shown" if size > SHOWN else ""))
@@ -118,30 +113,3 @@ def _print(runs: Catalogue, asked: bool) -> None:
         print(f"{row['folder']}: {row['error']}")
     if table.num_rows > SHOWN:
         print(f"and {table.num_rows - SHOWN} more")
-
-
-def _same(value: Any) -> Any:
-    return value
-
-
-def _percent(value: float | None) -> float | None:
-    return None if value is None else round(100.0 * value, 3)
-
-
-def _day(value: str | None) -> str:
-    return (value or "")[:10]
-
-
-SHOWN_COLUMNS: Mapping[str, tuple[str, Callable[[Any], Any]]] = {
-    "folder": ("folder", _same), "file": ("run", _same), "tire": ("tire", _same),
-    "fz": ("Fz [N]", _same), "pressure": ("p [bar]", _same), "kappa": ("kappa [%]", _percent),
-    "date": ("date", _day), "bench": ("bench", _same), "quality": ("quality", _same),
-    "verdict": ("verdict", _same), "kind": ("kind", _same),
-}  # fmt: skip
-"""column -> title and what is shown of a value"""
-
-
-def _text(value: Any) -> str:
-    if value is None or value == "":
-        return "-"
-    return f"{value:.6g}" if isinstance(value, float) else str(value)

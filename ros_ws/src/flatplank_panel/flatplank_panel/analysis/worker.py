@@ -17,6 +17,8 @@ from flatplank_hw.process import end_with_parent
 
 JOBS = {
     "browse_jobs": ("campaigns", "runs", "curves", "turns", "identify"),
+    "catalogue_jobs": ("catalogue",),
+    "chart_jobs": ("reference_chart",),
     "fit_jobs": ("open", "compare", "diagnose", "add", "undo", "report", "simulate", "allow"),
     "proposing": ("propose", "accept", "rename", "confirm"),
     "investigating": ("investigation_state", "choose_batch", "measure_batch", "refuse_batch"),

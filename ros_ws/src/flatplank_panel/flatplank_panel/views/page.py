@@ -6,7 +6,7 @@ from __future__ import annotations
 import inspect
 import json
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Awaitable, Callable, Mapping
 from typing import Any
 
 from nicegui import binding, ui
@@ -21,6 +21,14 @@ EXPORTS = {
     "png": "Save the chart as a picture",
 }
 """function of export.js -> what it does"""
+
+
+def _nowhere(_tab: str) -> None:
+    """A page without tabs."""
+
+
+async def _no_runs(_folder: str, _file: str) -> None:
+    """A page without the tab Runs."""
 
 
 class Page:
@@ -40,6 +48,10 @@ class Page:
         self.client, self.id = client, client.id
         self.in_charge = False
         self.shown = shown
+        self.show_tab: Callable[[str], Any] = _nowhere
+        """shows a tab; the frame says how"""
+        self.open_run: Callable[[str, str], Awaitable[None]] = _no_runs
+        """shows a run of a campaign; the tab Runs says how, once it was shown"""
 
     def take_charge(self) -> None:
         self.operator.take_charge(self.id, f"page {self.id[:4]}")
@@ -94,6 +106,9 @@ class Page:
         """Update the options of a field to the present campaigns; its choice stays."""
         found = await self.service.campaigns()
         options = {c["folder"]: f"{c['folder']} ({c['runs']} runs)" for c in found}
+        deep = field.value  # one of the catalogue may be deeper than the list looks
+        if deep and deep not in options and (self.service.data / deep).is_dir():
+            options[deep] = deep
         field.set_options(options, value=field.value or next(iter(options), None))
 
     @staticmethod

@@ -85,8 +85,11 @@ class RunList:
         await self.filter()
 
     async def filter(self) -> None:
-        self.table.pagination = {**self.table.pagination, "page": 1}
+        """Show the runs with the words of the filter, from the first chosen one on."""
         self.show()
+        paging, chosen = self.table.pagination, self.table.selected
+        place = next((i for i, row in enumerate(self.shown) if row in chosen), 0)
+        self.turn({**paging, "page": 1 + place // paging["rowsPerPage"]})
         await self.changed()
 
     def turn(self, paging: Mapping[str, Any]) -> None:

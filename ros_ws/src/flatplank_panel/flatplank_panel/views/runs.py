@@ -29,6 +29,8 @@ class _Runs:
     def __init__(self, page: Page) -> None:
         self.page, self.service = page, page.service
         self.list = RunList(page, self.draw)
+        self.wanted = ("", "")
+        """campaign and run that are to be chosen when the campaign is loaded"""
         self.asked = 0
         """number of the last drawing that was asked for; answers to earlier ones are dropped"""
 
@@ -52,6 +54,7 @@ class _Runs:
                 self.chart = page.chart(420)
                 self.words = ui.label("").classes("fp-quiet")
             curves.bind_visibility_from(self.chart, "visible")
+        page.open_run = self.open
         self.folder.on_value_change(page.handler(self.load))
         for field in (self.channel, self.over, self.beside):
             field.on_value_change(page.handler(self.draw))
@@ -63,6 +66,15 @@ class _Runs:
         await self.page.list_campaigns(self.folder)
         if self.folder.value == before:
             await self.load({row["file"] for row in self.list.table.selected})
+
+    async def open(self, folder: str, file: str) -> None:
+        """Show a campaign with one of its runs chosen."""
+        self.wanted = (folder, file)
+        self.list.find.set_value("")
+        if self.folder.value == folder:
+            await self.load()
+        else:
+            self.folder.set_options({folder: folder} | dict(self.folder.options), value=folder)
 
     async def load(self, chosen: Collection[str] = ()) -> None:
         """Load the rows of the campaign; the `chosen` ones stay selected."""
@@ -82,6 +94,9 @@ class _Runs:
         if self.folder.value != folder:
             return
         self.show_problems(found["problems"])
+        campaign, run = self.wanted
+        if campaign == folder:
+            chosen, self.wanted = {run}, ("", "")
         await self.list.fill(found["rows"], chosen)
 
     def save(self) -> None:

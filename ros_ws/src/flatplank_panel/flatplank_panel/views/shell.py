@@ -72,6 +72,7 @@ def build(page: Page, tabs: Mapping[str, Callable[[Page], None]], first: str) ->
         ui.navigate.history.replace(f"/?tab={name}")
 
     panels.on_value_change(lambda e: chosen(e.value))
+    page.show_tab = panels.set_value
 
 
 async def _stop(page: Page) -> None:
