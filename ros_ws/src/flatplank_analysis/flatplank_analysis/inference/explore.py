@@ -29,8 +29,8 @@ REACH = -math.log(MEMBER)
 PROMISE = 0.3
 """least linear gain of a candidate, as a share of the largest one: a fit may gain more"""
 ROUGH, FAR = 2, 30.0
-"""Jacobians of a first fit; logarithm of its odds against the best set beyond which it is the last
-one"""
+"""Jacobians of a first fit; logarithm of its odds against the best set within which another one
+follows"""
 LARGEST = 4
 """most effects in a set"""
 ALIKE = 0.8
@@ -139,14 +139,19 @@ class Explorer:
         """Weigh a fit with one more effect, the more accurately the more probable the set is."""
         weighed = self.scales.with_term(fit, term, ROUGH)
         self.keep(weighed)
-        near = self.posterior.logs.get(weighed.key, -math.inf) > -FAR
-        if near or self._is_worse(weighed, key_of(fit.terms)):
+        if self._may_count(weighed, key_of(fit.terms)):
             self.keep(self.scales.fitted(weighed.fit))
 
-    def _is_worse(self, weighed: Weighed, without: Key) -> bool:
-        """True when a set fits worse than without its last effect: it is not fitted yet."""
+    def _may_count(self, weighed: Weighed, without: Key) -> bool:
+        """True when a set that is fitted roughly is near the best ones, or has come nearer to the
+        best fit than to that without its last effect, or fits worse than without: it is not fitted
+        yet."""
         known = self.sets.get(without)
-        return known is not None and weighed.parts[known.rank][0] > known.parts[known.rank][0]
+        near = self.posterior.logs.get(weighed.key, -math.inf) > -FAR
+        if near or known is None:
+            return near
+        worse = weighed.parts[known.rank][0] > known.parts[known.rank][0]
+        return worse or weighed.log - known.log > self.posterior.best.log - weighed.log
 
     def _promising(
         self, state: State, items: Sequence[ScreenResult], lacking: float
