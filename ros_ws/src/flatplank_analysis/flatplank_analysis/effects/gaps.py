@@ -103,7 +103,7 @@ class RackBacklash(Gap):
     rest: float = param(
         0.0, unit="-", bounds=(-1.0, 1.0),
         title="place in the gap", symbol="r_0",
-        note="Held plank: where in the gap a run begins; -1: braking side, +1: driving side.",
+        note="Held plank: where in the gap a run begins, from the braking to the driving side.",
     )  # fmt: skip
     at: float = param(
         0.0, unit="N", bounds=(-150.0, 150.0),
@@ -159,8 +159,8 @@ class RoadPlay(Gap):
     rest: float = param(
         0.0, unit="-", bounds=(-1.0, 1.0),
         title="place in the gap", symbol="r_0",
-        note="Where in the gap a run begins; -1: braking side, +1: driving side; with `kept` the "
-             "first run.",
+        note="Where in the gap a run begins, from the braking to the driving side; with `kept` "
+        "the first run.",
     )  # fmt: skip
     at: float = param(
         0.0, unit="N", bounds=(-150.0, 150.0),
