@@ -53,6 +53,11 @@ class Catalogue:
         return Catalogue(self.root, table)
 
     @property
+    def usable(self) -> Catalogue:
+        """The runs that can be used."""
+        return Catalogue(self.root, self.table.filter(pc.is_valid(self.table["kind"])))
+
+    @property
     def unusable(self) -> Catalogue:
         """The files that cannot be used; column `error` says why."""
         return Catalogue(self.root, self.table.filter(pc.is_valid(self.table["error"])))
@@ -61,7 +66,7 @@ class Catalogue:
         """The campaigns of the rows, each with the runs of the rows alone."""
         from flatplank_data.campaign import Campaign
 
-        usable = self.table.filter(pc.is_valid(self.table["kind"]))
+        usable = self.usable.table
         files: dict[str, set[str]] = {}
         for folder, file in zip(*(usable[k].to_pylist() for k in ("folder", "file")), strict=True):
             files.setdefault(folder, set()).add(file)

@@ -11,6 +11,8 @@ import pyarrow as pa
 
 NOTHING = "-"
 """what stands for a value that is not stated"""
+SHOWN = 40
+"""rows that are shown of a list without pages"""
 DAY = len("2026-05-01")
 """characters of a date that are shown"""
 
@@ -56,3 +58,10 @@ COLUMNS: Mapping[str, Column] = {
     "status": Column("status"), "cycles_lost": Column("cycles lost"), "notes": Column("notes"),
 }  # fmt: skip
 """column of the catalogue -> how it is shown"""
+
+
+def problem_lines(unusable: pa.Table) -> list[str]:
+    """Why files cannot be used, a line each, of `SHOWN` at most, and how many more there are."""
+    lines = [f"{row['folder']}: {row['error']}" for row in unusable.slice(0, SHOWN).to_pylist()]
+    more = unusable.num_rows - SHOWN
+    return lines + ([f"and {more} more"] if more > 0 else [])

@@ -12,17 +12,13 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-import pyarrow.compute as pc
-
 from flatplank_analysis.catalogues.catalogue import Catalogue
 from flatplank_analysis.catalogues.conditions import CONDITIONS, conditions_of
 from flatplank_analysis.catalogues.kept import FORMAT, Update, file_of, stored
-from flatplank_analysis.catalogues.shown import COLUMNS
+from flatplank_analysis.catalogues.shown import COLUMNS, SHOWN, problem_lines
 from flatplank_analysis.cli import common
 from flatplank_data.arguments import Parser, add_json
 
-SHOWN = 40
-"""rows that are printed; --json has all"""
 SHOWN_COLUMNS = (
     "folder", "file", "tire", "fz", "pressure", "kappa", "date", "bench", "quality", "verdict",
     "kind",
@@ -99,9 +95,8 @@ def _headline(root: str, found: Update, asked: bool) -> str:
 
 def _print(runs: Catalogue, asked: bool) -> None:
     """The selected runs; without a selection the files that cannot be used."""
-    table = runs.table
     if asked:
-        usable = table.filter(pc.is_valid(table["kind"]))
+        usable = runs.usable.table
         shown = usable.slice(0, SHOWN)
         cells = [COLUMNS[name].texts(shown[name]) for name in SHOWN_COLUMNS]
         header = [COLUMNS[name].head for name in SHOWN_COLUMNS]
@@ -109,7 +104,5 @@ def _print(runs: Catalogue, asked: bool) -> None:
         size = usable.num_rows
         print(f"{size} runs" + (f", {SHOWN} shown" if size > SHOWN else ""))
         return
-    for row in table.slice(0, SHOWN).to_pylist():
-        print(f"{row['folder']}: {row['error']}")
-    if table.num_rows > SHOWN:
-        print(f"and {table.num_rows - SHOWN} more")
+    for line in problem_lines(runs.table):
+        print(line)

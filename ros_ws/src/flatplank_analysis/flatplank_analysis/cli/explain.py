@@ -36,8 +36,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _words_of(name: str) -> dict[str, Word]:
     """The words of that name: of an output, of an effect, and of each parameter `effect.name`."""
-    every = {k: (k, k.partition(".")[2]) for k in effect_words.parameters()}
-    named = {k: effect_words.parameters()[k] for k, names in every.items() if name in names}
+    words_of = effect_words.parameters()
+    every = {k: (k, k.partition(".")[2]) for k in words_of}
+    named = {k: words_of[k] for k, names in every.items() if name in names}
     word = effect_words.sweep_effects().get(name) or words.known(name)
     if word or not named:
         others = {one for names in every.values() for one in names}

@@ -12,18 +12,15 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import pyarrow as pa
 import pyarrow.compute as pc
 
 from flatplank_analysis.catalogues.catalogue import Catalogue
 from flatplank_analysis.catalogues.conditions import conditions_in
 from flatplank_analysis.catalogues.kept import Update, file_of, stored
-from flatplank_analysis.catalogues.shown import COLUMNS
+from flatplank_analysis.catalogues.shown import COLUMNS, problem_lines
 from flatplank_data.errors import FlatplankError
 from flatplank_data.progress import Progress
 
-UNUSABLE = 40
-"""number of files that cannot be used that are told"""
 NEW = "this folder has no catalogue yet, it is made"
 AGAIN = "looking for what changed"
 
@@ -62,8 +59,7 @@ def catalogue(
     conditions = conditions_in(where)
     held = held_catalogue(progress, root, again)
     whole = Catalogue(Path(root), held.update.table)
-    rows = whole.where(**conditions).table
-    rows = rows.filter(pc.is_valid(rows["kind"]))
+    rows = whole.where(**conditions).usable.table
     size = rows.num_rows
     if order:
         keys = [(order, "descending" if descending else "ascending")]
@@ -72,16 +68,12 @@ def catalogue(
     texts = [COLUMNS[name].texts(shown[name]) for name in COLUMNS]
     unusable = whole.unusable.table
     return {
-        "size": size, "of": pc.sum(pc.is_valid(held.update.table["kind"])).as_py() or 0,
+        "size": size, "of": pc.sum(pc.is_valid(whole.table["kind"])).as_py() or 0,
         "folders": len(held.update.stamps), "kept": held.update.kept,
         "looked": datetime.fromtimestamp(held.looked).strftime("%Y-%m-%d %H:%M"),
         "rows": [dict(zip(COLUMNS, row, strict=True)) for row in zip(*texts, strict=True)],
-        "unusable": unusable.num_rows, "errors": _errors(unusable.slice(0, UNUSABLE)),
+        "unusable": unusable.num_rows, "errors": problem_lines(unusable),
     }  # fmt: skip
-
-
-def _errors(rows: pa.Table) -> list[str]:
-    return [f"{row['folder']}: {row['error']}" for row in rows.to_pylist()]
 
 
 def held_catalogue(progress: Progress, root: str, again: bool = False) -> Held:

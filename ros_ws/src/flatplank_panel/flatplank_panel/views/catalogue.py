@@ -142,9 +142,8 @@ class _Catalogue:
             {**row, "key": f"{row['folder']}/{row['file']}"} for row in found["rows"]
         ]
         errors = found["errors"]
-        more = found["unusable"] - len(errors)
         self.unusable.set_text(f"{found['unusable']} files cannot be used")
-        self.errors.set_text("\n".join(errors + ([f"and {more} more"] if more else [])))
+        self.errors.set_text("\n".join(errors))
         self.unusable.set_visibility(bool(errors))
 
     async def open(self, row: Mapping[str, Any]) -> None:
