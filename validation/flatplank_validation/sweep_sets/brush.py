@@ -54,6 +54,8 @@ class Brush:
     """shown slip angle less the true one [deg]"""
     noise: float = 10.0
     """standard deviation of the shown side force [N]"""
+    moment_noise: float = 0.3
+    """standard deviation of the shown aligning moment [Nm]"""
 
 
 @dataclass(frozen=True)
@@ -72,7 +74,8 @@ class Plan:
 
 
 def sweeps(brush: Brush, plan: Plan, seed: int) -> dict[str, np.ndarray]:
-    """Columns of a file: ET [s], V [km/h], SA, IA [deg], FZ, FY [N], P [kPa], TSTC [deg C]."""
+    """Columns of a file: ET [s], V [km/h], SA, IA [deg], FZ, FY [N], MZ [Nm], P [kPa],
+    TSTC [deg C]."""
     random = np.random.default_rng(seed)
     levels = [(fz, p) for fz in plan.loads for p in plan.pressures]
     order = np.concatenate([random.permutation(len(levels)) for _ in range(plan.visits)])
@@ -82,18 +85,28 @@ def sweeps(brush: Brush, plan: Plan, seed: int) -> dict[str, np.ndarray]:
     pressure = np.repeat([levels[k][1] for k in order], len(one))
     time = np.arange(len(alpha)) / RATE
     fz = fz * (1.0 + 0.004 * random.standard_normal(len(fz)))
-    fy, warm = _roll(brush, np.radians(alpha), fz, pressure, plan.speed / 3.6)
+    fy, mz, warm = _roll(brush, np.radians(alpha), fz, pressure, plan.speed / 3.6)
     shown = fy + brush.crosstalk * (fz - brush.nominal)
     shown = shown + brush.noise * random.standard_normal(len(fy))
+    moment = mz + brush.moment_noise * random.standard_normal(len(mz))
     return {
         "ET": time, "V": np.full(len(time), plan.speed), "SA": alpha + brush.turned,
-        "IA": np.zeros(len(time)), "FZ": fz, "FY": shown, "P": pressure, "TSTC": warm,
+        "IA": np.zeros(len(time)), "FZ": fz, "FY": shown, "MZ": moment, "P": pressure,
+        "TSTC": warm,
     }  # fmt: skip
 
 
 def text_of(columns: Mapping[str, np.ndarray]) -> str:
     """The columns as a text file with a line of names and a line of units."""
-    units = {"ET": "s", "V": "km/h", "SA": "deg", "IA": "deg", "P": "kPa", "TSTC": "deg C"}
+    units = {
+        "ET": "s",
+        "V": "km/h",
+        "SA": "deg",
+        "IA": "deg",
+        "MZ": "Nm",
+        "P": "kPa",
+        "TSTC": "deg C",
+    }
     head = [",".join(columns), ",".join(units.get(name, "N") for name in columns)]
     rows = np.column_stack(list(columns.values()))
     return "\n".join([*head, *(",".join(f"{v:.6g}" for v in row) for row in rows), ""])
@@ -105,14 +118,17 @@ def _triangle(plan: Plan) -> np.ndarray:
     return plan.most * np.interp(share, [0.0, 0.25, 0.75, 1.0], [0.0, 1.0, -1.0, 0.0])
 
 
-def _roll(brush: Brush, alpha, fz, pressure, speed: float) -> tuple[np.ndarray, np.ndarray]:
-    """Side force [N] and tread temperature [deg C], sample by sample."""
+def _roll(
+    brush: Brush, alpha, fz, pressure, speed: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Side force [N], its moment about the middle of the contact [Nm] and tread temperature
+    [deg C], sample by sample."""
     place = (np.arange(BRISTLES) + 0.5) / BRISTLES
     shape = (place * (1.0 - place)) ** brush.fuller
     shape /= shape.mean()  # pressure over the length, mean 1
     air, capacity, cooling = 25.0, 900.0, 60.0  # deg C, J/K, W/K
     warm, way = air, 0.0
-    fy, temperature = np.empty(len(alpha)), np.empty(len(alpha))
+    fy, mz, temperature = np.empty((3, len(alpha)))
     for k, (angle, load, bar) in enumerate(zip(alpha, fz, pressure, strict=True)):
         mu = brush.friction * (1.0 - brush.by_load * (load / brush.nominal - 1.0))
         mu *= 1.0 - brush.over_temperature * (warm - air)
@@ -121,9 +137,10 @@ def _roll(brush: Brush, alpha, fz, pressure, speed: float) -> tuple[np.ndarray, 
         length = 2.0 * brush.half_length * (load / brush.nominal) ** brush.longer
         stuck = brush.bristle * np.tan(angle) * place * length * (length / BRISTLES)
         most = mu * load * shape / BRISTLES
-        fy[k] = -np.clip(stuck, -most, most).sum()
+        each = -np.clip(stuck, -most, most)
+        fy[k], mz[k] = each.sum(), each @ (length * (0.5 - place))
         temperature[k] = warm
         heat = abs(fy[k] * speed * np.sin(angle)) * 0.5
         warm += (heat - cooling * (warm - air)) / capacity / RATE
         way += speed / RATE
-    return fy, temperature
+    return fy, mz, temperature

@@ -109,9 +109,10 @@ COLUMNS: Mapping[str, Word] = {
     "BCD": Word("slope", "Slope of the force at zero slip.", "N/deg", "BCD"),
     "rms": Word("scatter", "Root mean square of the sweep beside its own formula.", "N"),
     "of the largest force": Word("relative error", "Error over the largest force.", "%"),
+    "of the largest moment": Word("relative error", "Error over the largest moment.", "%"),
     "chance": Word("chance", "That scatter alone makes an error as large.", "-"),
     "off most": Word("off most", "Largest difference between file and sweep, and its slip."),
-    "force": Word("force", "Fx or Fy."),
+    "force": Word("force", "Fx, Fy, or the moment Mz."),
 }
 """headers of tables, without the unit in brackets"""
 

@@ -22,7 +22,6 @@ from flatplank_tire.magic_formula import (
     DEFAULTS,
     FORCES,
     LATEST,
-    MOMENT,
     NOT_OF,
     OLD,
     OTHER_NAMES,
@@ -270,7 +269,7 @@ def _warnings(tir: TirFile, vx: float) -> Iterator[str]:
             yield f"no {', '.join(zero)}: {force} and its stiffness are not known"
         elif zero:
             yield f"{', '.join(zero)} = 0: {force} is zero but for its shifts; is it a template?"
-    if not any(getattr(c, key) for key in MOMENT):
+    if not c.has_moment:
         yield "no coefficient of the aligning moment (QDZ., SSZ.): Mz is not known"
     for stiffness, own, length in (
         ("LONGITUDINAL_STIFFNESS", c.PTX1, "sigma_x"),

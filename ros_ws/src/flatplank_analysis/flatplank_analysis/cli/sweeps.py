@@ -15,9 +15,11 @@ import numpy as np
 from flatplank_analysis.cli import common
 from flatplank_analysis.cli.fit import print_coefficients
 from flatplank_analysis.slip_sweeps.axes import SYSTEMS
-from flatplank_analysis.slip_sweeps.conditions import FORCE, HELD
+from flatplank_analysis.slip_sweeps.conditions import FORCE, HELD, SweepCondition
+from flatplank_analysis.slip_sweeps.curves import Curve, Failure
 from flatplank_analysis.slip_sweeps.fit import SweepFit, fit_sweeps
 from flatplank_analysis.slip_sweeps.formula import NAMES, Formula
+from flatplank_analysis.slip_sweeps.moment import MOMENT
 from flatplank_analysis.slip_sweeps.raw import RAW
 from flatplank_analysis.slip_sweeps.study import Study, by_level, lacking, study
 from flatplank_analysis.slip_sweeps.tir_signs import CONVENTIONS, READ, likelier, side_of
@@ -102,10 +104,11 @@ def _tell_fit(fitted: SweepFit, path: str) -> None:
     if fitted.held_out:
         print("\neach load predicted by a fit to the others:")
         rows = [
-            (h.force.capitalize(), f"{h.load:.0f}", f"{h.error:.0f}", f"{h.r_squared:.4f}")
+            (h.force.capitalize(), f"{h.load:.0f}", *_in_unit(h.error, h.force),
+             f"{h.r_squared:.4f}")
             for h in fitted.held_out
-        ]
-        common.print_rows(("force", "load [N]", "error [N]", "R2"), rows)
+        ]  # fmt: skip
+        common.print_rows(("force", "load [N]", "error", "unit", "R2"), rows)
     for name, why in fitted.remarks.items():
         print(f"note: {name} {why}")
 
@@ -168,31 +171,62 @@ def _chance(value: float) -> str:
 
 
 def _tell_failures(found: Study, tir: TirFile, name: str, signs: str) -> None:
-    failures = found.failures(tir, signs)
+    failures, moments = found.failures(tir, signs), found.moment_failures(tir, signs)
+    rows = [
+        (k, FORCE[c.swept], c, curve, failure)
+        for k, (c, curve, failure) in enumerate(
+            zip(found.conditions, found.curves, failures, strict=True), start=1
+        )
+    ]
+    turned = [
+        (k + 1, MOMENT, found.conditions[k], found.moments[k], failure)
+        for k, failure in moments.items()
+    ]
     read = "" if signs == READ else f", with the signs of {CONVENTIONS[signs].title}"
     print(f"\nwhere {name} fails{read}, worst first:")
-    order = sorted(range(len(failures)), key=lambda k: -failures[k].share)
-    rows = []
-    for k in order:
-        f, c, curve = failures[k], found.conditions[k], found.curves[k]
-        ratio = f"{f.error / curve.floor:.1f}" if curve.floor > 0.0 else "-"
-        at = f"{c.slip.scale * f.worst_slip:+.1f} {c.slip.unit}"
-        force = FORCE[c.swept].capitalize()
-        chance = _chance(f.chance) if np.isfinite(f.chance) else "-"
-        rows.append((str(k + 1), f"{f.error:.0f}", f"{100.0 * f.share:.0f}", ratio, chance,
-                     f"{force} {f.worst:+.0f} N at {at}", c.label))  # fmt: skip
-    header = (
-        "condition",
-        "error [N]",
-        "of the largest force [%]",
-        "floors",
-        "chance",
-        "off most",
-        "where",
-    )
-    common.print_rows(header, rows)
+    _print_worst(rows, "error [N]", "of the largest force [%]")
     for line in by_level(found.conditions, failures):
         print(line)
+    _tell_signs(found, tir, signs)
+    if turned:
+        print("\nMz, worst first:")
+        _print_worst(turned, "error [Nm]", "of the largest moment [%]")
+    risk = f"an exact file would fail in any of them with a chance of {100.0 * RISK:g} %"
+    print("chance: that scatter alone makes an error as large")
+    for channel, each in (("", failures), (" in Mz", list(moments.values()))):
+        known = [f.chance for f in each if np.isfinite(f.chance)]
+        if each:
+            count = f"{fails(known).sum()} of {len(known)} conditions with a floor"
+            print(f"fails{channel} in {count} ({risk})")
+
+
+Row = tuple[int, str, SweepCondition, Curve, Failure]
+"""number of a condition, channel, condition, curve, error"""
+
+
+def _print_worst(found: Sequence[Row], error: str, share: str) -> None:
+    """The errors of a tire file, worst first."""
+    rows = []
+    for k, channel, c, curve, f in sorted(found, key=lambda row: -row[-1].share):
+        ratio = f"{f.error / curve.floor:.1f}" if curve.floor > 0.0 else "-"
+        at = f"{c.slip.scale * f.worst_slip:+.1f} {c.slip.unit}"
+        worst, unit = _in_unit(f.worst, channel, "+")
+        chance = _chance(f.chance) if np.isfinite(f.chance) else "-"
+        size, part = _in_unit(f.error, channel)[0], f"{100.0 * f.share:.0f}"
+        most = f"{channel.capitalize()} {worst} {unit} at {at}"
+        rows.append((str(k), size, part, ratio, chance, most, c.label))
+    header = ("condition", error, share, "floors", "chance", "off most", "where")
+    common.print_rows(header, rows)
+
+
+def _in_unit(value: float, channel: str, sign: str = "") -> tuple[str, str]:
+    """A force [N] or moment [Nm] as text, and its unit."""
+    moment = channel == MOMENT
+    return f"{value:{sign}.{int(moment)}f}", "Nm" if moment else "N"
+
+
+def _tell_signs(found: Study, tir: TirFile, signs: str) -> None:
+    """The conventions of signs under which the side force fits much better."""
     errors = found.errors_by_signs(tir)
     better = likelier(errors, signs) if errors else []
     if better:
@@ -204,7 +238,3 @@ def _tell_failures(found: Study, tir: TirFile, name: str, signs: str) -> None:
             f"{errors[better[0]]:.0f} N under those of {words}{stated}: the file may have been "
             "fitted so"
         )
-    known = [f.chance for f in failures if np.isfinite(f.chance)]
-    risk = f"an exact file would fail in any of them with a chance of {100.0 * RISK:g} %"
-    print("chance: that scatter alone makes an error as large")
-    print(f"fails in {fails(known).sum()} of {len(known)} conditions with a floor ({risk})")

@@ -11,7 +11,6 @@ from flatplank_data.errors import FlatplankError
 from flatplank_tire.magic_formula import (
     FORCES,
     LATEST,
-    MOMENT,
     Coefficients,
     moment,
     operating_point,
@@ -86,7 +85,7 @@ def tire_state(
         return any(getattr(c, f"{keys}{n}") for n in numbers)
 
     has_x, has_y = (any(getattr(c, k) for k in keys) for keys in FORCES.values())
-    has_z = has_y and any(getattr(c, k) for k in MOMENT)
+    has_z = has_y and c.has_moment
     mx = moment.overturning(c, o, forces.fy) if any_given("QSX", range(1, 15)) else math.nan
     my = moment.rolling_resistance(c, o, forces.fx) if any_given("QSY", range(1, 7)) else math.nan
     return TireState(

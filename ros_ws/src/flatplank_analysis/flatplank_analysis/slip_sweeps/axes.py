@@ -89,7 +89,7 @@ def in_iso(
             raise FlatplankError(f"no channel '{name}' to turn", "--turn", f"known: {known}")
     given = {k: -v if k in turn else v for k, v in columns.items()}
     signs = _signs(given)
-    if _slope_sign(given, "fx", "kappa", SMALL_KAPPA) < 0:
+    if slope_sign(given, "fx", "kappa", SMALL_KAPPA) < 0:
         raise FlatplankError(
             "Fx falls where the slip rises: a driven tire would brake", where,
             "turn the sign of the slip or of Fx: --turn kappa, or --turn fx",
@@ -141,11 +141,11 @@ def _contradiction(
 def _signs(columns: Mapping[str, np.ndarray]) -> Signs:
     fz = columns["fz"]
     load = -1 if np.median(fz[np.abs(fz) > UP * np.abs(fz).max()]) < 0.0 else 1
-    return Signs(load, _slope_sign(columns, "fy", "alpha", SMALL_ALPHA), _lean_sign(columns))
+    return Signs(load, slope_sign(columns, "fy", "alpha", SMALL_ALPHA), _lean_sign(columns))
 
 
-def _slope_sign(columns: Mapping[str, np.ndarray], force: str, slip: str, small: float) -> int:
-    """Sign of the force over small slip; 0 when the data do not determine it."""
+def slope_sign(columns: Mapping[str, np.ndarray], force: str, slip: str, small: float) -> int:
+    """Sign of a force or moment over small slip; 0 when the data do not determine it."""
     if force not in columns or slip not in columns:
         return 0
     near = (np.abs(columns[slip]) < small) & np.isfinite(columns[force])

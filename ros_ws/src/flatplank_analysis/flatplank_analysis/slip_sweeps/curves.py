@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A force over a swept slip: mean curve, floor, and where a tire file fails."""
+"""A force or moment over a swept slip: mean curve, floor, and where a tire file fails."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ COMMON = 0.4
 
 @dataclass(frozen=True)
 class Curve:
-    """A force in bins of the slip, shape (BINS,); NaN where a bin is empty."""
+    """A force [N] or moment [Nm] in bins of the slip, (BINS,); NaN where a bin is empty."""
 
     bins: np.ndarray
     """bin of each sample, shape (samples,)"""
@@ -35,23 +35,25 @@ class Curve:
     slip: np.ndarray
     """mean slip of the samples of a bin [rad] or [-]"""
     force: np.ndarray
-    """mean force of the samples of a bin [N]"""
+    """its mean over the samples of a bin"""
     up: np.ndarray
-    """force while the slip rises [N]"""
+    """its mean while the slip rises"""
     down: np.ndarray
-    """force while the slip falls [N]"""
+    """its mean while the slip falls"""
     floor: float
-    """smallest error that any curve can have [N]; NaN: not known"""
+    """smallest error that any curve can have, in the same unit; NaN: not known"""
     floor_from: str
     """source of the floor, as text"""
     freedom: float
     """degrees of freedom of the floor; NaN without a floor"""
 
 
-def curve_of(columns: Mapping[str, np.ndarray], condition: SweepCondition) -> Curve:
-    """The force of a condition over its slip."""
+def curve_of(
+    columns: Mapping[str, np.ndarray], condition: SweepCondition, channel: str | None = None
+) -> Curve:
+    """A channel of a condition over its slip; by default the force of the slip."""
     rows = condition.samples
-    slip, force = columns[condition.swept][rows], columns[FORCE[condition.swept]][rows]
+    slip, force = columns[condition.swept][rows], columns[channel or FORCE[condition.swept]][rows]
     edges = np.linspace(slip.min(), slip.max(), BINS + 1)
     bins = np.clip(np.digitize(slip, edges) - 1, 0, BINS - 1)
     rising = rises(slip)
@@ -109,15 +111,15 @@ class Failure:
     """Error of a tire file in one condition."""
 
     error: float
-    """root mean square of the mean curve [N]"""
+    """root mean square of the mean curve [N], of a moment [Nm]"""
     share: float
-    """error relative to the largest force of the condition [-]"""
+    """error relative to the largest force or moment of the condition [-]"""
     modelled: np.ndarray
-    """the file's force in the bins of the curve [N]"""
+    """what the file says in the bins of the curve, in the same unit"""
     worst_slip: float
     """slip of the largest error [rad, -]"""
     worst: float
-    """largest error: measured minus modelled force [N]"""
+    """largest error: measured minus modelled, in the same unit"""
     chance: float
     """chance that the scatter alone makes an error as large; NaN without a floor"""
 
@@ -128,8 +130,13 @@ def failures(
     curves: Sequence[Curve],
     tir: TirFile,
     signs: TirSigns = CONVENTIONS[READ],
+    channel: str | None = None,
 ) -> list[Failure]:
-    """Error of a tire file per condition; evaluated at every sample, then averaged in bins."""
+    """Error of a tire file per condition; evaluated at every sample, then averaged in bins.
+
+    channel: of the curves; by default the force of the slip. Mz has the sign of Fy: in every
+    convention the side force acts behind the middle of the contact.
+    """
     found = []
     for condition, curve in zip(conditions, curves, strict=True):
         rows = condition.samples
@@ -144,7 +151,9 @@ def failures(
             tir.coefficients, columns["fz"][rows], **get, pressure=pressure,
             vx=np.maximum(speed, 0.01),
         )  # fmt: skip
-        axis, sign = {"fx": (0, 1), "fy": (1, signs.fy)}[FORCE[condition.swept]]
+        axis, sign = {"fx": (0, 1), "fy": (1, signs.fy), "mz": (2, signs.fy)}[
+            channel or FORCE[condition.swept]
+        ]
         modelled = sign * forces[axis]
         found.append(_failure(curve, modelled))
     return found

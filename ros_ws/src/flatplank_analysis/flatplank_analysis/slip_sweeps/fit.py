@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from flatplank_analysis.identify.mf.fit import FitFile, MFFit, fit_magic_formula
-from flatplank_analysis.identify.mf.information import reach_of
+from flatplank_analysis.identify.mf.information import Reach, reach_of
 from flatplank_analysis.identify.mf.points import AXES, SteadyPoints, steady_points
 from flatplank_analysis.identify.mf.stages import general_start
 from flatplank_analysis.identify.results import rmse, to_plain
@@ -25,6 +25,7 @@ from flatplank_analysis.models.base import SPEED
 from flatplank_analysis.models.tire_record import TireRecord, start_tir
 from flatplank_analysis.slip_sweeps.conditions import BY_NAME, FORCE, SweepCondition
 from flatplank_analysis.slip_sweeps.curves import Curve, bin_means
+from flatplank_analysis.slip_sweeps.further import further
 from flatplank_analysis.slip_sweeps.origin import marked
 from flatplank_analysis.slip_sweeps.study import Study
 from flatplank_data.errors import FlatplankError
@@ -34,7 +35,8 @@ from flatplank_tire.tir import VERSIONS, TirFile, write_tir
 STAGES = ("pure_x", "pure_y", "aligning", "combined", "pressure", "camber")
 """stages of which sweeps have the measurements; radius and stiffness are those of the start"""
 RADIUS = "not measured by sweeps: give --radius"
-FORCES = ("fx", "fy")
+FORCES = ("fx", "fy", "mz")
+"""as `steady_forces` gives them"""
 PRESSURE = "not in the sweeps: a placeholder"
 LEAST_LOADS = 3
 """loads from which a fit to all but one of them still knows how the tire changes with load"""
@@ -47,10 +49,11 @@ class HeldOut:
     """Error for a load that the fit has not seen."""
 
     force: str
+    """fx, fy or mz"""
     load: float
     """[N]"""
     error: float
-    """root mean square of the points [N]"""
+    """root mean square of the points [N], of Mz [Nm]"""
     r_squared: float
     """share of the variance of the points that the fit to the other loads explains [-]"""
 
@@ -117,17 +120,24 @@ def fit_sweeps(
     elif radius:
         start = start.replaced({"UNLOADED_RADIUS": radius})
     points = _with_pressure(points, start)
-    settings = FitFile(model="mf", stages=STAGES, reach=reach_of(points))
+    reach = reach_of(points)
     parts = _without_each_load(points)
     progress(0, len(parts) + 1, "all loads")
-    fit = fit_magic_formula(points, start, settings)
+    fit = _fitted(points, start, reach)
     held_out: list[HeldOut] = []
     for k, (others, left) in enumerate(parts, start=1):
         progress(k, len(parts) + 1, f"without {np.median(left.fz):.0f} N")
-        held_out += _held_out(others, left, start, settings)
+        held_out += _held_out(others, left, start, reach)
     progress(len(parts) + 1, len(parts) + 1, "done")
     paths = tuple(one.path for one in studies)
     return SweepFit(fit, len(points), tuple(held_out), remarks, paths)
+
+
+def _fitted(points: SteadyPoints, start: TirFile, reach: Reach) -> MFFit:
+    """The fit to points; reach: settings of the next sweep."""
+    free = further(points, start.law)
+    settings = FitFile(model="mf", stages=STAGES, free=free, reach=reach)
+    return fit_magic_formula(points, start, settings)
 
 
 def points_of(studies: Sequence[Study]) -> SteadyPoints:
@@ -187,9 +197,7 @@ def _with_pressure(points: SteadyPoints, start: TirFile) -> SteadyPoints:
 
 
 def _without_each_load(points: SteadyPoints) -> list[tuple[SteadyPoints, SteadyPoints]]:
-    """Forces of all loads but one, and of that one; none with fewer than three loads."""
-    forces = {name: points.measured[name] for name in FORCES}
-    points = replace(points, measured=forces)
+    """Points of all loads but one, and of that one; none with fewer than three loads."""
     number = _load_levels(points)
     count = number.max() + 1
     if count < LEAST_LOADS:
@@ -198,11 +206,11 @@ def _without_each_load(points: SteadyPoints) -> list[tuple[SteadyPoints, SteadyP
 
 
 def _held_out(
-    others: SteadyPoints, left: SteadyPoints, start: TirFile, settings: FitFile
+    others: SteadyPoints, left: SteadyPoints, start: TirFile, reach: Reach
 ) -> Iterator[HeldOut]:
     """Points predicted by a fit to others; nothing where the others have no force to fit."""
     try:
-        fit = fit_magic_formula(others, start, settings)
+        fit = _fitted(others, start, reach)
     except FlatplankError:
         return
     modelled = steady_forces(

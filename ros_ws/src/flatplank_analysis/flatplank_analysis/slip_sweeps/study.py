@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -28,24 +27,13 @@ from flatplank_analysis.slip_sweeps.curves import (
     failures,
 )
 from flatplank_analysis.slip_sweeps.formula import Formula, fit_formula
+from flatplank_analysis.slip_sweeps.moment import MOMENT, with_usable_moment
 from flatplank_analysis.slip_sweeps.tir_signs import READ, convention, errors_of, likelier
 from flatplank_data.errors import FlatplankError
 from flatplank_tire.tir import TirFile
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-PANELS = 24
-"""most panels of a figure"""
-WIDTH, HEIGHT, ACROSS = 3.2, 2.5, 4
-"""size of a panel [inch], and most panels beside each other"""
-TITLED = 4
-"""most levels in the title of a panel"""
-SMALL, BAND = {"fontsize": 7}, {"alpha": 0.35, "lw": 0, "label": "measured, up and down"}
-POINTS = {"ms": 4, "label": "measured, mean"}
-FORMULA = {"lw": 1, "label": "B, C, D, E of this sweep"}
-MODEL = {"lw": 1.5, "label": "tire file"}
-LEGEND = {"loc": "outside upper center", "fontsize": 8}
 
 
 @dataclass(frozen=True)
@@ -65,6 +53,24 @@ class Study:
     def formulas(self) -> tuple[Formula | None, ...]:
         """B, C, D, E of each condition."""
         return tuple(fit_formula(curve) for curve in self.curves)
+
+    @cached_property
+    def moments(self) -> dict[int, Curve]:
+        """Number of a condition -> its aligning moment, where it was measured."""
+        side = [k for k, c in enumerate(self.conditions) if c.swept == "alpha"]
+        if MOMENT not in self.columns:
+            return {}
+        found = {k: curve_of(self.columns, self.conditions[k], MOMENT) for k in side}
+        return {k: curve for k, curve in found.items() if np.isfinite(curve.force).any()}
+
+    def moment_failures(self, tir: TirFile, signs: str = READ) -> dict[int, Failure]:
+        """Number of a condition -> error of Mz [Nm]; {} for a file without Mz."""
+        if not tir.coefficients.has_moment:
+            return {}
+        numbers, curves = list(self.moments), list(self.moments.values())
+        conditions = [self.conditions[k] for k in numbers]
+        found = failures(self.columns, conditions, curves, tir, convention(signs), MOMENT)
+        return dict(zip(numbers, found, strict=True))
 
     def failures(self, tir: TirFile, signs: str = READ) -> list[Failure]:
         """Errors of the tire file, condition by condition; signs: one of `CONVENTIONS`."""
@@ -87,62 +93,24 @@ class Study:
         return lacking(self.conditions)
 
     def plot(self, tir: TirFile | None = None, signs: str = READ) -> Figure:
-        """Measured and modelled force over the swept slip, a panel per condition.
+        """Measured and modelled curves, see `figure.figure_of_sweeps`."""
+        from flatplank_analysis.slip_sweeps.figure import figure_of_sweeps
 
-        Conditions with the largest errors of the tire file come first.
-        """
-        from flatplank_analysis.discovery.report.figures import (
-            BLUE,
-            GREY,
-            ORANGE,
-            clean,
-            figure_of,
-        )
-
-        found = self.failures(tir, signs) if tir else []
-        order = list(range(len(self.conditions)))
-        if found:
-            order.sort(key=lambda k: -found[k].share)
-        order = order[:PANELS]
-        across = min(ACROSS, len(order))
-        down = math.ceil(len(order) / across)
-        figure = figure_of(WIDTH * across, HEIGHT * down)
-        panels = figure.subplots(down, across, squeeze=False).ravel()
-        for panel, k in zip(panels, order, strict=False):
-            condition, curve, formula = self.conditions[k], self.curves[k], self.formulas[k]
-            slip = condition.slip
-            x = slip.scale * curve.slip
-            panel.fill_between(
-                x, np.fmin(curve.up, curve.down), np.fmax(curve.up, curve.down), color=GREY,
-                **BAND,
-            )  # fmt: skip
-            panel.plot(x, curve.force, ".", color=GREY, **POINTS)
-            if formula:
-                fitted = formula(curve.slip)
-                panel.plot(x, fitted, color=BLUE, **FORMULA)
-            if found:
-                panel.plot(x, found[k].modelled, color=ORANGE, **MODEL)
-            levels = [h.word(condition.held[h.name]) for h in condition.levels()]
-            panel.set_title(", ".join(levels[:TITLED]), **SMALL)
-            panel.set_xlabel(f"{slip.title} [{slip.unit}]", **SMALL)
-            panel.set_ylabel(f"{FORCE[condition.swept].capitalize()} [N]", **SMALL)
-            clean(panel)
-        for panel in panels[len(order) :]:
-            panel.set_visible(False)
-        handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, ncols=len(labels), **LEGEND)
-        return figure
+        return figure_of_sweeps(self, tir, signs)
 
     def to_json(self, tir: TirFile | None = None, signs: str = READ) -> dict[str, Any]:
         """For programs: SI, ISO W; null where a number is not known."""
         found = self.failures(tir, signs) if tir else [None] * len(self.conditions)
         rows = zip(self.conditions, self.curves, self.formulas, found, strict=True)
+        turned = self.moment_failures(tir, signs) if tir else {}
+        moments = [_moment(self.moments.get(k), turned.get(k)) for k in range(len(found))]
         head = {"file": self.path, "said": list(self.said), "further_columns": list(self.further)}
         errors = self.errors_by_signs(tir) if tir else {}
         if errors:
             known = {"errors": errors, "likelier": likelier(errors, signs)}
             head["tir_signs"] = to_plain({"used": signs, **known})
-        return head | {"lacking": self.lacking(), "conditions": [_json(*row) for row in rows]}
+        conditions = [_json(*row) | more for row, more in zip(rows, moments, strict=True)]
+        return head | {"lacking": self.lacking(), "conditions": conditions}
 
 
 def study(
@@ -164,6 +132,7 @@ def study(
         known = ", ".join(axes.SYSTEMS)
         raise FlatplankError(f"no axis system '{system}'", "--axes", f"known: {known}")
     columns, told = axes.in_iso(recording.columns, system, turn, str(path))
+    columns, doubt = with_usable_moment(columns)
     jumps = not_held(columns)
     if jumps:
         raise FlatplankError(
@@ -178,7 +147,7 @@ def study(
             "give a recording with sweeps",
         )  # fmt: skip
     curves = tuple(curve_of(columns, c) for c in conditions)
-    said = (told, *recording.said)
+    said = (told, *doubt, *recording.said)
     return Study(str(path), columns, recording.further, said, conditions, curves)
 
 
@@ -228,7 +197,19 @@ def _json(c: SweepCondition, curve: Curve, formula: Formula | None, found: Failu
         numbers = {"stiffness": formula.stiffness, "rms": formula.rms}
         spread = {"interval_90": dict(formula.spread)}
         out["formula"] = {"values": dict(formula.values)} | spread | numbers
-    if found:
-        out |= {"error": found.error, "error_share": found.share}
-        out |= {"worst": found.worst, "worst_slip": found.worst_slip, "chance": found.chance}
-    return to_plain(out)
+    return to_plain(out | _error(found))
+
+
+def _moment(curve: Curve | None, found: Failure | None) -> dict[str, Any]:
+    """Floor [Nm] of Mz and the error of the tire file, where it was measured."""
+    if curve is None:
+        return {}
+    floor = {"floor": curve.floor, "floor_from": curve.floor_from}
+    return {"mz": to_plain(floor | _error(found))}
+
+
+def _error(found: Failure | None) -> dict[str, float]:
+    if found is None:
+        return {}
+    worst = {"worst": found.worst, "worst_slip": found.worst_slip, "chance": found.chance}
+    return {"error": found.error, "error_share": found.share} | worst

@@ -177,6 +177,11 @@ class Coefficients:
     def __getattr__(self, name: str) -> Any:
         raise AttributeError(f"the Magic Formula has no coefficient {name}")
 
+    @property
+    def has_moment(self) -> bool:
+        """Whether one of the coefficients that Mz needs is given."""
+        return any(getattr(self, name) for name in MOMENT)
+
     def replaced(self, values: Mapping[str, Any]) -> Coefficients:
         """A copy with some coefficients changed."""
         return Coefficients({**self.__dict__, **values}, self.law)
