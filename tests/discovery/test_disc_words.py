@@ -16,6 +16,8 @@ from flatplank_analysis.column_words import COLUMNS, SWEEPS
 from flatplank_analysis.contact_patch.parameters import NAMES, _parameters
 from flatplank_analysis.discovery import verdict
 from flatplank_analysis.discovery.opening import opened
+from flatplank_analysis.effects.grammar.parameter_words import WORDS
+from flatplank_analysis.effects.grammar.shapes import shapes
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.slip_sweeps.effects import effects as effects_of_sweeps
 from flatplank_analysis.slip_sweeps.model import sweep_model
@@ -49,6 +51,12 @@ def test_every_parameter_of_every_effect_has_symbol_title_unit_and_sentence():
             where = f"{effect.identifier}.{p.name}"
             assert all((word.symbol, word.title, word.unit)), where
             assert word.sentence.endswith(".") and not word.sentence[0].islower(), where
+
+
+def test_every_parameter_of_a_proposal_has_its_word():
+    names = {n for s in shapes().values() for n in (*s.sizes, *(k.name for k in s.numbers))}
+    assert names == set(WORDS)
+    assert all(w.symbol and w.title and w.sentence.endswith(".") for w in WORDS.values())
 
 
 def test_a_parameter_of_an_effect_is_explained_with_and_without_its_effect(capsys):

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from flatplank_analysis.discovery.effect import Effect
+from flatplank_analysis.effects.grammar.parameter_words import WORDS
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.slip_sweeps.effects import effects as effects_of_sweeps
 from flatplank_analysis.word import Word
@@ -17,8 +18,13 @@ def sweep_effects() -> dict[str, Word]:
 
 
 def parameters() -> dict[str, Word]:
-    """Parameters of all effects, those of sweeps included, by `effect.parameter`."""
-    return {**_parameters_of(effects_of_sweeps()), **_parameters_of(library().values())}
+    """Parameters of all effects, those of sweeps and of proposals included, by
+    `effect.parameter`."""
+    return {
+        **{f"proposed.{name}": word for name, word in WORDS.items()},
+        **_parameters_of(effects_of_sweeps()),
+        **_parameters_of(library().values()),
+    }
 
 
 def _parameters_of(effects: Iterable[type[Effect]]) -> dict[str, Word]:

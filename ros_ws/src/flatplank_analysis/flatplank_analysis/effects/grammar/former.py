@@ -192,9 +192,9 @@ def _require_fields(s: Sentence, fields: Fields) -> None:
     for p in own:
         told = dict(fields[p.name])
         low, high = told.pop("bounds")
-        words: dict[str, Any] = {"unit": p.unit} | ({"note": p.note} if p.note else {})
-        words |= {"screen": p.screen, "matters": p.matters} if p.screen else {}
-        _require(told == {"null": p.null, **words})
+        told.pop("note", None)
+        size = {"screen": p.screen, "matters": p.matters} if p.screen else {}
+        _require(told == {"null": p.null, "unit": p.unit, **size})
         near = ROUNDED * (p.upper - p.lower)
         _require(abs(low - p.lower) <= near and abs(high - p.upper) <= near)
 

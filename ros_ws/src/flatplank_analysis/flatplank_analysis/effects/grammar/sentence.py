@@ -16,6 +16,7 @@ from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.effects.grammar.hooks import NONE, Hook
 from flatplank_analysis.effects.grammar.modulators import Modulator
+from flatplank_analysis.effects.grammar.parameter_words import WORDS
 from flatplank_analysis.effects.grammar.proposed import Proposed
 from flatplank_analysis.effects.grammar.shapes.base import Number, Shape, Span
 from flatplank_data.wording import quantity
@@ -155,17 +156,20 @@ def method_of(hook: Hook, modulator: Modulator, change: Change) -> Callable[[Any
 def _fields(s: Sentence) -> list[tuple[str, type, Any]]:
     hook, seen = s.site.hook, s.site.coordinate.span
     ends = (-hook.most, hook.most)
-    out = [
-        (name, float, param(0.0, unit=hook.unit, bounds=ends, screen=hook.screen,
-                            matters=hook.matters))
-        for name in s.shape.sizes
-    ]  # fmt: skip
+    size = {"unit": hook.unit, "screen": hook.screen, "matters": hook.matters}
+    out = [_field(name, 0.0, bounds=ends, **size) for name in s.shape.sizes]
     for n in s.shape.numbers:
         low, high = sorted(n.bounds(seen))
         value = float(s.numbers[n.name])
         within = (min(low, value), max(high, value))
-        out.append((n.name, float, param(value, unit=_unit(n, seen), bounds=within, note=n.note)))
+        out.append(_field(n.name, value, bounds=within, unit=_unit(n, seen)))
     return out
+
+
+def _field(name: str, null: float, **declared: Any) -> tuple[str, type, Any]:
+    word = WORDS[name]
+    told = {"title": word.title, "symbol": word.symbol, "note": word.sentence}
+    return name, float, param(null, **declared, **told)
 
 
 def _unit(number: Number, span: Span) -> str:

@@ -64,7 +64,6 @@ class Number:
     grid: Callable[[Span], Sequence[float] | np.ndarray]
     """values that are tried"""
     bounds: Callable[[Span], tuple[float, float]]
-    note: str = ""
 
 
 Terms: TypeAlias = "np.ndarray | tuple[np.ndarray, ...]"

@@ -78,7 +78,6 @@ RINGING = Shape(
             "fade", "u",
             lambda s: s.width * np.array([0.05, 0.1, 0.2, 0.35]),
             lambda s: (0.01 * s.width, 2.0 * s.width),
-            "length over which it falls to a third",
         ),
     ),
     PAIR,
