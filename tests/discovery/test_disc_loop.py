@@ -11,15 +11,12 @@ import pytest
 import yaml
 from bristles import Truth, campaign, save
 
-from flatplank_analysis.cli import change, compare, diagnose, effects
+from flatplank_analysis.cli import change, compare, effects
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import modelfile
 from flatplank_analysis.effects.registry import library
 from flatplank_data import files
 from flatplank_data.errors import FlatplankError
-from flatplank_sim.sealed import seal
-from flatplank_sim.sealed.score import score
-from printed_words import unknown_in_page
 
 SMALL = (-0.05, -0.01, 0.01, 0.05)
 
@@ -115,43 +112,6 @@ def test_waterfall_goes_on_from_the_history(monkeypatch):
     assert names(()) == ["base", "+ wear"]
     # the file went on since the search began
     assert names(history[:2]) == ["start", "+ lag"]
-
-
-def test_diagnose_writes_contract_and_page(folder, tmp_path, capsys):
-    page = tmp_path / "report"
-    assert diagnose.main([str(folder), "--json", "--report", str(page)]) == 0
-    out = _json(capsys)
-    keys = {
-        "verdict", "effects", "floor_rmse", "rmse_before", "rmse_after", "held_out_before",
-        "held_out_after", "unexplained", "next_run", "seconds",
-    }  # fmt: skip
-    assert keys <= set(out)
-    (effect,) = out["effects"]
-    assert out["verdict"] == "found group"
-    assert {effect["name"], *effect["class"]} == {"drive_backlash", "rack_backlash"}
-    assert effect["size"] == pytest.approx(5e-4, rel=0.15)
-    assert out["rmse_after"] < out["rmse_before"]
-    assert out["held_out_after"] < 1.1 * out["floor_rmse"]
-    assert out["next_run"]["what"]
-    assert {
-        "name", "kind", "size", "unit", "interval", "class", "held_out_gain", "probability",
-    } <= set(effect)  # fmt: skip
-    html = (page / "index.html").read_text()
-    assert "<svg" in html and "http://" not in html.replace("http://www.w3.org", "")
-    assert ">effect</abbr></th>" in html and unknown_in_page(html) == []
-    assert 'title="Backlash of the wheel drive: Gears of the wheel drive cross' in html
-    verdict = html[html.index('class="verdict"') :].split("</p>")[0]
-    assert all(word in verdict for word in [out["verdict"], "0.5", "mm (90 %:", *effect["class"]])
-    assert "Dots and lines differ by" in html
-    assert json.loads((page / "diagnosis.json").read_text())["verdict"] == out["verdict"]
-    for name in ("conditions", "waterfall", "collapse0", "map0"):
-        assert (page / f"{name}.png").stat().st_size > 2000
-        assert (page / f"{name}.svg").read_text().startswith("<?xml")
-    answer = {"effects": [{"name": "drive_backlash", "size": 5e-4, "unit": "m", "class": []}]}
-    seal.seal(answer, tmp_path)
-    assert "drive_backlash" not in (tmp_path / seal.NAME).read_text()
-    result = score(out, seal.unseal(tmp_path))
-    assert result["right"] and result["first_right"] and not result["false"]
 
 
 def test_effects_verb(capsys, tmp_path):

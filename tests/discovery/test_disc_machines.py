@@ -78,6 +78,7 @@ def test_viscous_friction_alone_needs_nothing(pendulum, tmp_path, capsys):
     assert again.rmse_before == pytest.approx(result.rmse_before, rel=1e-3)
 
 
+@pytest.mark.long
 def test_friction_by_load_of_a_servo_is_named_and_neither_decoy(bench, tmp_path):
     result = bench.main(str(servo(tmp_path / "logs", load=0.15))).result
     assert named(result) == ["load_friction"] and holds(result, "load_friction", 0.15)

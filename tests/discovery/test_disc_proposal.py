@@ -196,6 +196,7 @@ def test_a_force_may_fade_with_the_slip():
     assert told == ["fx", "plank position", "little slip", "bump"], result
 
 
+@pytest.mark.long
 def test_a_column_without_effect_is_proposed_as_none(tmp_path, capsys):
     save(list(_warm(73, 0.0)), tmp_path)
     assert propose.main([str(tmp_path)]) == 0

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import json
 import pkgutil
 import re
@@ -20,7 +22,10 @@ from matplotlib.figure import Figure
 import flatplank_analysis as fp
 from flatplank_analysis.cli import change, compare, diagnose
 from flatplank_analysis.discovery.report.text import text_of
+from flatplank_sim.sealed import seal
+from flatplank_sim.sealed.score import score
 from flatplank_tire import shipped_tir, write_tir
+from printed_words import unknown_in_page
 
 PAGE = Path(__file__).resolve().parents[2] / "docs/guide/python.md"
 SMALL = (-0.05, -0.01, 0.01, 0.05)
@@ -47,6 +52,21 @@ def model(runs):
 @pytest.fixture(scope="module")
 def grown(model):
     return model.add("drive_backlash")
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    """Where the verb writes its page."""
+    return tmp_path_factory.mktemp("page")
+
+
+@pytest.fixture(scope="module")
+def told(folder, page):
+    """What the verb says of the campaign, for programs."""
+    text = io.StringIO()
+    with contextlib.redirect_stdout(text):
+        assert diagnose.main([str(folder), "--json", "--report", str(page)]) == 0
+    return json.loads(text.getvalue())
 
 
 def _verb(capsys, main, *arguments):
@@ -127,9 +147,42 @@ def test_add_has_the_numbers_of_the_verb(model, grown, folder, tmp_path, capsys)
         grown.save(mine)
 
 
-def test_diagnosis_is_that_of_the_verb(runs, model, folder, capsys, tmp_path):
-    found = fp.diagnose(runs, model)
-    verb = _verb(capsys, diagnose.main, folder)
+def test_diagnose_writes_contract_and_page(told, page, tmp_path):
+    keys = {
+        "verdict", "effects", "floor_rmse", "rmse_before", "rmse_after", "held_out_before",
+        "held_out_after", "unexplained", "next_run", "seconds",
+    }  # fmt: skip
+    assert keys <= set(told)
+    (effect,) = told["effects"]
+    assert told["verdict"] == "found group"
+    assert {effect["name"], *effect["class"]} == {"drive_backlash", "rack_backlash"}
+    assert effect["size"] == pytest.approx(5e-4, rel=0.15)
+    assert told["rmse_after"] < told["rmse_before"]
+    assert told["held_out_after"] < 1.1 * told["floor_rmse"]
+    assert told["next_run"]["what"]
+    assert {
+        "name", "kind", "size", "unit", "interval", "class", "held_out_gain", "probability",
+    } <= set(effect)  # fmt: skip
+    html = (page / "index.html").read_text()
+    assert "<svg" in html and "http://" not in html.replace("http://www.w3.org", "")
+    assert ">effect</abbr></th>" in html and unknown_in_page(html) == []
+    assert 'title="Backlash of the wheel drive: Gears of the wheel drive cross' in html
+    verdict = html[html.index('class="verdict"') :].split("</p>")[0]
+    assert all(word in verdict for word in [told["verdict"], "0.5", "mm (90 %:", *effect["class"]])
+    assert "Dots and lines differ by" in html
+    assert json.loads((page / "diagnosis.json").read_text())["verdict"] == told["verdict"]
+    for name in ("conditions", "waterfall", "collapse0", "map0"):
+        assert (page / f"{name}.png").stat().st_size > 2000
+        assert (page / f"{name}.svg").read_text().startswith("<?xml")
+    answer = {"effects": [{"name": "drive_backlash", "size": 5e-4, "unit": "m", "class": []}]}
+    seal.seal(answer, tmp_path)
+    assert "drive_backlash" not in (tmp_path / seal.NAME).read_text()
+    result = score(told, seal.unseal(tmp_path))
+    assert result["right"] and result["first_right"] and not result["false"]
+
+
+def test_diagnosis_is_that_of_the_verb(runs, model, told, tmp_path):
+    found, verb = fp.diagnose(runs, model), told
     mine = found.to_dict()
     assert {k: v for k, v in mine.items() if k != "seconds"} == {
         k: v for k, v in verb.items() if k != "seconds"

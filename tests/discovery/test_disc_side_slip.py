@@ -140,7 +140,7 @@ def test_of_the_bench_with_two_loads_only_what_its_tire_has_is_named(tmp_path):
     ("settings", "named"),
     [
         ("fz: 3700, alpha_deg: [0, 2]", set()),
-        ("fz: 3700, gamma_deg: [0, 3]", {"camber_thrust"}),
+        pytest.param("fz: 3700, gamma_deg: [0, 3]", {"camber_thrust"}, marks=pytest.mark.long),
     ],
 )
 def test_the_bench_with_side_slip_and_camber(settings, named, tmp_path):

@@ -25,6 +25,7 @@ NAMES = {n for m in MENU.values() for n in m.names} - {"worn_patch"}
 FEW = {k: v for k, v in library().items() if k in NAMES}
 
 
+@pytest.mark.long
 def test_what_no_effect_explains_is_proposed_at_the_end(tmp_path):
     force, place = OUTSIDE["bump"](SIZE, np.random.default_rng(8))
     bench, log = FastBench(77, effects=FEW, force=force), DiskLog(tmp_path)

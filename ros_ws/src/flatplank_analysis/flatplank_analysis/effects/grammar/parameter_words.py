@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Words of the parameters that the shapes of a proposed effect have, by name; their units are those
-of the site."""
+"""Words of the parameters that the shapes of a proposed effect have, by name; their units are
+those of the site."""
 
 from __future__ import annotations
 

@@ -168,8 +168,8 @@ def _fields(s: Sentence) -> list[tuple[str, type, Any]]:
 
 def _field(name: str, null: float, **declared: Any) -> tuple[str, type, Any]:
     word = WORDS[name]
-    told = {"title": word.title, "symbol": word.symbol, "note": word.sentence}
-    return name, float, param(null, **declared, **told)
+    said = param(null, title=word.title, symbol=word.symbol, note=word.sentence, **declared)
+    return name, float, said
 
 
 def _unit(number: Number, span: Span) -> str:
