@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Workers of a process that is killed end by themselves."""
+"""Workers have one core each, and end by themselves when their process is killed."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ import sys
 import time
 
 import pytest
+
+from flatplank_analysis.parallel import available_cores
 
 WAITS = """
 import multiprocessing, os, sys, time
@@ -45,3 +47,23 @@ def test_workers_end_when_their_parent_is_killed(context, tmp_path) -> None:
     while any(map(_alive, workers)):
         assert time.monotonic() < end, [pid for pid in workers if _alive(pid)]
         time.sleep(0.02)
+
+
+THREADS = """
+import multiprocessing
+from flatplank_analysis.parallel import worker_pool
+MODEL = "flatplank_analysis.contact_patch.model"
+COUNT = f"__import__('{MODEL}', fromlist=['threads']).threads() is None"
+if __name__ == "__main__":
+    server = multiprocessing.get_context("forkserver")
+    server.set_forkserver_preload([MODEL])
+    with worker_pool(1, server) as pool:
+        print(eval(COUNT), pool.submit(eval, COUNT).result())
+"""
+
+
+def test_a_worker_has_one_core_of_its_own_also_where_its_server_read_the_model(tmp_path) -> None:
+    script = tmp_path / "threads.py"
+    script.write_text(THREADS)
+    told = subprocess.run([sys.executable, str(script)], stdout=subprocess.PIPE, text=True)
+    assert told.stdout.split() == [str(available_cores() == 1), "True"]

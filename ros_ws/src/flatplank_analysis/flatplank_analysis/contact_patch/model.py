@@ -4,10 +4,10 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from flatplank_analysis.discovery.effect import call_hook, hook_error
 from flatplank_analysis.discovery.model import FormError, ParameterSet
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.effects.base import Block, Motion, Node, Signal, Tire
+from flatplank_analysis.parallel import available_cores
 
 CHUNK = 48
 """parameter sets computed at once"""
@@ -37,9 +38,19 @@ otherwise, which shows as a difference between driving and braking, or as a carc
 the load"""
 STRETCH_WITH_SIDE_SLIP = 0.012
 """`FormError.stretch` where runs have side slip: the forces turn while they rise"""
-THREADS = min(4, os.cpu_count() or 1) if multiprocessing.parent_process() is None else 1
-"""a worker process has a core of its own"""
-_POOL = ThreadPoolExecutor(max_workers=THREADS)
+MOST_THREADS = 4
+"""more than these wait for each other's memory"""
+
+
+@lru_cache(maxsize=1)
+def threads() -> ThreadPoolExecutor | None:
+    """Threads that solve blocks; none in a worker process, which has one core of its own.
+
+    Asked at the first use: the server that forks workers has imported this file, too.
+    """
+    count = min(MOST_THREADS, available_cores())
+    alone = count == 1 or multiprocessing.parent_process() is not None
+    return None if alone else ThreadPoolExecutor(count)
 
 
 class TireModel:
@@ -235,9 +246,14 @@ class TireModel:
                     across,
                 )  # fmt: skip
 
-            jobs = [_POOL.submit(part, *job) for job in _jobs(todo, params)]
-            for job in jobs:
-                job.result()
+            pool = threads()
+            if pool is None:
+                for job in _jobs(todo, params, 1):
+                    part(*job)
+            else:
+                jobs = _jobs(todo, params, 4 * MOST_THREADS)
+                for done in [pool.submit(part, *job) for job in jobs]:
+                    done.result()
             shaped = force.reshape(2, sets, runs, samples)
             for axis in range(2):
                 shaped[axis, ~todo[axis]] = shaped[axis, 0]
@@ -297,8 +313,10 @@ def _call_hook(effect, hook, argument, names: Sequence[str], shape: tuple[int, .
             raise hook_error(effect, hook, f"'{name}' has shape {found}, not {shape}")
 
 
-def _jobs(todo: np.ndarray, params: np.ndarray) -> Iterator[tuple[np.ndarray, bool, bool]]:
-    """Blocks of elements and the directions to solve, as jobs for threads.
+def _jobs(
+    todo: np.ndarray, params: np.ndarray, parts: int
+) -> Iterator[tuple[np.ndarray, bool, bool]]:
+    """Blocks of elements and the directions to solve, in so many jobs of each kind.
 
     Both directions are solved where they depend on each other, by friction or a compliant drive.
     """
@@ -312,7 +330,7 @@ def _jobs(todo: np.ndarray, params: np.ndarray) -> Iterator[tuple[np.ndarray, bo
         (alone & todo[1], False, True),
     ):
         blocks = kernel.blocks_of(np.flatnonzero(np.repeat(wanted, runs)))
-        for part in np.array_split(blocks, 4 * THREADS):
+        for part in np.array_split(blocks, parts):
             if len(part):
                 yield part, do_x, do_y
 

@@ -12,7 +12,9 @@ from nicegui import ui
 from flatplank_panel.signals import BY_KEY, DRIVE_PLOTS, FORCE_PLOTS
 from flatplank_panel.views.page import Page
 
-INK, SOFT, LINE = "#1c2530", "#55616f", "#e6eaef"
+INK, SOFT, LINE = "#1c2530", "#55616f", "#c8d0d8"
+"""colours of text, of units, and of lines, which are seen in the dark, too: there charts are
+inverted"""
 AXIS_LINE = {"lineStyle": {"color": LINE}}
 TITLE = {"fontSize": 12.5, "fontWeight": 500, "color": INK, "fontFamily": "Roboto"}
 ACTUAL, REFERENCE = "#1f5488", "#c25700"
