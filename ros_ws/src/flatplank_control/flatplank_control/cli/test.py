@@ -62,11 +62,13 @@ def parts() -> list[Sequence[str]]:
 
 
 class Part:
-    """A command that runs beside the first one, into a file of its own."""
+    """A command that runs beside the first one, into a file of its own and on one core: what keeps
+    time has the others, and threads of a calculation would only wait for each other."""
 
-    def __init__(self, command: Sequence[str], output: IO[bytes]) -> None:
-        self.output = output
+    def __init__(self, command: Sequence[str], output: IO[bytes], core: int) -> None:
+        self.output, self.core = output, core
         self.process = subprocess.Popen(command, stdout=output, stderr=subprocess.STDOUT)
+        os.sched_setaffinity(self.process.pid, {core})
         self.shown = 0
 
     @property
@@ -91,12 +93,14 @@ def side_by_side(here: Sequence[str], *beside: Sequence[str]) -> int:
     then one per core. Their output follows its own. Returns the exit code of the first that
     failed."""
     waiting, parts = list(beside), list[Part]()
+    cores = sorted(os.sched_getaffinity(0), reverse=True)
     with ExitStack() as opened:
 
         def begin(most: int) -> None:
-            while waiting and sum(p.running for p in parts) < most:
+            while waiting and len(busy := [p.core for p in parts if p.running]) < most:
                 output = opened.enter_context(tempfile.TemporaryFile())
-                parts.append(Part(waiting.pop(0), output))
+                core = min(cores, key=busy.count)
+                parts.append(Part(waiting.pop(0), output, core))
                 opened.callback(parts[-1].end)
 
         first = subprocess.Popen(here)
