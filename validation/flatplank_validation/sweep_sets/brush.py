@@ -18,6 +18,8 @@ import numpy as np
 BASE = Path(__file__).with_name("brush.tir")
 """tire file that `sweeps --fit` made of sweeps of this brush with nothing hidden, noise 0.5 N"""
 BRISTLES = 60
+AIR = 25.0
+"""temperature of the air [deg C]"""
 RATE = 50.0
 """samples per second"""
 
@@ -52,6 +54,14 @@ class Brush:
     """share of the load in the shown side force, beyond the nominal load [-]"""
     turned: float = 0.0
     """shown slip angle less the true one [deg]"""
+    zero_by_temperature: float = 0.0
+    """offset of the shown side force per kelvin above the temperature of the air [N/K]"""
+    pull_by_pressure: float = 0.0
+    """offset of the shown side force per 20 kPa above 200 kPa [N]"""
+    late: float = 0.0
+    """share by which the shown side force is larger in the second half of the series [-]"""
+    angle_by_distance: float = 0.0
+    """growth of the true slip angle less the shown one per kilometre [deg/km]"""
     noise: float = 10.0
     """standard deviation of the shown side force [N]"""
     moment_noise: float = 0.3
@@ -85,8 +95,13 @@ def sweeps(brush: Brush, plan: Plan, seed: int) -> dict[str, np.ndarray]:
     pressure = np.repeat([levels[k][1] for k in order], len(one))
     time = np.arange(len(alpha)) / RATE
     fz = fz * (1.0 + 0.004 * random.standard_normal(len(fz)))
-    fy, mz, warm = _roll(brush, np.radians(alpha), fz, pressure, plan.speed / 3.6)
+    way = time * plan.speed / 3.6
+    true = np.radians(alpha + brush.angle_by_distance * 1e-3 * way)
+    fy, mz, warm = _roll(brush, true, fz, pressure, plan.speed / 3.6)
     shown = fy + brush.crosstalk * (fz - brush.nominal)
+    shown = shown * (1.0 + brush.late * (time > 0.5 * time[-1]))
+    shown = shown + brush.zero_by_temperature * (warm - AIR)
+    shown = shown + brush.pull_by_pressure * (pressure - 200.0) / 20.0
     shown = shown + brush.noise * random.standard_normal(len(fy))
     moment = mz + brush.moment_noise * random.standard_normal(len(mz))
     return {
@@ -126,12 +141,12 @@ def _roll(
     place = (np.arange(BRISTLES) + 0.5) / BRISTLES
     shape = (place * (1.0 - place)) ** brush.fuller
     shape /= shape.mean()  # pressure over the length, mean 1
-    air, capacity, cooling = 25.0, 900.0, 60.0  # deg C, J/K, W/K
-    warm, way = air, 0.0
+    capacity, cooling = 900.0, 60.0  # J/K, W/K
+    warm, way = AIR, 0.0
     fy, mz, temperature = np.empty((3, len(alpha)))
     for k, (angle, load, bar) in enumerate(zip(alpha, fz, pressure, strict=True)):
         mu = brush.friction * (1.0 - brush.by_load * (load / brush.nominal - 1.0))
-        mu *= 1.0 - brush.over_temperature * (warm - air)
+        mu *= 1.0 - brush.over_temperature * (warm - AIR)
         mu *= 1.0 + brush.over_pressure * (bar / 200.0 - 1.0)
         mu *= 1.0 - brush.over_distance * 1e-3 * way
         length = 2.0 * brush.half_length * (load / brush.nominal) ** brush.longer
@@ -141,6 +156,6 @@ def _roll(
         fy[k], mz[k] = each.sum(), each @ (length * (0.5 - place))
         temperature[k] = warm
         heat = abs(fy[k] * speed * np.sin(angle)) * 0.5
-        warm += (heat - cooling * (warm - air)) / capacity / RATE
+        warm += (heat - cooling * (warm - AIR)) / capacity / RATE
         way += speed / RATE
     return fy, mz, temperature

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Forty generated series of sweeps: twenty with nothing hidden, four of each of five causes."""
+"""Generated series of sweeps: forty with causes of the library or none, twenty with causes that
+are in no library."""
 
 from __future__ import annotations
 
@@ -19,6 +20,14 @@ CAUSES = {
     "turned": ("ply_steer", (0.05, 0.3)),
 }
 """field of `Brush` -> identifier of its effect, smallest and largest size"""
+OUTSIDE = {
+    "zero_by_temperature": ("signal", ("temperature",), (0.5, 4.0)),
+    "pull_by_pressure": ("signal", ("pressure",), (20.0, 100.0)),
+    "late": ("gain", ("time", "distance"), (0.02, 0.1)),
+    "angle_by_distance": ("motion", ("time", "distance"), (0.1, 0.5)),
+}
+"""field of `Brush` -> family of its hook, its coordinates, smallest and largest size"""
+OF_EACH_OUTSIDE = 5
 SERIES = NULLS + OF_EACH * len(CAUSES)
 NOISE = (5.0, 40.0)
 """smallest and largest standard deviation of the side force [N]"""
@@ -44,6 +53,14 @@ def cases(seed: int) -> Iterator[Case]:
             continue
         name, sizes = CAUSES[cause]
         yield Case(number, Brush(noise=noise, **{cause: _between(random, *sizes)}), name)
+
+
+def cases_outside(seed: int) -> Iterator[Case]:
+    """Twenty series, each with a cause that is in no library; `hidden` is its field of `Brush`."""
+    random = np.random.default_rng(seed)
+    for number, cause in enumerate(c for c in OUTSIDE for _ in range(OF_EACH_OUTSIDE)):
+        noise, size = _between(random, *NOISE), _between(random, *OUTSIDE[cause][2])
+        yield Case(number, Brush(noise=noise, **{cause: size}), cause)
 
 
 def _between(random: np.random.Generator, low: float, high: float) -> float:

@@ -24,6 +24,7 @@ from flatplank_validation.blind.detectable import cache
 from flatplank_validation.blind.journal import code_version, commit, read
 from flatplank_validation.sweep_sets.brush import BASE, Plan, sweeps, text_of
 from flatplank_validation.sweep_sets.forms import forms
+from flatplank_validation.sweep_sets.outside import proposal_rows, proposals
 from flatplank_validation.sweep_sets.page import form_rows, page, rows_of, summary
 from flatplank_validation.sweep_sets.sets import SERIES, Case, cases
 
@@ -34,12 +35,15 @@ MORE = 1000
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """`flatplank bench-sweeps [--seed N] [--from N] [--count N] [--forms] [--write FILE]`."""
+    """`flatplank bench-sweeps [--seed N] [--from N] [--count N] [--forms | --outside]
+    [--write FILE]`."""
     parser = Parser(prog="flatplank bench-sweeps", description=__doc__)
     parser.add_argument("--seed", type=int, default=1, help="of the forty series (default 1)")
     parser.add_argument("--from", type=int, default=0, dest="start", help="first one (default 0)")
     parser.add_argument("--count", type=int, default=SERIES, help="number of series (default 40)")
     parser.add_argument("--forms", action="store_true", help="tires of other forms, instead")
+    parser.add_argument("--outside", action="store_true",
+                        help="causes of no library, for `propose`, instead")  # fmt: skip
     parser.add_argument("--journal", metavar="FILE", type=Path,
                         help="file that is gone on with; default: in .cache/blind")  # fmt: skip
     parser.add_argument("--write", metavar="FILE", type=Path, help="the page")
@@ -47,9 +51,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     o = parser.parse_args(argv)
     if not (0 <= o.start < SERIES and o.count > 0):
         parser.error(f"there are {SERIES} series: --from 0 to {SERIES - 1}, --count 1 or more")
-    if o.forms:
+    if o.forms or o.outside:
         with tempfile.TemporaryDirectory() as folder:
-            header, *rows = form_rows(forms(Path(folder), MORE * o.seed))
+            there = Path(folder)
+            if o.forms:
+                header, *rows = form_rows(forms(there, MORE * o.seed))
+            else:
+                header, *rows = proposal_rows(proposals(there, o.seed))
         common.print_rows(header, rows)
         return 0
     asked = islice(cases(o.seed), o.start, o.start + o.count)

@@ -96,9 +96,6 @@ def _session_of_sweeps(
     arguments: argparse.Namespace, file: str, model: ModelFile | None
 ) -> SweepSession:
     """The sweeps of a file, with the tire file that is named or that of the model file."""
-    if common.effect_files(arguments):
-        what, remedy = "belong to campaigns", "effects of sweeps are files of slip_sweeps/effects"
-        raise FlatplankError(what, "--effects and --trust", remedy)
     tir = arguments.tir or (model.base if model and model.base.endswith(TIR) else "")
     if not tir:
         raise FlatplankError(
@@ -106,7 +103,9 @@ def _session_of_sweeps(
             f"give --tir FILE; `flatplank sweeps {file} --fit FILE.tir` makes one",
         )  # fmt: skip
     mapping = common.read_mapping(arguments.mapping)
-    return SweepSession.of_file(file, tir, arguments.swept, mapping)
+    own = [e.file for e in model.effects if e.file] if model else []
+    files = list(dict.fromkeys([*common.effect_files(arguments), *own]))
+    return SweepSession.of_file(file, tir, arguments.swept, mapping, files)
 
 
 def require_file(path: Path) -> None:

@@ -23,7 +23,7 @@ from flatplank_data.wording import sized
 def main(argv: Sequence[str] | None = None) -> int:
     """`flatplank propose DIR [--out FILE] [--model FILE] [--effects FILE]
     [--report DIR] [--json]`."""
-    parser = loop.loop_parser("propose", __doc__)
+    parser = loop.loop_parser("propose", __doc__, sweeps=True)
     parser.add_argument(
         "--out", metavar="FILE", help="the effect file; default: proposed_NAME.yaml in DIR"
     )
@@ -48,7 +48,7 @@ def _run(arguments: argparse.Namespace) -> int:
     if arguments.json:
         common.print_json(result.to_dict() | {"file": str(path) if path else None})
     else:
-        print("\n".join(text_of(result, arguments.folder, path)))
+        print("\n".join(text_of(result, arguments.folder, path, session.force)))
     if arguments.report:
         from flatplank_analysis.proposal.picture import write_proposal
 
@@ -58,7 +58,8 @@ def _run(arguments: argparse.Namespace) -> int:
 
 
 def _place(folder: str, name: str) -> Path:
-    there = Path(folder)
+    path = Path(folder)
+    there = path.parent if path.is_file() else path
     writable = "://" not in folder and os.access(there, os.W_OK)
     return (there if writable else Path()) / f"{name}{SUFFIX}"
 
@@ -72,16 +73,16 @@ def _require_new(path: Path) -> None:
         )
 
 
-def text_of(result: Proposal, folder: str, path: Path | None) -> list[str]:
-    """The result as text."""
+def text_of(result: Proposal, folder: str, path: Path | None, force: str) -> list[str]:
+    """The result as text; force: whose error is told."""
     if result.sentence is None or result.numbers is None:
         return [f"nothing to propose ({result.reason})", f"{result.seconds:.1f} s"]
     n, assured = result.numbers, result.outcome
     lines = [
         f"verdict: {result.verdict} ({result.sentence.words()})",
         f"size {sized(n['size'], n['interval'], n['unit'])}",
-        f"error of Fx {n['rmse_before']:.1f} -> {n['rmse']:.1f} N, floor {n['floor']:.1f} N; held "
-        f"out by condition {n['held_out']:.1f} N, by level {n['held_out_level']:.1f} N",
+        f"error of {force} {n['rmse_before']:.1f} -> {n['rmse']:.1f} N, floor {n['floor']:.1f} N; "
+        f"held out by condition {n['held_out']:.1f} N, by level {n['held_out_level']:.1f} N",
     ]
     if assured is not None and assured.confused:
         others = "; ".join(t.sentence.words() for t in assured.confused[:3])

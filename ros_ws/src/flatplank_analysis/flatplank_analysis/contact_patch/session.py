@@ -26,6 +26,7 @@ from flatplank_analysis.discovery.state import channel_weights, make_state, star
 from flatplank_analysis.discovery.steps import Step
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.effects.checks import sound_library
+from flatplank_analysis.effects.grammar.hooks import HOOKS, Hook
 from flatplank_analysis.effects.registry import find, library
 from flatplank_analysis.inference.beside import Beside
 from flatplank_analysis.inference.nextrun import next_run
@@ -120,6 +121,26 @@ class Session:
     def force(self) -> str:
         """Name of the first channel: 'Fx'."""
         return self.model.runs.channels[0].capitalize()
+
+    @property
+    def hooks(self) -> Sequence[Hook]:
+        """Quantities on which a proposal may act."""
+        return HOOKS
+
+    @property
+    def may_imitate(self) -> bool:
+        """Whether a proposal may take the place of effects that bring the error to the floor."""
+        return True
+
+    @property
+    def unfit_for_proposals(self) -> str:
+        """Why nothing can be proposed, whatever is left; empty: it can."""
+        return ""
+
+    def level_settings(self) -> list[np.ndarray]:
+        """What is set per run, (runs,) each: the size of the slip, the load."""
+        facts = self.model.runs.facts
+        return [np.abs(facts["kappa"]), facts["nominal"]]
 
     def start(self, model: ModelFile) -> dict[str, float]:
         """Base parameters of a model file, also those that this campaign cannot determine."""

@@ -113,6 +113,11 @@ class TireRuns:
         """(runs,) sign of the last slip before each run; 0 where unknown."""
         return side_before(self.runs.order, self.kappa)
 
+    @property
+    def coordinates(self) -> Mapping[str, Coordinate]:
+        """All coordinates by name, see `coordinates_of`."""
+        return coordinates_of(self)
+
     def coordinate(self, name: str) -> np.ndarray:
         """A coordinate, channel or further column by name (runs, samples)."""
         return coordinate_of(self, name).values

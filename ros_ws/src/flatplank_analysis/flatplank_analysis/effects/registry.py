@@ -21,6 +21,7 @@ from flatplank_analysis.effects.base import TireEffect
 from flatplank_analysis.effects.grammar import file as proposal_file
 from flatplank_analysis.effects.grammar import former
 from flatplank_analysis.effects.grammar.sentence import Sentence, effect_of
+from flatplank_analysis.effects.sweep_base import SweepEffect
 from flatplank_data.errors import FlatplankError
 from flatplank_data.names import similar_names
 
@@ -28,7 +29,7 @@ GROUP = "flatplank.effects"
 SUFFIXES = (proposal_file.SUFFIX, ".py")
 """of effect files"""
 _USER = "flatplank_user_effects_"
-_NOT_EFFECTS = {"base", "registry", "checks", "consent", "grammar"}
+_NOT_EFFECTS = {"base", "sweep_base", "registry", "checks", "consent", "grammar"}
 
 
 def effects_in(module: ModuleType) -> list[type[Effect]]:
@@ -134,6 +135,9 @@ def library(files: Iterable[str | Path] = ()) -> dict[str, type[Effect]]:
     """
     out: dict[str, type[Effect]] = {}
     own = [e for f in dict.fromkeys(Path(f).resolve() for f in files) for e in load_file(f)]
+    for effect in own:
+        if issubclass(effect, SweepEffect):
+            raise FlatplankError("is of sweeps", effect.file, "name a file with sweeps with it")
     for effect in [*_shipped(), *own]:
         other = out.get(effect.identifier)
         if other is not None and other is not effect:

@@ -15,7 +15,6 @@ import numpy as np
 from flatplank_analysis.contact_patch.tire_runs import TireRuns
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.parameters import param
-from flatplank_analysis.effects.base import TireEffect
 from flatplank_analysis.effects.grammar.sentence import Site, method_of
 from flatplank_analysis.effects.grammar.shapes.base import ANGLE, LEVEL, PLACE, Span
 
@@ -86,5 +85,5 @@ def effect_of_curve(site: Site, basis: np.ndarray) -> type[Effect]:
     }  # fmt: skip
     fields = [(n, float, number()) for n in names]
     return dataclasses.make_dataclass(
-        "Curve", fields, bases=(TireEffect,), frozen=True, namespace=dict(facts)
+        "Curve", fields, bases=(hook.base,), frozen=True, namespace=dict(facts)
     )

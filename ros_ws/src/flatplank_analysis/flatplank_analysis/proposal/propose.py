@@ -23,7 +23,6 @@ from flatplank_analysis.discovery.state import State, make_candidates, make_stat
 from flatplank_analysis.discovery.steps import Step
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.effects.grammar.file import text_of
-from flatplank_analysis.effects.grammar.hooks import HOOKS
 from flatplank_analysis.effects.grammar.modulators import BY_NAME
 from flatplank_analysis.effects.grammar.sentence import Sentence, Site, effect_of
 from flatplank_analysis.effects.grammar.shapes.base import LEVEL
@@ -38,9 +37,6 @@ from flatplank_data.progress import Progress
 from flatplank_data.wording import probability_words
 
 PROPOSED, NOTHING = "proposed", "nothing to propose"
-STEADY = ("fx", "gain", "friction", "slip")
-"""hooks through which a setting may make repeats differ; each power of the setting is removed
-separately, because repeats have few degrees of freedom"""
 ORDERED = 0.005
 """p-value of the permutation test below which a setting orders the repeats"""
 LEAST_RUNS = 2.0
@@ -120,11 +116,13 @@ def propose_from_diagnosis(
     began = time.perf_counter()
     if result.search is None or result.verdict == verdict.UNDECIDED:
         return Proposal(NOTHING, f"not decidable: {result.reason}", result)
+    if session.unfit_for_proposals:
+        return Proposal(NOTHING, session.unfit_for_proposals, result)
     only = _columns(session) if result.verdict in _NAMED else None
     made = Proposal(NOTHING, f"{result.verdict}: {result.reason}", result)
     if only != []:
         made = _residual_proposal(session, result, model, only, progress)
-    if made.sentence is None and result.verdict in _NAMED:
+    if made.sentence is None and result.verdict in _NAMED and session.may_imitate:
         made = _replacing_proposal(session, result, model, progress) or made
     return replace(made, seconds=time.perf_counter() - began)
 
@@ -137,7 +135,7 @@ def _residual_proposal(
     assert result.search is not None
     step = _cleaned(session, result.search.last)
     beside = Beside.of(step.state, list(session.effects.values()))
-    proposer = Proposer(beside, session.data, only, progress)
+    proposer = Proposer(beside, session.data, only, session.hooks, progress)
     outcome = proposer.run()
     why = _refused(outcome, proposer, result)
     if why:
@@ -164,7 +162,7 @@ def _replacing_proposal(
     first = search.steps[0]
     beside = Beside.of(first.state, list(session.effects.values()))
     together = beside.fitted(search.last.state.whitened.fit)
-    outcome = Proposer(beside, session.data, progress=progress).run()
+    outcome = Proposer(beside, session.data, hooks=session.hooks, progress=progress).run()
     if outcome.best is None or outcome.best.log < together.log - EXCLUDED:
         return None
     made = _refitted_proposal(session, result, first, outcome, outcome.best, model)
@@ -193,7 +191,7 @@ def _cleaned(session: Session, step: Step) -> Step:
         return step
     nowhere, *known = varying_coordinates(data)
     coordinates = [p for p in known if p.span.kind == LEVEL or p.name in data.further]
-    sites = [Site(h, nowhere, BY_NAME[""]) for h in HOOKS if h.name in STEADY]
+    sites = [Site(h, nowhere, BY_NAME[""]) for h in session.hooks if h.steady]
     ones = np.ones((1, *data.position.shape))
     steady = [effect_of_curve(s, ones) for s in sites]
     fit = old.whitened.fit
@@ -270,7 +268,7 @@ def _refitted_proposal(
     _, after, numbers = wider.add(known, effect.identifier, _with_candidate(step, effect))
     energy = effect_contribution(after.state.fit, len(after.state.fit.terms) - 1)[0] ** 2
     numbers |= {
-        "held_out_level": verdict.six_digits(held_out_level(after.state)),
+        "held_out_level": verdict.six_digits(held_out_level(after.state, session)),
         "acts_in": verdict.six_digits(_participating(energy) / energy.size or 1.0),
         "acts_in_runs": verdict.six_digits(_participating(energy.sum(axis=1))),
     }
@@ -285,7 +283,7 @@ def _refitted_proposal(
         interval=(low, high),
         evidence=tuple(_data_sentences(session, numbers, outcome, after)),
     )
-    reason = f"error of Fx {numbers['rmse_before']:.1f} -> {numbers['rmse']:.1f} N"
+    reason = f"error of {session.force} {numbers['rmse_before']:.1f} -> {numbers['rmse']:.1f} N"
     return Proposal(PROPOSED, reason, result, outcome, sentence, text_of(sentence), numbers)
 
 
@@ -319,8 +317,8 @@ def _data_sentences(
     runs, folder = session.data.runs, Path(session.campaign.path).name
     yield f"From {runs.runs} runs of {len(runs.groups)} conditions of {folder}."
     yield (
-        f"Error of Fx {n['rmse_before']:.1f} -> {n['rmse']:.1f} N, floor {n['floor']:.1f} N; in "
-        f"left-out conditions {n['held_out']:.1f} N, in left-out levels "
+        f"Error of {session.force} {n['rmse_before']:.1f} -> {n['rmse']:.1f} N, floor "
+        f"{n['floor']:.1f} N; in left-out conditions {n['held_out']:.1f} N, in left-out levels "
         f"{n['held_out_level']:.1f} N."
     )
     others = [_short(t.sentence) for t in outcome.confused]
@@ -339,13 +337,12 @@ def _short(s: Sentence) -> str:
     return f"{site.hook.words}{over}{when}"
 
 
-def held_out_level(state: State) -> float:
-    """Error of the first channel with sizes that were fitted without a whole level of the slip (or
-    of the load, where there are several)."""
+def held_out_level(state: State, session: Session) -> float:
+    """Error of the first channel with sizes that were fitted without a whole level of what is set
+    per run, where there are several."""
     runs = state.runs
-    settings = [np.abs(runs.facts["kappa"]), runs.facts["nominal"]]
     worst = 0.0
-    for values in settings:
+    for values in session.level_settings():
         levels, place = np.unique(np.round(values, 6), return_inverse=True)
         if len(levels) < 2:
             continue

@@ -13,6 +13,7 @@ import numpy as np
 from flatplank_analysis.contact_patch.tire_runs import TireRuns
 from flatplank_analysis.discovery.decision import Decision
 from flatplank_analysis.discovery.fit import Term
+from flatplank_analysis.effects.grammar.hooks import HOOKS, Hook
 from flatplank_analysis.effects.grammar.sentence import Sentence, Site, effect_of
 from flatplank_analysis.effects.grammar.shapes.base import SIGNAL
 from flatplank_analysis.inference.beside import Beside
@@ -142,6 +143,7 @@ class Proposer:
     data: TireRuns
     only: Sequence[str] | None = None
     """coordinates that are tested; None: all"""
+    hooks: Sequence[Hook] = HOOKS
     progress: Progress | None = None
 
     def run(self) -> Outcome:
@@ -149,7 +151,7 @@ class Proposer:
         coordinates = [
             p for p in varying_coordinates(self.data) if self.only is None or p.name in self.only
         ]
-        sites = sites_of(self.data, coordinates)
+        sites = sites_of(self.data, coordinates, self.hooks)
         scanned = []
         for i, site in enumerate(sites):
             if self.progress is not None and i % 20 == 0:

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from flatplank_analysis.contact_patch.tire_runs import TireRuns, coordinates_of
+from flatplank_analysis.contact_patch.tire_runs import TireRuns
 from flatplank_analysis.discovery.runs import Coordinate
 from flatplank_analysis.effects.grammar.hooks import HOOKS, NONE, Hook
 from flatplank_analysis.effects.grammar.modulators import BY_NAME
@@ -19,7 +19,7 @@ SAME = 0.999
 """likeness of two courses above which they count as the same"""
 WITHIN = 0.1
 """share of a coordinate's spread within runs below which it counts as set per run"""
-LAWS = ("slip level", "slip travel", "alpha", "fx")
+LAWS = ("slip level", "slip travel", "alpha", "fx", "kappa", "fz", "rate")
 """coordinates of the force law itself: deviations over them belong to the law"""
 EVENT = "distance since the step"
 ORDER, MIXED = "run order", 0.25
@@ -30,7 +30,7 @@ were made one after the other, and their differences would look like a change wi
 def varying_coordinates(data: TireRuns) -> list[SiteCoordinate]:
     """Coordinates that vary, each once, without those of the force law."""
     out = [SiteCoordinate("", Span(0.0, 1.0, NONE), np.zeros(data.position.shape))]
-    for name, c in coordinates_of(data).items():
+    for name, c in data.coordinates.items():
         values = np.asarray(c.values, dtype=float)
         if name in LAWS or not np.isfinite(values).all() or np.ptp(values) <= 1e-9:
             continue
@@ -81,12 +81,14 @@ def event_coordinate(data: TireRuns) -> SiteCoordinate:
     return SiteCoordinate(EVENT, _span(EVENT, c, c.values), c.values)
 
 
-def sites_of(data: TireRuns, coordinates: Sequence[SiteCoordinate]) -> list[Site]:
-    """All sites that these runs can show."""
+def sites_of(
+    data: TireRuns, coordinates: Sequence[SiteCoordinate], hooks: Sequence[Hook] = HOOKS
+) -> list[Site]:
+    """All sites of these hooks that these runs can show."""
     channels = data.runs.channels
     return [
         Site(hook, coordinate, BY_NAME[name])
-        for hook in HOOKS
+        for hook in hooks
         if hook.needs is None or hook.needs in channels
         for coordinate in coordinates
         if coordinate.span.kind in hook.kinds and coordinate.name != hook.needs

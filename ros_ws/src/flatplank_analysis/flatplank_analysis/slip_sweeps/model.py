@@ -8,7 +8,7 @@ file is given, its scale factors, or what the bench shows.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -18,9 +18,10 @@ import numpy as np
 from flatplank_analysis.discovery.model import FormError, ParameterSet
 from flatplank_analysis.discovery.parameters import Parameter
 from flatplank_analysis.discovery.runs import RunSet
+from flatplank_analysis.slip_sweeps.channels_of_runs import SweepChannels, channels_of
 from flatplank_analysis.slip_sweeps.effects import that_can_show
 from flatplank_analysis.slip_sweeps.origin import is_fitted_to
-from flatplank_analysis.slip_sweeps.runs import AXES, CHANNEL, runs_of
+from flatplank_analysis.slip_sweeps.runs import AXES, runs_of
 from flatplank_analysis.slip_sweeps.study import Study
 from flatplank_analysis.slip_sweeps.tir_signs import READ, TirSigns, convention
 from flatplank_tire.magic_formula import operating_point, steady
@@ -56,7 +57,7 @@ class SweepModel:
         self.channel = runs.channels[0]
         self.form = FormError(mean=form)
         self.laws = runs.facts["law"].tolist()
-        self.middle = {name: float(np.median(values)) for name, values in _channels(runs)}
+        self.middle = {name: float(np.median(values)) for name, values in channels_of(runs)}
         """of every coordinate of the sweeps [SI]"""
         shown = that_can_show(runs)
         self.inside = [e for e in shown if own and e.in_file]
@@ -115,7 +116,7 @@ class SweepModel:
     def state(self) -> Any:
         """What the file is given, by name, every coordinate of the sweeps, and the factors of
         friction and stiffness, both 1."""
-        of = dict(_channels(self.runs))
+        of = dict(channels_of(self.runs))
         c = self.tir.coefficients
         usual = {"pressure": c.NOMPRES, "speed": 1.0}
         for name in AXES:
@@ -126,14 +127,9 @@ class SweepModel:
         def above(name: str) -> np.ndarray:
             return of[name] - self.middle[name]
 
-        return SimpleNamespace(**of, above=above, grip=1.0, stiffness=1.0, nominal=c)
-
-
-def _channels(runs: RunSet) -> Iterator[tuple[str, np.ndarray]]:
-    """Every channel of the sweeps in their bins (runs, nodes)."""
-    for name, values in runs.facts.items():
-        if name.startswith(CHANNEL):
-            yield name.removeprefix(CHANNEL), values
+        factors = {"grip": 1.0, "stiffness": 1.0}
+        data = SweepChannels(self.runs)
+        return SimpleNamespace(**of, **factors, above=above, nominal=c, data=data)
 
 
 def _base(among_loads: bool) -> tuple[Parameter, ...]:

@@ -5,19 +5,26 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
+
+import numpy as np
 
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import verdict
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.discovery.opening import opened
+from flatplank_analysis.discovery.sources import FOUND, source_of
 from flatplank_analysis.discovery.verdict import Diagnosis
+from flatplank_analysis.effects.grammar.hooks import Hook
+from flatplank_analysis.effects.grammar.sweep_hooks import SWEEP_HOOKS
+from flatplank_analysis.effects.registry import load_file
+from flatplank_analysis.effects.sweep_base import SweepEffect
 from flatplank_analysis.pages.provenance import provenance
+from flatplank_analysis.slip_sweeps.channels_of_runs import SweepChannels
 from flatplank_analysis.slip_sweeps.conditions import FORCE
 from flatplank_analysis.slip_sweeps.missing import missing_sweep
 from flatplank_analysis.slip_sweeps.model import sweep_model
@@ -49,6 +56,7 @@ class SweepSession(Session):
         tir: str,
         swept: str | None = None,
         reading: Mapping[str, Any] | None = None,
+        files: Sequence[str] = (),
     ) -> SweepSession:
         """The session of a file with sweeps; reading: see `SETTINGS`, the others as in
         `of_study`.
@@ -62,25 +70,49 @@ class SweepSession(Session):
             what = f"unknown key '{unknown[0]}'{hint}"
             raise FlatplankError(what, "mapping of sweeps", f"known: {', '.join(SETTINGS)}")
         read = study(file, given.get("axes"), given.get("turn", ()), given.get("columns"))
-        made = cls.of_study(read, tir, swept, given.get("signs", READ))
+        made = cls.of_study(read, tir, swept, given.get("signs", READ), files)
         return replace(made, reading=given)
 
     @classmethod
     def of_study(
-        cls, study: Study, tir: str, swept: str | None = None, signs: str = READ
-    ) -> SweepSession:
+        cls, study: Study, tir: str, swept: str | None = None, signs: str = READ,
+        files: Sequence[str] = (),
+    ) -> SweepSession:  # fmt: skip
         """The session of sweeps that are read.
 
         tir: path of the tire file; swept: alpha or kappa, by default the slip that was swept, of
-        both alpha; signs: of the tire file.
+        both alpha; signs: of the tire file; files: of proposals.
         """
         slips = {c.swept for c in study.conditions}
         swept = swept or next(slip for slip in FORCE if slip in slips)
         whole = sweep_model([study], read_tir(tir), signs, swept)
         model: Any = opened(whole)
-        data: Any = SimpleNamespace(runs=model.runs)
+        data: Any = SweepChannels(model.runs)
         effects: dict[str, type[Effect]] = {e.identifier: e for e in whole.effects}
-        return cls(Campaign(study.path, []), data, model, effects, tir=tir)
+        effects |= proposals_in(files)
+        return cls(Campaign(study.path, []), data, model, effects, tuple(files), tir=tir)
+
+    @property
+    def hooks(self) -> Sequence[Hook]:
+        """Quantities on which a proposal may act."""
+        return SWEEP_HOOKS
+
+    @property
+    def may_imitate(self) -> bool:
+        """False: the Magic Formula leaves more than an effect differs from its imitation."""
+        return False
+
+    @property
+    def unfit_for_proposals(self) -> str:
+        """Why nothing can be proposed, whatever is left; empty: it can."""
+        source = source_of(self.model.runs)
+        if source.at_most == FOUND:
+            return ""
+        return f"the floor is from {source.title}: sweep each condition twice"
+
+    def level_settings(self) -> list[np.ndarray]:
+        """The load and camber of each run, as the number of their law (runs,)."""
+        return [self.model.runs.facts["law"]]
 
     @property
     def about(self) -> str:
@@ -94,7 +126,7 @@ class SweepSession(Session):
         if Path(folder).read_bytes() == Path(self.campaign.path).read_bytes():
             raise FlatplankError("is the file of the search", folder, "measure new sweeps")
         slip = next(s for s, force in FORCE.items() if force == self.model.runs.channels[0])
-        return SweepSession.of_file(folder, self.tir, slip, mapping or self.reading)
+        return SweepSession.of_file(folder, self.tir, slip, mapping or self.reading, self.files)
 
     def start(self, model: ModelFile) -> dict[str, float]:
         """Base parameters of a model file."""
@@ -110,6 +142,8 @@ class SweepSession(Session):
 
     def effect_of(self, name: str, numbers: Any, where: str, file: str = "") -> type[Effect]:
         """An effect by name; FlatplankError when these sweeps cannot show it."""
+        if file and name not in self.effects:
+            self.effects |= proposals_in([file])
         if name not in self.effects:
             what = f"no effect '{name}' that these sweeps can show"
             what += nearest_hint(name, self.effects)
@@ -131,6 +165,15 @@ class SweepSession(Session):
         result = verdict.diagnose(self.searched(model, progress, measured))
         result = replace(result, next_run=missing_sweep(result), campaign=False)
         return replace(result, seconds=time.perf_counter() - began)
+
+
+def proposals_in(files: Sequence[str]) -> dict[str, type[Effect]]:
+    """Effects of the files of proposals; FlatplankError for one that is not of sweeps."""
+    found = {effect.identifier: effect for file in files for effect in load_file(file)}
+    for effect in found.values():
+        if not issubclass(effect, SweepEffect):
+            raise FlatplankError("is not of sweeps", effect.file, "name a proposal for sweeps")
+    return found
 
 
 def _same_file(one: str, other: str) -> bool:

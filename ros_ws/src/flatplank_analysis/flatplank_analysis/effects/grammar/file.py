@@ -12,11 +12,12 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from flatplank_analysis.effects.grammar import hooks, modulators
-from flatplank_analysis.effects.grammar.hooks import NONE
+from flatplank_analysis.effects.grammar import modulators
+from flatplank_analysis.effects.grammar.hooks import HOOKS, NONE
 from flatplank_analysis.effects.grammar.sentence import Sentence, Site, SiteCoordinate
 from flatplank_analysis.effects.grammar.shapes import shapes
 from flatplank_analysis.effects.grammar.shapes.base import PLACE, Span
+from flatplank_analysis.effects.grammar.sweep_hooks import SWEEP_HOOKS
 from flatplank_data.errors import FlatplankError
 from flatplank_data.names import nearest_hint
 from flatplank_data.yaml_text import dump_yaml, load_yaml
@@ -29,6 +30,7 @@ KEYS = (
     "format", "name", "what", "check", "acts_on", "over", "within", "unit", "form", "numbers",
     "when", "interval", "evidence",
 )  # fmt: skip
+ACTS_ON = {h.name: h for h in (*HOOKS, *SWEEP_HOOKS)}
 NEEDED = ("name", "acts_on", "form")
 REMEDY = "leave the file as `flatplank propose` wrote it"
 HEAD = """\
@@ -82,7 +84,7 @@ def sentence_of(text: str | bytes, where: str) -> Sentence:
         raise FlatplankError(what, where, REMEDY)
     ends = raw.get("interval")
     site = Site(
-        _one_of(hooks.BY_NAME, raw["acts_on"], "acts_on", where),
+        _one_of(ACTS_ON, raw["acts_on"], "acts_on", where),
         coordinate,
         _one_of(modulators.BY_NAME, raw.get("when") or "", "when", where),
     )

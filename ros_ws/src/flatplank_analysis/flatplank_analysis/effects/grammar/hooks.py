@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Quantities on which a proposed effect may act, each in one hook method of `TireEffect`.
+"""Quantities on which a proposed effect of the flat plank may act, each in one hook method of
+`TireEffect`; those in sweeps are in `sweep_hooks`.
 
 The function of a hook applies a change: the value of the shape, in `unit`, (sets, runs, samples).
 """
@@ -12,8 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.effects.base import Motion, Signal, Tire
 from flatplank_analysis.effects.force_channel import shifted
+from flatplank_analysis.effects.grammar.proposed import Proposed
 from flatplank_analysis.effects.grammar.shapes.base import ANGLE, LEVEL, PLACE, SIGNAL
 
 NONE = "none"
@@ -48,6 +51,11 @@ class Hook:
     """channel that the runs must have, and that cannot be its coordinate"""
     shown: bool = False
     """True where a measured channel would show the effect itself"""
+    steady: bool = False
+    """True where a setting may make repeats differ through it; each power of the setting is
+    removed separately, because repeats have few degrees of freedom"""
+    base: type[Effect] = Proposed
+    """class of its effects, which has the method"""
 
 
 def _to_fx(signal: Signal, change: np.ndarray) -> None:
@@ -97,22 +105,23 @@ HOOKS: tuple[Hook, ...] = (
     Hook("fx", "signal", "signal", _to_fx, "N", 10.0, 5.0, 2000.0,
          "machine", "a force in Fx", "Look for what pulls at plank or wheel",
          ("", "driving", "braking", "slipping", "sign of slip", "slip", "size of slip",
-          "little slip", "load", "speed")),
+          "little slip", "load", "speed"), steady=True),
     Hook("fy", "signal", "signal", _to_fy, "N", 10.0, 5.0, 2000.0,
          "machine", "a force in Fy", "Look for what pushes plank or wheel sideways",
          needs="fy"),
     Hook("gain", "gain", "signal", _to_gain, "1", 0.01,
-         0.005, 0.5, "sensor", "a factor on Fx", FX, SIDES),
+         0.005, 0.5, "sensor", "a factor on Fx", FX, SIDES, steady=True),
     Hook("slip", "motion", "motion", _to_slip, "1", 1e-3,
          2e-4, 0.05, "machine", "a slip that the encoders do not see", _MOTION, SIDES,
-         (NONE, LEVEL, PLACE, ANGLE, SIGNAL), shown=True),
+         (NONE, LEVEL, PLACE, ANGLE, SIGNAL), shown=True, steady=True),
     Hook("travel", "motion", "motion",
          _to_travel,
          "m", 1e-4, 2e-5, 5e-3, "machine", "a travel of the plank that the encoders do not see",
          _MOTION, SIDES, (PLACE, ANGLE, SIGNAL), shown=True),
     Hook("friction", "friction", "tire", _to_friction, "1",
          0.02, 0.01, 0.5, "tire", "a factor on the friction between tire and road",
-         "Look at the road surface and at the tread; clean it, and measure again", SIDES),
+         "Look at the road surface and at the tread; clean it, and measure again", SIDES,
+         steady=True),
     Hook("stiffness", "stiffness", "tire",
          _to_stiffness, "1", 0.02, 0.01, 0.5,
          "tire", "a factor on the slip stiffness",
@@ -131,4 +140,3 @@ HOOKS: tuple[Hook, ...] = (
          "Tap the wheel while force and motion are recorded, early and late",
          kinds=(PLACE, LEVEL, SIGNAL), order=90),
 )  # fmt: skip
-BY_NAME = {h.name: h for h in HOOKS}

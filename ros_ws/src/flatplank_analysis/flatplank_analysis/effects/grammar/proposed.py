@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Base class of the effects that a sentence of the grammar makes."""
+"""Base classes of the effects that a sentence of the grammar makes."""
 
 from __future__ import annotations
 
@@ -7,11 +7,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.effects.base import TireEffect
+from flatplank_analysis.effects.sweep_base import SweepEffect
 
 
-class Proposed(TireEffect):
-    """Base of the effects that `flatplank propose` writes, until the cause is known."""
+class _Proposed(Effect):
+    """What `flatplank propose` writes, until the cause is known."""
 
     source = "flatplank propose"
     removes = "Removing its cause; until then this file in the model."
@@ -29,3 +31,11 @@ class Proposed(TireEffect):
         if "cos" in values:
             return float(np.hypot(values["cos"], values["sin"]))
         return super().size(values)
+
+
+class Proposed(_Proposed, TireEffect):
+    """A proposed effect of the flat plank."""
+
+
+class ProposedInSweeps(_Proposed, SweepEffect):
+    """A proposed effect in sweeps."""

@@ -17,7 +17,6 @@ from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.effects.grammar.hooks import NONE, Hook
 from flatplank_analysis.effects.grammar.modulators import Modulator
 from flatplank_analysis.effects.grammar.parameter_words import WORDS
-from flatplank_analysis.effects.grammar.proposed import Proposed
 from flatplank_analysis.effects.grammar.shapes.base import Number, Shape, Span
 from flatplank_data.wording import quantity
 
@@ -122,7 +121,7 @@ def effect_of(s: Sentence) -> type[Effect]:
         facts["interval"] = tuple(s.interval)
     title = "".join(w.capitalize() for w in s.identifier.split("_"))
     return dataclasses.make_dataclass(
-        title, _fields(s), bases=(Proposed,), frozen=True, namespace=facts
+        title, _fields(s), bases=(hook.base,), frozen=True, namespace=facts
     )
 
 

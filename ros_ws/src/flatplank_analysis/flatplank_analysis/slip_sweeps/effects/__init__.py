@@ -7,13 +7,13 @@ import importlib
 import pkgutil
 
 from flatplank_analysis.discovery.runs import RunSet
-from flatplank_analysis.slip_sweeps.effects.base import SweepEffect
+from flatplank_analysis.effects.sweep_base import SweepEffect
 
 
 def effects() -> list[type[SweepEffect]]:
     """All effects, by file and by their order there."""
     found = []
-    for module in sorted(m.name for m in pkgutil.iter_modules(__path__) if m.name != "base"):
+    for module in sorted(m.name for m in pkgutil.iter_modules(__path__)):
         content = vars(importlib.import_module(f"{__name__}.{module}")).values()
         found += [
             one for one in content

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from flatplank_analysis.discovery.parameters import param
-from flatplank_analysis.slip_sweeps.effects.base import SweepEffect
+from flatplank_analysis.effects.sweep_base import SweepEffect
 
 
 @dataclass(frozen=True)

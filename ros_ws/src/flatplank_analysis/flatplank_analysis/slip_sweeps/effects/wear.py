@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from flatplank_analysis.discovery.parameters import param
-from flatplank_analysis.slip_sweeps.effects.base import SweepEffect
+from flatplank_analysis.effects.sweep_base import SweepEffect
 
 
 @dataclass(frozen=True)

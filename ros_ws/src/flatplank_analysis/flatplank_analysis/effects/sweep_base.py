@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What sweeps may show beside the tire file. An effect is one file of this folder."""
+"""What sweeps may show beside the tire file. An effect is one file of `slip_sweeps/effects`."""
 
 from __future__ import annotations
 
