@@ -7,11 +7,15 @@ import json
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from flatplank_analysis.cli import change, compare, confirm, diagnose
 from flatplank_analysis.cli import sweeps as sweeps_verb
+from flatplank_analysis.slip_sweeps.model import sweep_model
+from flatplank_analysis.slip_sweeps.study import study
 from flatplank_data.errors import FlatplankError
+from flatplank_tire.tir import read_tir
 from flatplank_validation.sweep_sets.brush import BASE, Brush, Plan, sweeps, text_of
 
 
@@ -80,3 +84,25 @@ def test_what_lacks_is_said_in_a_line(bench, tmp_path, capsys) -> None:
     mapping.write_text("axis: iso")
     with pytest.raises(FlatplankError, match="unknown key 'axis'.*axes"):
         compare.main([str(file), "--tir", str(BASE), "--mapping", str(mapping)])
+
+
+def test_several_files_are_one_search(bench, tmp_path, capsys) -> None:
+    """Time and distance go on from file to file."""
+    tir = ("--tir", bench / "tire.tir")
+    files = [shutil.copy(bench / f"{name}.csv", tmp_path) for name in ("hot", "again")]
+    one = asked(diagnose.main, capsys, files[0], *tir)
+    both = asked(diagnose.main, capsys, *files, *tir)
+    assert [e["name"] for e in both["effects"]] == ["grip_temperature"]
+    width = [float(np.ptp(found["effects"][0]["interval"])) for found in (one, both)]
+    assert width[1] < width[0]
+    added = asked(change.add, capsys, "grip_temperature", *files, *tir)
+    assert added["rmse"] < 0.4 * added["rmse_before"]
+    again = ("grip_temperature", *map(str, files), "--with", str(files[1]))
+    with pytest.raises(FlatplankError, match="file of the search"):
+        confirm.main([*again, *map(str, tir)])
+    runs = sweep_model([study(str(f)) for f in files], read_tir(BASE)).runs
+    half = runs.runs // 2
+    for name in ("time", "distance"):
+        values = runs.coordinates[name].values
+        assert values[:half].max() <= values[half:].min()
+    assert (np.diff(runs.order) != 0).all() and runs.order[:half].max() < runs.order[half:].min()

@@ -24,9 +24,8 @@ from flatplank_data.yaml_text import parse_yaml
 
 def main(argv: Sequence[str] | None = None) -> int:
     """`flatplank diagnose DIR... [--model FILE] [--effects FILE] [--report DIR] [--json]`."""
-    parser = loop.loop_parser("diagnose", __doc__, sweeps=True)
-    what = "further campaigns: each gets its diagnosis.json, --jobs at a time"
-    parser.add_argument("more", metavar="DIR", nargs="*", help=what)
+    what = "further campaigns: each gets its diagnosis.json; further sweeps: one search"
+    parser = loop.loop_parser("diagnose", __doc__, sweeps=True, more=what)
     common.parallel_arguments(parser)
     parser.add_argument("--report", metavar="DIR", help="write a page with figures there")
     parser.add_argument("--out", metavar="FILE", help="write the JSON to a file as well")
@@ -36,7 +35,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         help="starting values, as `flatplank calibrate sheet` prints them",
     )
     arguments = parser.parse_args(argv)
-    work = diagnose_many.run if arguments.more else _run
+    many = arguments.more and not Path(arguments.folder).is_file()
+    work = diagnose_many.run if many else _run
     return common.run_or_report_nothing_usable("diagnose", lambda: work(arguments))
 
 

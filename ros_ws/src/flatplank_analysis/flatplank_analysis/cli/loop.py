@@ -19,10 +19,10 @@ MODEL = "model.yaml"
 
 
 def loop_parser(
-    verb: str, text: str | None, effect: bool = False, sweeps: bool = False
+    verb: str, text: str | None, effect: bool = False, sweeps: bool = False, more: str = ""
 ) -> argparse.ArgumentParser:
     """A parser with the arguments of a verb on a model; `effect`: the first one is an effect;
-    `sweeps`: a file with sweeps may stand for the campaign."""
+    `sweeps`: files with sweeps may stand for the campaign; `more`: help of the further ones."""
     parser = Parser(prog=f"flatplank {verb}", description=text)
     what = "campaign folder, or a file with sweeps" if sweeps else "campaign folder"
     if effect:
@@ -33,6 +33,8 @@ def loop_parser(
     if sweeps:
         what = "of sweeps: the tire file; default: that of the model file"
         parser.add_argument("--tir", metavar="FILE", help=what)
+        what = "further files with sweeps of the same tire, in the order of measurement"
+        parser.add_argument("more", metavar="FILE", nargs="*", help=more or what)
         parser.add_argument("--swept", choices=FORCE, help="of sweeps: the slip")
     parser.add_argument("--model", metavar="FILE", help="model file (YAML)")
     common.effect_arguments(parser)
@@ -85,6 +87,9 @@ def session_of(arguments: argparse.Namespace, folder: str, model: ModelFile | No
     """The campaign, or the sweeps, with the effects of the command line and of the model file."""
     if hasattr(arguments, "tir") and Path(folder).is_file():
         return _session_of_sweeps(arguments, folder, model)
+    if getattr(arguments, "more", ()):
+        what, remedy = "is one campaign more", "name one folder, or files with sweeps"
+        raise FlatplankError(what, arguments.more[0], remedy)
     own = [e.file for e in model.effects if e.file] if model else []
     mapping = common.read_mapping(arguments.mapping)
     session = Session.open(folder, [*common.effect_files(arguments), *own], mapping)
@@ -105,7 +110,7 @@ def _session_of_sweeps(
     mapping = common.read_mapping(arguments.mapping)
     own = [e.file for e in model.effects if e.file] if model else []
     files = list(dict.fromkeys([*common.effect_files(arguments), *own]))
-    return SweepSession.of_file(file, tir, arguments.swept, mapping, files)
+    return SweepSession.of_file(file, tir, arguments.swept, mapping, files, arguments.more)
 
 
 def require_file(path: Path) -> None:

@@ -48,13 +48,19 @@ def _run(arguments: argparse.Namespace) -> int:
     if arguments.json:
         common.print_json(result.to_dict() | {"file": str(path) if path else None})
     else:
-        print("\n".join(text_of(result, arguments.folder, path, session.force)))
+        print("\n".join(text_of(result, _named(arguments), path, session.force)))
     if arguments.report:
         from flatplank_analysis.proposal.picture import write_proposal
 
         page = write_proposal(result, Path(arguments.report), arguments.folder, session.about)
         print(f"report: {page}", file=sys.stderr if arguments.json else sys.stdout)
     return 0
+
+
+def _named(arguments: argparse.Namespace) -> str:
+    """Campaign or sweeps as the next command names them, with their tire file."""
+    tir = f" --tir {arguments.tir}" if arguments.tir else ""
+    return " ".join([arguments.folder, *arguments.more]) + tir
 
 
 def _place(folder: str, name: str) -> Path:

@@ -56,8 +56,7 @@ def runs_of(studies: Sequence[Study], swept: str) -> RunSet:
             columns,
             (one.path, *(v for name, v in c.held.items() if name not in SAME_LAW)),
         )
-        for one in studies
-        for columns in [{**one.columns, **_derived(one.columns, swept)}]
+        for one, columns in zip(studies, _one_after_the_other(studies, swept), strict=True)
         for c in one.conditions
         if c.swept == swept
         for visit in _visits(c)
@@ -69,6 +68,7 @@ def runs_of(studies: Sequence[Study], swept: str) -> RunSet:
     ways = _ways(found, swept)
     binned = [_binned(columns, rows, swept, ways) for _, rows, columns, *_ in found]
     laws = list(dict.fromkeys(law for *_, law in found))
+    begins = dict(zip((one.path for one in studies), _begins(studies), strict=True))
     labels = list(dict.fromkeys(label for label, *_ in found))
     condition = np.array([labels.index(label) for label, *_ in found])
     known = [n for n in (*SHOWN, force) if all(n in one for one in binned)]
@@ -84,7 +84,7 @@ def runs_of(studies: Sequence[Study], swept: str) -> RunSet:
         measured=of[force][None],
         # the bins as if they were of equal length: the noise has a memory over bins
         time=np.tile(np.arange(nodes, dtype=float), (len(found), 1)),
-        order=np.array([float(rows[0]) for _, rows, *_ in found]),
+        order=np.array([begins[str(law[0])] + float(rows[0]) for _, rows, _, law in found]),
         coordinates={
             name: Coordinate(of[name], SHOWN[name]) for name in SHOWN
             if name in of and _varies(name, of[name])
@@ -93,6 +93,28 @@ def runs_of(studies: Sequence[Study], swept: str) -> RunSet:
         | {"law": np.array([laws.index(law) for *_, law in found])},
         inputs={swept: of[swept]},
     )  # fmt: skip
+
+
+def _begins(studies: Sequence[Study]) -> list[int]:
+    """Number of samples before each file."""
+    counts = [len(one.columns["fz"]) for one in studies]
+    return [sum(counts[:k]) for k in range(len(counts))]
+
+
+def _one_after_the_other(studies: Sequence[Study], swept: str) -> list[dict[str, np.ndarray]]:
+    """Columns of each file with what is derived from them; time and distance of a file go on where
+    the file before it ended."""
+    out: list[dict[str, np.ndarray]] = []
+    ends: dict[str, float] = {}
+    for one in studies:
+        columns = {**one.columns, **_derived(one.columns, swept)}
+        for name in ("time", "distance"):
+            if out and name in columns and name in ends:
+                values = columns[name]
+                columns[name] = values - values[0] + ends[name]
+        ends = {n: float(columns[n][-1]) for n in ("time", "distance") if n in columns}
+        out.append(columns)
+    return out
 
 
 def _varies(name: str, values: np.ndarray) -> bool:

@@ -46,6 +46,8 @@ class SweepSession(Session):
 
     tir: str = ""
     """path of the tire file"""
+    more: tuple[str, ...] = ()
+    """further files of the same tire"""
     reading: Mapping[str, Any] | None = None
     """settings by which the files were read, see `SETTINGS`"""
 
@@ -57,9 +59,10 @@ class SweepSession(Session):
         swept: str | None = None,
         reading: Mapping[str, Any] | None = None,
         files: Sequence[str] = (),
+        more: Sequence[str] = (),
     ) -> SweepSession:
-        """The session of a file with sweeps; reading: see `SETTINGS`, the others as in
-        `of_study`.
+        """The session of a file with sweeps, and of more files of the same tire in the order in
+        which they were measured; reading: see `SETTINGS`, the others as in `of_studies`.
 
         Raises:
             FlatplankError: a file cannot be used, or there is no sweep of the slip.
@@ -69,13 +72,14 @@ class SweepSession(Session):
             hint = nearest_hint(unknown[0], SETTINGS)
             what = f"unknown key '{unknown[0]}'{hint}"
             raise FlatplankError(what, "mapping of sweeps", f"known: {', '.join(SETTINGS)}")
-        read = study(file, given.get("axes"), given.get("turn", ()), given.get("columns"))
-        made = cls.of_study(read, tir, swept, given.get("signs", READ), files)
+        settings = given.get("axes"), given.get("turn", ()), given.get("columns")
+        read = [study(path, *settings) for path in (file, *more)]
+        made = cls.of_studies(read, tir, swept, given.get("signs", READ), files)
         return replace(made, reading=given)
 
     @classmethod
-    def of_study(
-        cls, study: Study, tir: str, swept: str | None = None, signs: str = READ,
+    def of_studies(
+        cls, studies: Sequence[Study], tir: str, swept: str | None = None, signs: str = READ,
         files: Sequence[str] = (),
     ) -> SweepSession:  # fmt: skip
         """The session of sweeps that are read.
@@ -83,14 +87,16 @@ class SweepSession(Session):
         tir: path of the tire file; swept: alpha or kappa, by default the slip that was swept, of
         both alpha; signs: of the tire file; files: of proposals.
         """
-        slips = {c.swept for c in study.conditions}
+        slips = {c.swept for one in studies for c in one.conditions}
         swept = swept or next(slip for slip in FORCE if slip in slips)
-        whole = sweep_model([study], read_tir(tir), signs, swept)
+        whole = sweep_model(studies, read_tir(tir), signs, swept)
         model: Any = opened(whole)
         data: Any = SweepChannels(model.runs)
         effects: dict[str, type[Effect]] = {e.identifier: e for e in whole.effects}
         effects |= proposals_in(files)
-        return cls(Campaign(study.path, []), data, model, effects, tuple(files), tir=tir)
+        first, *others = (one.path for one in studies)
+        made = cls(Campaign(first, []), data, model, effects, tuple(files), tir=tir)
+        return replace(made, more=tuple(others))
 
     @property
     def hooks(self) -> Sequence[Hook]:
@@ -119,11 +125,13 @@ class SweepSession(Session):
         """Where the sweeps come from, for the foot of a page."""
         runs = self.model.runs
         count = f"{len(runs.names)} sweeps" if len(runs.names) != 1 else "1 sweep"
-        return provenance((), f"{count} of {Path(self.campaign.path).name}")
+        names = ", ".join(Path(path).name for path in (self.campaign.path, *self.more))
+        return provenance((), f"{count} of {names}")
 
     def beside(self, folder: str, mapping: Any = None) -> SweepSession:
         """The session of other sweeps, with the same tire file."""
-        if Path(folder).read_bytes() == Path(self.campaign.path).read_bytes():
+        own = (Path(path).read_bytes() for path in (self.campaign.path, *self.more))
+        if Path(folder).read_bytes() in own:
             raise FlatplankError("is the file of the search", folder, "measure new sweeps")
         slip = next(s for s, force in FORCE.items() if force == self.model.runs.channels[0])
         return SweepSession.of_file(folder, self.tir, slip, mapping or self.reading, self.files)
@@ -152,7 +160,9 @@ class SweepSession(Session):
 
     def file_of(self, model: ModelFile, fit: Any) -> ModelFile:
         """The model file with the parameters and effects of a fit, and the tire file as base."""
-        return replace(super().file_of(model, fit), base=self.tir)
+        made = replace(super().file_of(model, fit), base=self.tir)
+        # a name would stand for one of the files alone
+        return replace(made, campaign="") if self.more else made
 
     def diagnose(
         self,
