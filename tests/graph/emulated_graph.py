@@ -24,7 +24,7 @@ from flatplank_control.nodes.client import BenchClient
 from flatplank_data.campaign import Campaign
 from flatplank_data.table import MeasurementTable
 from flatplank_hw.cia402 import State
-from flatplank_msgs.msg import BusInputs, DriveStatus, EncoderState, HubState
+from flatplank_msgs.msg import BusInputs, DriveStatus, EncoderState, HubState, SequencerState
 from flatplank_msgs.srv import PlankSwitch, StartRecording, StopRecording
 
 LATEST = QoSProfile(
@@ -36,6 +36,7 @@ TOPICS = {
     EncoderState: "/encoders/state",
     HubState: "/measurement_hub/state",
     DriveStatus: "/wheel_drive/status",
+    SequencerState: "/slip_sequencer/state",
     DiagnosticArray: "/diagnostics",
 }
 
@@ -86,6 +87,12 @@ class EmulatedGraph:
             now = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
             start = now if start is None else start
             assert now - start < seconds, message
+
+    def is_at_present(self, kind: type) -> None:
+        """A node that was started again has made up for what it missed."""
+        now = self.now()
+        wanted = (now.sec, now.nanosec)
+        self.until(kind, lambda s: (s.header.stamp.sec, s.header.stamp.nanosec) >= wanted, 20.0)
 
     def last_word(self, kind: type, condition: Callable[[object], bool]) -> None:
         """The newest sample fulfils a condition: of a node whose bus has gone, and that therefore

@@ -19,7 +19,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from flatplank_hw.cia402 import State
 from flatplank_hw.drive.safety import RULES
-from flatplank_msgs.msg import BusInputs, DriveStatus, EncoderState, HubState
+from flatplank_msgs.msg import BusInputs, DriveStatus, EncoderState, HubState, SequencerState
 from flatplank_msgs.srv import Claim, SetOperationMode, SetWaveform, StopRecording
 from flatplank_sim.emulator.control import Control
 
@@ -259,6 +259,8 @@ def test_node_killed(bench: FaultyGraph, name: str) -> None:
     graph.plank(0)
     bench.readable(SHORT, status="stopped")
     assert bench.shaft()["enables"] == enables
+    if name == "slip_sequencer":
+        graph.is_at_present(SequencerState)
     bench.persist(lambda: bench.measures_again(reset=False))
 
 

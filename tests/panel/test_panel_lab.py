@@ -43,6 +43,9 @@ def test_a_campaign_asks_goes_on_and_is_stopped(visitor, observer, tmp_path):
     if observer.running:
         who.click("Stop bench")
         wait_for(lambda: not observer.running, 60.0, "the bench has stopped")
+    # its drive is a second commander for as long as the middleware knows it
+    known = observer.client.node.count_publishers
+    wait_for(lambda: known("/bus/outputs") == 0, 60.0, "the bench before is gone from the graph")
     with bench_by_hand(tmp_path) as names:
         observer.client.wait_connected(names, 120.0)
         who.word_is("bench", "running", 60.0)

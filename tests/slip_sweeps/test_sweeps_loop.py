@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import flatplank_analysis as fp
 from flatplank_analysis.cli import change, compare, confirm, diagnose
 from flatplank_analysis.cli import sweeps as sweeps_verb
 from flatplank_analysis.slip_sweeps.model import sweep_model
@@ -95,6 +96,10 @@ def test_several_files_are_one_search(bench, tmp_path, capsys) -> None:
     assert [e["name"] for e in both["effects"]] == ["grip_temperature"]
     width = [float(np.ptp(found["effects"][0]["interval"])) for found in (one, both)]
     assert width[1] < width[0]
+    read = fp.sweeps(files)
+    (named,) = read.diagnose(bench / "tire.tir").result.to_dict()["effects"]
+    assert named["interval"] == both["effects"][0]["interval"]
+    assert set(read.compare(BASE).file) == set(map(str, files))
     added = asked(change.add, capsys, "grip_temperature", *files, *tir)
     assert added["rmse"] < 0.4 * added["rmse_before"]
     again = ("grip_temperature", *map(str, files), "--with", str(files[1]))

@@ -73,7 +73,7 @@ def test_the_trail_of_a_brush_is_found_without_its_formula(tmp_path):
     path.write_text(text_of(sweeps(brush, Plan(), 3)), encoding="utf-8")
     found = fp.sweeps(path)
     fit = found.fit(radius=0.31)
-    for failure in found.study.moment_failures(fit.file).values():
+    for failure in found.studies[0].moment_failures(fit.file).values():
         assert failure.share < 0.07
     assert all(h.r_squared > 0.9 for h in fit.held_out)
     fz, small = brush.nominal, np.radians(0.8)
@@ -100,10 +100,10 @@ def test_a_moment_that_cannot_be_one_is_left_out_with_a_line(moment, line, tmp_p
     columns = tire.sweep(tire.wave(240))
     path = written(tmp_path, columns | {"MZ": moment(columns)})
     found = fp.sweeps(path)
-    assert line in found.study.said and not found.study.moments
+    assert line in found.studies[0].said and not found.studies[0].moments
     assert "mz" not in found.fit().fit.fits
     if line is AHEAD:
-        assert len(fp.sweeps(path, turn=["mz"]).study.moments) == len(tire.LOADS)
+        assert len(fp.sweeps(path, turn=["mz"]).studies[0].moments) == len(tire.LOADS)
 
 
 def test_sweeps_without_a_moment_make_a_file_without_one(tmp_path, capsys):

@@ -51,7 +51,8 @@ FACTS = (
     "inference.contrast.SMALL",
     "contact_patch.denoising.ORDERS", "contact_patch.data.PINION_TURN", "contact_patch.grid.SPEED",
     "contact_patch.grid.SAMPLE", "contact_patch.kernel.ROWS", "contact_patch.kernel.WIDE",
-    "contact_patch.model.CHUNK", "inference.detectable.POWER", "discovery.gram.AT_ONCE",
+    "contact_patch.model.CHUNK", "contact_patch.model.MOST_THREADS", "discovery.gram.AT_ONCE",
+    "inference.detectable.POWER",
     "proposal.confirm.STEP", "proposal.picture.WIDEST", "proposal.scan.POINTS",
 )  # fmt: skip
 """constants that are not varied: properties of the machine, places in an array, or without effect

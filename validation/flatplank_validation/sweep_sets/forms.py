@@ -55,7 +55,7 @@ def forms(folder: Path, seed: int, noise: float = 2.0) -> Iterator[FormOf]:
         search = found.result.drawable(name)
         runs = search.model.runs
         left = runs.mean(search.steps[0].state.residual[0])
-        free = [f.rms for f in made[1].study.formulas if f]
+        free = [f.rms for f in made[1].studies[0].formulas if f]
         named = tuple(e["name"] for e in found.to_dict()["effects"])
         error, least = runs.rmse(left), float(np.sqrt(np.mean(np.square(free))))
         yield FormOf(name, error, least, found.verdict, named)
