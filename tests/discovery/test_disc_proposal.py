@@ -13,6 +13,7 @@ import pytest
 import yaml
 from bristles import Truth, campaign, save
 
+from asked import asked
 from flatplank_analysis.cli import change, confirm, effects, propose
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.modelfile import ModelFile
@@ -58,14 +59,7 @@ def pulled(tmp_path_factory):
 @pytest.fixture(scope="module")
 def proposed(pulled):
     """The campaign's proposal: what the verb says for programs."""
-    import contextlib
-    import io
-
-    text = io.StringIO()
-    with contextlib.redirect_stdout(text):
-        page = str(pulled[0].parent / "page")
-        assert propose.main([str(pulled[0]), "--json", "--report", page]) == 0
-    return json.loads(text.getvalue())
+    return asked(propose.main, pulled[0], "--report", pulled[0].parent / "page")
 
 
 def test_a_pull_is_proposed_with_place_size_and_form(proposed):

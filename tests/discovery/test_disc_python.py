@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 import json
 import pkgutil
 import re
@@ -20,6 +18,7 @@ from bristles import Truth, campaign, save
 from matplotlib.figure import Figure
 
 import flatplank_analysis as fp
+from asked import asked
 from flatplank_analysis.cli import change, compare, diagnose
 from flatplank_analysis.discovery.report.text import text_of
 from flatplank_sim.sealed import seal
@@ -63,15 +62,7 @@ def page(tmp_path_factory):
 @pytest.fixture(scope="module")
 def told(folder, page):
     """What the verb says of the campaign, for programs."""
-    text = io.StringIO()
-    with contextlib.redirect_stdout(text):
-        assert diagnose.main([str(folder), "--json", "--report", str(page)]) == 0
-    return json.loads(text.getvalue())
-
-
-def _verb(capsys, main, *arguments):
-    assert main([*map(str, arguments), "--json"]) == 0
-    return json.loads(capsys.readouterr().out)
+    return asked(diagnose.main, folder, "--report", page)
 
 
 def test_every_public_name_is_there():
@@ -117,8 +108,8 @@ def test_what_is_beyond_a_floor_is_the_error_less_the_floor(tmp_path):
     assert "over the wheel angle: " in repr(found)
 
 
-def test_fit_has_the_numbers_of_compare(model, folder, capsys):
-    verb = _verb(capsys, compare.main, folder)
+def test_fit_has_the_numbers_of_compare(model, folder):
+    verb = asked(compare.main, folder)
     assert dict(model.compare(fp.load(folder)).numbers) == verb
     table = model.parameters
     assert {n: float(f"{v:.6g}") for n, v in zip(table.parameter, table.value, strict=True)} == {
@@ -127,15 +118,15 @@ def test_fit_has_the_numbers_of_compare(model, folder, capsys):
     assert model.effects == [] and "model: tire" in repr(model)
 
 
-def test_add_has_the_numbers_of_the_verb(model, grown, folder, tmp_path, capsys):
+def test_add_has_the_numbers_of_the_verb(model, grown, folder, tmp_path):
     path = tmp_path / "model.yaml"
-    verb = _verb(capsys, change.add, "drive_backlash", folder, "--model", path)
+    verb = asked(change.add, "drive_backlash", folder, "--model", path)
     assert {k: v for k, v in verb.items() if k not in ("model", "effect")} == dict(grown.numbers)
     mine = grown.save(tmp_path / "mine.yaml")
     assert yaml.safe_load(mine.read_text()) == yaml.safe_load(path.read_text())
     assert "drive_backlash: " in repr(grown) and model.effects == []
 
-    again = _verb(capsys, change.remove, "drive_backlash", folder, "--model", path)
+    again = asked(change.remove, "drive_backlash", folder, "--model", path)
     smaller = grown.remove("drive_backlash")
     assert smaller.numbers["rmse"] == again["rmse"]
     assert smaller.save(tmp_path / "less.yaml").read_text() == path.read_text()

@@ -3,13 +3,13 @@
 
 from __future__ import annotations
 
-import json
-import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
+from series_of_sweeps import series_in
 
+from asked import asked
 from flatplank_analysis.cli import change, compare, confirm, propose
 from flatplank_analysis.discovery.model import ParameterSet
 from flatplank_analysis.effects.grammar.modulators import BY_NAME
@@ -20,7 +20,7 @@ from flatplank_analysis.effects.registry import library
 from flatplank_analysis.proposal.sites import varying_coordinates
 from flatplank_analysis.slip_sweeps.session import SweepSession
 from flatplank_data.errors import FlatplankError
-from flatplank_validation.sweep_sets.brush import BASE, Brush, Plan, sweeps, text_of
+from flatplank_validation.sweep_sets.brush import Brush, Plan, sweeps, text_of
 from flatplank_validation.sweep_sets.outside import is_right
 
 BRUSHES = {
@@ -35,18 +35,7 @@ BRUSHES = {
 def bench(tmp_path_factory) -> Path:
     """A tire file; two series whose zero of the force follows the tread temperature; one with
     nothing hidden, and one with what the library has."""
-    folder = tmp_path_factory.mktemp("bench")
-    shutil.copy(BASE, folder / "tire.tir")
-    for name, (brush, seed) in BRUSHES.items():
-        text = text_of(sweeps(brush, Plan(), seed))
-        (folder / f"{name}.csv").write_text(text, encoding="utf-8")
-    return folder
-
-
-def asked(verb, capsys, *arguments: object) -> dict:
-    capsys.readouterr()
-    assert verb([*map(str, arguments), "--json"]) == 0
-    return json.loads(capsys.readouterr().out)
+    return series_in(tmp_path_factory.mktemp("bench"), BRUSHES)
 
 
 @pytest.fixture(scope="module")
@@ -54,34 +43,34 @@ def session(bench) -> SweepSession:
     return SweepSession.of_file(str(bench / "null.csv"), str(bench / "tire.tir"))
 
 
-def test_from_a_residual_to_a_confirmed_proposal(bench, capsys) -> None:
+def test_from_a_residual_to_a_confirmed_proposal(bench) -> None:
     file, tir, new = bench / "offset.csv", ("--tir", bench / "tire.tir"), bench / "again.csv"
-    told = asked(propose.main, capsys, file, *tir)
+    told = asked(propose.main, file, *tir)
     assert told["verdict"] == "proposed", told["reason"]
     assert (told["hook"], told["coordinate"]) == ("swept force", "temperature")
     made = Path(told["file"])
     assert made.parent == bench and "acts_on: swept force" in made.read_text()
     assert told["refit"]["rmse"] < 0.7 * told["refit"]["rmse_before"]
-    added = asked(change.add, capsys, told["name"], file, *tir, "--effects", made)
+    added = asked(change.add, told["name"], file, *tir, "--effects", made)
     assert added["rmse"] < 0.5 * added["rmse_before"]
     # the model file knows the file of the proposal
-    assert asked(compare.main, capsys, file)["rmse"] == pytest.approx(added["rmse"], rel=0.02)
-    again = asked(confirm.main, capsys, made, file, "--with", new)
+    assert asked(compare.main, file)["rmse"] == pytest.approx(added["rmse"], rel=0.02)
+    again = asked(confirm.main, made, file, "--with", new)
     assert again["verdict"] == "confirmed", again
-    none = asked(confirm.main, capsys, told["name"], file, "--with", bench / "null.csv")
+    none = asked(confirm.main, told["name"], file, "--with", bench / "null.csv")
     assert none["verdict"] == "not confirmed"
 
 
 @pytest.mark.parametrize("name", ["null", "known"])
-def test_nothing_is_proposed_where_nothing_is_left(name, bench, capsys) -> None:
-    told = asked(propose.main, capsys, bench / f"{name}.csv", "--tir", bench / "tire.tir")
+def test_nothing_is_proposed_where_nothing_is_left(name, bench) -> None:
+    told = asked(propose.main, bench / f"{name}.csv", "--tir", bench / "tire.tir")
     assert told["verdict"] == "nothing to propose" and told["file"] is None
 
 
-def test_sweeps_that_repeat_nothing_are_told_so(bench, tmp_path, capsys) -> None:
+def test_sweeps_that_repeat_nothing_are_told_so(bench, tmp_path) -> None:
     path = tmp_path / "once.csv"
     path.write_text(text_of(sweeps(BRUSHES["offset"][0], Plan(visits=1), 1)), encoding="utf-8")
-    told = asked(propose.main, capsys, path, "--tir", bench / "tire.tir")
+    told = asked(propose.main, path, "--tir", bench / "tire.tir")
     assert told["verdict"] == "nothing to propose"
     assert "sweep each condition twice" in told["reason"]
 

@@ -90,9 +90,8 @@ def session_of(arguments: argparse.Namespace, folder: str, model: ModelFile | No
     if getattr(arguments, "more", ()):
         what, remedy = "is one campaign more", "name one folder, or files with sweeps"
         raise FlatplankError(what, arguments.more[0], remedy)
-    own = [e.file for e in model.effects if e.file] if model else []
     mapping = common.read_mapping(arguments.mapping)
-    session = Session.open(folder, [*common.effect_files(arguments), *own], mapping)
+    session = Session.open(folder, _effect_files(arguments, model), mapping)
     common.print_problems(session.campaign.problems)
     return session
 
@@ -108,9 +107,14 @@ def _session_of_sweeps(
             f"give --tir FILE; `flatplank sweeps {file} --fit FILE.tir` makes one",
         )  # fmt: skip
     mapping = common.read_mapping(arguments.mapping)
-    own = [e.file for e in model.effects if e.file] if model else []
-    files = list(dict.fromkeys([*common.effect_files(arguments), *own]))
+    files = _effect_files(arguments, model)
     return SweepSession.of_file(file, tir, arguments.swept, mapping, files, arguments.more)
+
+
+def _effect_files(arguments: argparse.Namespace, model: ModelFile | None) -> list[str]:
+    """The effect files of the command line and of the model file."""
+    own = [e.file for e in model.effects if e.file] if model else []
+    return [*common.effect_files(arguments), *own]
 
 
 def require_file(path: Path) -> None:

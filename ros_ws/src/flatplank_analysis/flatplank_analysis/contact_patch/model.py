@@ -39,7 +39,7 @@ the load"""
 STRETCH_WITH_SIDE_SLIP = 0.012
 """`FormError.stretch` where runs have side slip: the forces turn while they rise"""
 MOST_THREADS = 4
-"""more than these wait for each other's memory"""
+"""most threads that solve blocks at a time; more were not measured"""
 
 
 @lru_cache(maxsize=1)
@@ -247,13 +247,9 @@ class TireModel:
                 )  # fmt: skip
 
             pool = threads()
-            if pool is None:
-                for job in _jobs(todo, params, 1):
-                    part(*job)
-            else:
-                jobs = _jobs(todo, params, 4 * MOST_THREADS)
-                for done in [pool.submit(part, *job) for job in jobs]:
-                    done.result()
+            jobs = _jobs(todo, params, 4 * MOST_THREADS if pool else 1)
+            each = pool.map if pool else map
+            list(each(lambda job: part(*job), jobs))
             shaped = force.reshape(2, sets, runs, samples)
             for axis in range(2):
                 shaped[axis, ~todo[axis]] = shaped[axis, 0]

@@ -91,6 +91,11 @@ def load_file(path: str | Path) -> list[type[Effect]]:
     return found
 
 
+def load_files(files: Iterable[str | Path]) -> list[type[Effect]]:
+    """Effects of several files; one that is given twice, under any path, is read once."""
+    return [e for f in dict.fromkeys(Path(f).resolve() for f in files) for e in load_file(f)]
+
+
 def proposal_of(path: Path, content: bytes) -> Sentence | None:
     """The sentence of a proposal's file; None for other effect files. Nothing is executed."""
     if path.suffix == proposal_file.SUFFIX:
@@ -129,12 +134,9 @@ def _origin(effect: type[Effect]) -> str:
 
 
 def library(files: Iterable[str | Path] = ()) -> dict[str, type[Effect]]:
-    """All effects by identifier: shipped ones, entry points, and those of the given files.
-
-    A file that is given twice, under any path, is read once.
-    """
+    """All effects by identifier: shipped ones, entry points, and those of the given files."""
     out: dict[str, type[Effect]] = {}
-    own = [e for f in dict.fromkeys(Path(f).resolve() for f in files) for e in load_file(f)]
+    own = load_files(files)
     for effect in own:
         if issubclass(effect, SweepEffect):
             raise FlatplankError("is of sweeps", effect.file, "name a file with sweeps with it")

@@ -21,7 +21,7 @@ from flatplank_analysis.discovery.sources import FOUND, source_of
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.effects.grammar.hooks import Hook
 from flatplank_analysis.effects.grammar.sweep_hooks import SWEEP_HOOKS
-from flatplank_analysis.effects.registry import load_file
+from flatplank_analysis.effects.registry import load_files
 from flatplank_analysis.effects.sweep_base import SweepEffect
 from flatplank_analysis.pages.provenance import provenance
 from flatplank_analysis.slip_sweeps.channels_of_runs import SweepChannels
@@ -179,7 +179,7 @@ class SweepSession(Session):
 
 def proposals_in(files: Sequence[str]) -> dict[str, type[Effect]]:
     """Effects of the files of proposals; FlatplankError for one that is not of sweeps."""
-    found = {effect.identifier: effect for file in files for effect in load_file(file)}
+    found = {effect.identifier: effect for effect in load_files(files)}
     for effect in found.values():
         if not issubclass(effect, SweepEffect):
             raise FlatplankError("is not of sweeps", effect.file, "name a proposal for sweeps")
